@@ -1,0 +1,43 @@
+"""The command line: finds the command's module by name and leaves the rest to it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+
+from squeal import __version__
+
+COMMANDS = {
+    "simulate": "integrate a B1 or B2 scene through its contact changes",
+    "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
+    "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+}
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name.ljust(width)}  {summary}" for name, summary in COMMANDS.items()]
+    return "\n".join(
+        ["usage: squeal COMMAND [OPTIONS] SCENE.yaml", "", "commands", *lines, ""]
+        + ["squeal COMMAND --help tells the options; squeal --version the version."]
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not given or given[0] in ("-h", "--help"):
+        print(_help(), file=sys.stdout if given else sys.stderr)
+        return 0 if given else 2
+    if given[0] == "--version":
+        print(f"squeal {__version__}")
+        return 0
+    if given[0] not in COMMANDS:
+        print(
+            f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}",
+            file=sys.stderr,
+        )
+        return 2
+    module = importlib.import_module(f"squeal.commands.{given[0].replace('-', '_')}")
+    return int(module.COMMAND.main(given[1:]))

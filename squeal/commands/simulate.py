@@ -1,0 +1,168 @@
+"""`squeal simulate`: integrate a B1 or B2 scene through its contact changes."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from squeal.commands.base import Answer, Command, Parser, table
+from squeal.files import check_writable, write_csv
+from squeal.provenance import provenance
+from squeal.scene import Scene, read_scene
+from squeal.scene.schema import COORDINATES
+from squeal.simulation import Simulation, simulate
+
+SHOWN_EVENTS = 20
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal simulate`."""
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the history to FILE")
+    parser.add_argument(
+        "--integrator",
+        choices=("auto", "heyoka", "scipy"),
+        default="auto",
+        help="auto takes heyoka where it is installed, else SciPy",
+    )
+
+
+def data(scene: Scene, result: Simulation) -> dict[str, Any]:
+    """The JSON object of a simulation: only what the scene asked for."""
+    found: dict[str, Any] = {
+        "model": result.model,
+        "final": dict(zip(("t", *COORDINATES), result.final, strict=True)),
+    }
+    if result.events is not None:
+        found["events"] = [{"t": e.t, "from": e.source, "to": e.target} for e in result.events]
+    if result.shares is not None:
+        found["shares"] = result.shares
+    if result.extrema is not None:
+        found["extrema"] = result.extrema
+    found["sliding_holds"] = result.sliding_holds
+    if result.sliding_holds is False:
+        found["sliding_lost_at"] = result.sliding_lost_at
+    if result.history is not None and scene.wants("history"):
+        found["history"] = {
+            column: [None if _is_nan(v) else v for v in values.tolist()]
+            for column, values in result.history.items()
+        }
+    found |= {
+        "method": result.method,
+        "tolerance": result.tolerance,
+        "steps": result.steps,
+        "contact_changes": result.contact_changes,
+        "run_time": result.run_time,
+        "provenance": provenance(scene.source, "squeal.commands.simulate", _packages(result)),
+    }
+    return found
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _packages(result: Simulation) -> tuple[str, ...]:
+    return ("numpy", "heyoka" if result.method.startswith("heyoka") else "scipy")
+
+
+def text(scene: Scene, result: Simulation) -> str:
+    """The same for people."""
+    units = ("s", "m", "m", "rad", "m/s", "m/s", "rad/s")
+    parts = [
+        (
+            f"model {result.model}, {result.method}, tolerance {result.tolerance:g}: "
+            f"{result.steps} steps, {result.contact_changes} contact changes"
+        ),
+        "final state\n"
+        + table(
+            [
+                (f"  {n}", f"{v:.12g}", u)
+                for n, v, u in zip(("t", *COORDINATES), result.final, units, strict=True)
+            ]
+        ),
+    ]
+    if result.shares is not None:
+        parts.append(
+            "share of time\n"
+            + table([(f"  {state}", f"{100 * s:.3f} %") for state, s in result.shares.items()])
+        )
+    if result.extrema is not None:
+        over = {"F3": "F_n", "F4": "F_n", "Rn": "F_n", "delta": "w"}
+        parts.append(
+            "extrema\n"
+            + table(
+                [
+                    (f"  {signal}/{over[signal]}", *(_range(limits)))
+                    for signal, limits in result.extrema.items()
+                ]
+            )
+        )
+    if result.events is not None:
+        rows = [(f"  {e.t:.9g} s", f"{e.source} -> {e.target}") for e in result.events]
+        left = len(rows) - SHOWN_EVENTS
+        parts.append(
+            "contact changes"
+            + ("\n" + table(rows[:SHOWN_EVENTS]) if rows else ": none")
+            + (f"\n  and {left} more (all with --json)" if left > 0 else "")
+        )
+    if result.sliding_holds is not None:
+        parts.append(
+            "sliding: the surface stays faster than the pad"
+            if result.sliding_holds
+            else f"WARNING: the pad reaches the speed V of the surface at t = "
+            f"{result.sliding_lost_at:.9g} s; the equations do not hold from there on"
+        )
+    return "\n\n".join(parts)
+
+
+def _range(limits: tuple[float, float] | None) -> tuple[str, str]:
+    return ("none", "none") if limits is None else (f"{limits[0]:.6g}", f"{limits[1]:.6g}")
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Read the scene, simulate it, write the history if asked."""
+    scene = read_scene(given.scene, "simulate")
+    task = scene
+    if given.csv is not None:
+        check_writable(given.csv, "--csv")
+        if not scene.wants("history"):
+            if scene.pad.F_n == 0.0:
+                read_refusal(given.scene)
+            task = dataclasses.replace(scene, outputs=(*scene.outputs, "history"))
+    result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
+    if given.csv is not None:
+        assert result.history is not None
+        columns = {name: values.tolist() for name, values in result.history.items()}
+        write_csv(given.csv, list(columns), zip(*columns.values(), strict=True))
+    return Answer(lambda: data(scene, result), lambda: text(scene, result))
+
+
+def read_refusal(path: Path) -> None:
+    """A history gives forces over F_n, so F_n = 0 is refused with --csv too."""
+    from squeal.errors import InputError
+
+    raise InputError(
+        f"{path}: parameters.F_n: 0 is not allowed with --csv, whose history gives forces over "
+        "F_n; it must be above 0"
+    )
+
+
+def _progress(share: float) -> None:
+    print(
+        f"\r{100 * share:3.0f} %",
+        end="" if share < 1 else "\n",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+COMMAND = Command(
+    "simulate", "Integrate a B1 or B2 scene through its contact changes.", run, options
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())

@@ -1,0 +1,148 @@
+"""All sliding equilibria of a pad, by Newton's method from many places at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.equilibrium.branch import follow
+from squeal.equilibrium.statics import Statics
+from squeal.model import PadModel
+from squeal.states import FULL, LEAD, TRAIL, State
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A sliding equilibrium in SI units: q = (x, y, theta), contact state, reaction.
+
+    R_n is the normal reaction in N and delta its distance in m from the mass centre (or from the
+    frame's origin, in that formulation); potential in J. `on_branch`: it was reached from mu = 0.
+    """
+
+    q: tuple[float, float, float]
+    mu: float
+    state: State
+    R_n: float
+    delta: float
+    potential: float
+    on_branch: bool = False
+
+
+def _record(
+    statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
+) -> Equilibrium | None:
+    R_n, delta = statics.reaction(z, state)
+    if not R_n > 0.0:
+        return None
+    x, y, theta = (float(v) for v in statics.to_si(z))
+    joule = statics.units.mass * statics.units.length**2 / statics.units.time**2
+    potential = statics.potential(z, state) * joule
+    return Equilibrium((x, y, theta), float(z[3]), state, R_n, delta, potential, on_branch)
+
+
+def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
+    """Starting places (4, n): of the size of the load, or (not `near`) up to that of the springs."""
+    pad = statics.model.pad
+    lengths = [1.0] if near else sorted({1.0, 10.0, pad.w, pad.L1, pad.L2})
+    places = [(0.0, 0.0)] + [
+        (s * cx, s * cy) for s in lengths for cx in (-1.0, 0.0, 1.0) for cy in (-1.0, 0.0, 1.0)
+    ]
+    limit = 0.98 * np.pi / 2
+    wide = np.array([]) if near else np.linspace(-limit, limit, 13) - pad.theta0
+    small = np.array([-10.0, -1.0, 1.0, 10.0]) / pad.w
+    tilts = np.unique(np.concatenate([wide, small[np.abs(small) < limit], [0.0]]))
+    xy = np.array(places)
+    n = len(xy) * len(tilts)
+    z = np.empty((4, n))
+    z[:2] = np.repeat(xy, len(tilts), axis=0).T
+    z[2] = pad.w * np.tile(tilts, len(xy))
+    z[3] = mu
+    return z
+
+
+def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
+    """Damped Newton from all seeds (4, n) together; the places (4, m) that converged."""
+    pad = statics.model.pad
+    longest = np.array([0.5 * (pad.w + max(pad.L1, pad.L2))] * 2 + [0.3 * pad.w])[:, None]
+    done = []
+    for _ in range(60):
+        with np.errstate(all="ignore"):
+            f = statics.residual(z, state)
+            J = statics.derivative(z, state)[:, :3]
+            good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
+            z, f, J = z[:, good], f[:, good], J[:, :, good]
+            good = np.abs(np.linalg.det(np.moveaxis(J, -1, 0))) > 0.0
+            z, f, J = z[:, good], f[:, good], J[:, :, good]
+        if z.shape[1] == 0:
+            break
+        step = np.linalg.solve(np.moveaxis(J, -1, 0), f.T[:, :, None])[:, :, 0].T
+        step /= np.maximum(1.0, np.max(np.abs(step) / longest, axis=0))
+        z[:3] -= step
+        turn = np.abs(pad.theta0 + z[2] / pad.w) < np.pi  # lost otherwise
+        small = np.max(np.abs(step), axis=0) <= 1e-10 * (1.0 + np.max(np.abs(z[:3]), axis=0))
+        done.append(z[:, small & turn])
+        z = z[:, ~small & turn]
+    return np.concatenate(done, axis=1) if done else z[:, :0]
+
+
+def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
+    """All sliding equilibria (R_n > 0) at the pad's mu, least potential energy first.
+
+    Newton's method starts from some hundreds of places and tilts in each contact state; equilibria
+    with |theta0 + theta| < pi/2 whose gaps agree with the state are kept. An equilibrium farther
+    off than the springs are long may be missed. `near` starts only from places that the load
+    reaches, which is enough to find where a pad usually rests.
+    """
+    statics = Statics.of(model)
+    found: list[tuple[np.ndarray, State]] = []
+    for state in (FULL, LEAD, TRAIL):
+        ends = _newton_many(statics, _seeds(statics, model.pad.mu, near), state)
+        ends = ends[:, np.lexsort(np.round(ends[:3], 6))] if ends.shape[1] else ends
+        for z in ends.T:
+            close = 1e-6 * (1.0 + np.max(np.abs(z[:3])))
+            if any(np.max(np.abs(z - other)) < close for other, _ in found):
+                continue
+            polished = statics.newton(z, state)
+            if polished is None or not statics.admits(polished, state):
+                continue
+            if not any(np.max(np.abs(polished - other)) < close for other, _ in found):
+                found.append((polished, state))
+    records = [_record(statics, z, state) for z, state in found]
+    return sorted((r for r in records if r is not None), key=lambda r: r.potential)
+
+
+def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
+    """Where the branch starts: the equilibrium of least potential energy without friction."""
+    smooth = PadModel(model.name, model.pad.replace(mu=0.0), model.formulation)
+    statics = Statics.of(smooth)
+    # the usual pad rests near the place where it is put; look there before looking everywhere
+    found = find_all(smooth, near=True) or find_all(smooth)
+    if not found:
+        return None
+    best = found[0]
+    z = np.append(statics.units.to_scaled(np.array([*best.q, 0.0, 0.0, 0.0]))[:3], 0.0)
+    return z, best.state
+
+
+def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
+    """The equilibrium that a query is about, and how it was found or why there is none.
+
+    It is the one on the branch continued from mu = 0, if that branch reaches the pad's mu, else
+    the one of least potential energy at the pad's mu.
+    """
+    start = least_at_zero(model)
+    reason = "without friction there is no equilibrium in contact"
+    if start is not None:
+        branch = follow(model, *start, model.pad.mu)
+        if branch.reached:
+            statics = Statics.of(model)
+            last = branch.points[-1]
+            record = _record(statics, last.z, last.state, on_branch=True)
+            if record is not None:
+                return record, "on the branch continued from mu = 0"
+        reason = branch.end
+    others = find_all(model)
+    if others:
+        return others[0], f"least potential energy; {reason}"
+    return None, f"no steady sliding exists: {reason}, and no other equilibrium was found"

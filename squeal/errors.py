@@ -1,0 +1,9 @@
+"""The two ways in which squeal says no; the command line turns them into exit codes."""
+
+
+class InputError(ValueError):
+    """The input is refused: one sentence naming the file, the key, the value and what is allowed."""
+
+
+class ComputationError(RuntimeError):
+    """A valid request could not be completed; the message gives the reason (and the time, if any)."""

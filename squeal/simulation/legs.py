@@ -1,0 +1,41 @@
+"""What an integrator hands over: a leg of motion within one contact state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from squeal.states import State
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Smooth motion from t0 to t1 in one contact state, in natural units.
+
+    `edge` is the edge whose gap ended the leg (0 leading, 1 trailing), None where the leg ended
+    at the wanted time or because it grew long. `dense(t)` gives the state (len(t), 6) and
+    `nodes` the step times from t0 to t1; both are None unless dense output was asked for.
+    """
+
+    contact: State
+    t0: float
+    t1: float
+    end: np.ndarray
+    edge: int | None
+    steps: int
+    nodes: np.ndarray | None = None
+    dense: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+class Integrator(Protocol):
+    """Carries the motion on within one contact state."""
+
+    method: str
+
+    def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
+        """Integrate from (t, state) until an edge's gap passes zero in the direction that ends
+        `contact`, until `stop`, or for a bounded number of steps."""
+        ...

@@ -1,0 +1,242 @@
+"""What is watched along a run. Each observer sees the legs and changes as they come and keeps no
+more than its own result, so memory does not grow with the length of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squeal.model import PadModel
+from squeal.scene.schema import Scene
+from squeal.simulation.legs import Leg
+from squeal.simulation.units import Units
+from squeal.states import State, name, names
+
+
+class Observer:
+    """Sees every leg and contact change; `dense` tells that it needs the motion in between."""
+
+    dense = False
+
+    def leg(self, leg: Leg) -> None:
+        """A leg of smooth motion, in natural units."""
+
+    def change(self, t: float, source: State, target: State) -> None:
+        """A contact change at natural time t."""
+
+    def result(self) -> dict[str, Any]:
+        """Fields of `Simulation` that this observer fills."""
+        return {}
+
+
+class Change(NamedTuple):
+    """A contact change at natural time t."""
+
+    t: float
+    source: State
+    target: State
+
+
+class Events(Observer):
+    """The list of contact changes."""
+
+    def __init__(self) -> None:
+        self._changes: list[Change] = []
+
+    def change(self, t: float, source: State, target: State) -> None:
+        self._changes.append(Change(t, source, target))
+
+    def result(self) -> dict[str, Any]:
+        return {"events": self._changes}
+
+
+class Shares(Observer):
+    """Share of time spent in each contact state."""
+
+    def __init__(self, model: PadModel, stop: float) -> None:
+        self._model, self._stop = model, stop
+        self._time = dict.fromkeys(model.states, 0.0)
+
+    def leg(self, leg: Leg) -> None:
+        self._time[leg.contact] += leg.t1 - leg.t0
+
+    def result(self) -> dict[str, Any]:
+        shares = dict.fromkeys(names(self._model.name), 0.0)
+        for state, spent in self._time.items():
+            shares[name(self._model.name, state)] += spent / self._stop
+        return {"shares": shares}
+
+
+def _refined(signal: Callable[[np.ndarray], np.ndarray], nodes: np.ndarray) -> tuple[float, float]:
+    """Least and greatest value of a smooth signal over [nodes[0], nodes[-1]].
+
+    Each step is sampled at 12 places; the bracket of the best sample is then sampled anew three
+    times, which leaves the extremum exact to rounding.
+    """
+    parts = 12
+    grid = np.linspace(0.0, 1.0, parts, endpoint=False)
+    t = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * grid).ravel(), nodes[-1])
+    values = signal(t)
+    found = []
+    for sign in (1.0, -1.0):
+        times, best = t, sign * values
+        for _ in range(4):
+            i = int(np.nanargmin(best))
+            if not 0 < i < len(times) - 1:
+                break
+            times = np.linspace(times[i - 1], times[i + 1], 41)
+            best = np.minimum(sign * signal(times), best[i])
+        found.append(sign * float(np.nanmin(best)))
+    return found[0], found[1]
+
+
+class Extrema(Observer):
+    """Least and greatest values of the plotted signals, forces over F_n and delta over w."""
+
+    dense = True
+
+    def __init__(self, model: PadModel) -> None:
+        self._model = model
+        self._range: dict[str, tuple[float, float] | None] = dict.fromkeys(model.law.signal_names)
+
+    def leg(self, leg: Leg) -> None:
+        for i, signal_name in enumerate(self._model.law.signal_names):
+            if signal_name == "delta" and not any(leg.contact):
+                continue
+            if not any(leg.contact):
+                low = high = 0.0
+            else:
+                low, high = _refined(
+                    lambda t, i=i: signals(self._model, leg, t)[i],  # type: ignore[misc]
+                    leg.nodes,  # type: ignore[arg-type]
+                )
+            before = self._range[signal_name]
+            if before is not None:
+                low, high = min(low, before[0]), max(high, before[1])
+            self._range[signal_name] = (low, high)
+
+    def result(self) -> dict[str, Any]:
+        return {"extrema": self._range}
+
+
+def signals(model: PadModel, leg: Leg, t: np.ndarray) -> np.ndarray:
+    """The two normalised signals at times t within a leg, shape (2, len(t))."""
+    states = leg.dense(t)  # type: ignore[misc]
+    return normalised(model, states, leg.contact)
+
+
+def normalised(model: PadModel, states: np.ndarray, contact: State) -> np.ndarray:
+    """F3, F4 over F_n (B1), or Rn over F_n and delta over w (B2), of scaled states (n, 6)."""
+    q = np.array([states[:, 0], states[:, 1], states[:, 2] / model.pad.w])
+    values = model.signals(q, contact)
+    # a located contact change leaves forces of the size of rounding below zero
+    forces = np.maximum(values, 0.0) / model.pad.F_n
+    return forces if model.name == "B1" else np.array([forces[0], values[1] / model.pad.w])
+
+
+class History(Observer):
+    """Samples of state, contact and signals at equal steps of time."""
+
+    dense = True
+
+    def __init__(self, model: PadModel, units: Units, stop: float, samples: int) -> None:
+        self._model, self._units = model, units
+        self._t = np.linspace(0.0, stop, samples)
+        self._next = 0
+        self._states = np.empty((samples, 6))
+        self._signals = np.empty((2, samples))
+        self._contact = np.empty(samples, dtype="<U2")
+
+    def leg(self, leg: Leg) -> None:
+        last = int(np.searchsorted(self._t, leg.t1, side="right"))
+        part = slice(self._next, last)
+        if last > self._next:
+            states = leg.dense(self._t[part])  # type: ignore[misc]
+            self._states[part] = states
+            self._signals[:, part] = normalised(self._model, states, leg.contact)
+            self._contact[part] = name(self._model.name, leg.contact)
+            self._next = last
+
+    def result(self) -> dict[str, Any]:
+        columns = {"t": self._t * self._units.time}
+        si = self._units.to_si(self._states)
+        for i, coordinate in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
+            columns[coordinate] = si[:, i]
+        columns["state"] = self._contact
+        for i, signal_name in enumerate(self._model.law.signal_names):
+            columns[signal_name] = self._signals[i]
+        return {"history": columns}
+
+
+class Sliding(Observer):
+    """Whether the surface stays faster than the pad, as every equation assumes (finding E16)."""
+
+    dense = True
+
+    def __init__(self, units: Units, speed: float) -> None:
+        self._units, self._speed = units, speed * units.time / units.length
+        self._lost: float | None = None
+
+    def leg(self, leg: Leg) -> None:
+        if self._lost is not None:
+            return
+        t = np.linspace(leg.t0, leg.t1, 16 * len(leg.nodes))  # type: ignore[arg-type]
+        late = leg.dense(t)[:, 3] >= self._speed  # type: ignore[misc]
+        if late.any():
+            self._lost = self._first(leg, t, int(np.argmax(late)))
+
+    def _first(self, leg: Leg, t: np.ndarray, i: int) -> float:
+        if i == 0:
+            return float(t[0])
+        from scipy.optimize import brentq
+
+        def excess(at: float) -> float:
+            return float(leg.dense(np.array([at]))[0, 3] - self._speed)  # type: ignore[misc]
+
+        return float(brentq(excess, t[i - 1], t[i], xtol=1e-12 * (t[i] - t[i - 1])))
+
+    def result(self) -> dict[str, Any]:
+        return {
+            "sliding_holds": self._lost is None,
+            "sliding_lost_at": None if self._lost is None else self._lost * self._units.time,
+        }
+
+
+class Progress(Observer):
+    """Reports the share of the run that is done, at most a hundred times."""
+
+    def __init__(self, stop: float, tell: Callable[[float], None]) -> None:
+        self._stop, self._tell, self._told = stop, tell, 0
+
+    def leg(self, leg: Leg) -> None:
+        done = int(100 * leg.t1 / self._stop)
+        if done > self._told:
+            self._told = done
+            self._tell(leg.t1 / self._stop)
+
+
+def observers_for(
+    scene: Scene,
+    model: PadModel,
+    units: Units,
+    stop: float,
+    progress: Callable[[float], None] | None,
+) -> list[Observer]:
+    """Just the observers that the scene's outputs need."""
+    observers: list[Observer] = []
+    if scene.wants("events"):
+        observers.append(Events())
+    if scene.wants("shares"):
+        observers.append(Shares(model, stop))
+    if scene.wants("extrema"):
+        observers.append(Extrema(model))
+    if scene.wants("history"):
+        assert scene.samples is not None
+        observers.append(History(model, units, stop, scene.samples))
+    if scene.pad.V is not None:
+        observers.append(Sliding(units, scene.pad.V))
+    if progress is not None:
+        observers.append(Progress(stop, progress))
+    return observers

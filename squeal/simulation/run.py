@@ -1,0 +1,230 @@
+"""The hybrid run: legs of smooth motion joined at the contact changes (Table 1, Fig. 3, Fig. 8)."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.model import PadModel
+from squeal.scene.schema import Scene
+from squeal.simulation.legs import Integrator, Leg
+from squeal.simulation.observers import Observer, observers_for
+from squeal.simulation.units import Units, natural_units
+from squeal.states import State, name
+
+Backend = Literal["auto", "heyoka", "scipy"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change of contact state at time t (s)."""
+
+    t: float
+    source: str
+    target: str
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Result of a run, in SI units.
+
+    final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;
+    extrema: {signal: (min, max) or None}, forces over F_n, delta over w; history: column name to
+    array. What the scene did not ask for is None. `steps` counts integration steps, `run_time`
+    is in seconds.
+    """
+
+    model: str
+    final: tuple[float, ...]
+    method: str
+    tolerance: float
+    steps: int
+    contact_changes: int
+    run_time: float
+    events: tuple[Event, ...] | None = None
+    shares: dict[str, float] | None = None
+    extrema: dict[str, tuple[float, float] | None] | None = None
+    history: dict[str, np.ndarray] | None = field(default=None, repr=False)
+    sliding_holds: bool | None = None
+    sliding_lost_at: float | None = None
+
+
+def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Integrator:
+    """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
+    if backend != "scipy":
+        try:
+            from squeal.simulation.taylor import TaylorIntegrator
+        except ImportError:
+            if backend == "heyoka":
+                raise ComputationError(
+                    "heyoka is not installed on this machine; use the integrator scipy"
+                ) from None
+        else:
+            return TaylorIntegrator(model, tolerance)
+    from squeal.simulation.stand_in import SciPyIntegrator
+
+    return SciPyIntegrator(model, tolerance)
+
+
+def _accelerations(model: PadModel, q: np.ndarray) -> np.ndarray:
+    """Rates of the scaled velocities with the contact that the gaps tell."""
+    loads = model.physical_loads(_place(model, q))
+    pad = model.pad
+    return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
+
+
+def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
+    return np.array([state[0], state[1], state[2] / model.pad.w])
+
+
+def first_state(model: PadModel, state: np.ndarray) -> State:
+    """Contact state of the first motion from a scaled state.
+
+    An edge that starts on the switching surface, to rounding, belongs to the side to which the
+    first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
+    """
+    heights = model.gaps(_place(model, state))
+    pad = model.pad
+    rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
+    if np.all(np.abs(heights) > rounding):
+        return State(*(bool(g < 0.0) for g in heights))
+    step = 1e-3
+    q, v = state[:3], state[3:]
+    a1 = _accelerations(model, q)
+    a2 = _accelerations(model, q + step / 2 * v)
+    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1)
+    moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
+    # the change of the gap, not the gap: an offset of rounding size must not decide
+    change = model.gaps(_place(model, moved)) - heights
+    return State(
+        *(
+            bool(g < 0.0) if abs(g) > rounding else bool(d < 0.0)
+            for g, d in zip(heights, change, strict=True)
+        )
+    )
+
+
+def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
+    step = 1e-200
+    moved = _place(model, state) + 1j * step * _place(model, state[3:])
+    return model.gaps(moved).imag / step
+
+
+def _late(model: PadModel, state: np.ndarray, contact: State, edge: int) -> bool:
+    """True if the other edge has passed its switching surface in the same instant as `edge`.
+
+    Its crossing then lies behind the located one by rounding and would not be seen again.
+    """
+    other = 1 - edge
+    gap, rate = model.gaps(_place(model, state))[other], _gap_rates(model, state)[other]
+    return bool(gap > 0.0 and rate > 0.0) if contact[other] else bool(gap < 0.0 and rate < 0.0)
+
+
+def _check(model: PadModel, leg: Leg, units: Units) -> None:
+    """Refuse a leg whose end lies clearly on the wrong side of a switching surface."""
+    margin = 1e-6
+    for edge, (touches, gap) in enumerate(
+        zip(leg.contact, model.gaps(_place(model, leg.end)), strict=True)
+    ):
+        if edge != leg.edge and (gap > margin if touches else gap < -margin):
+            raise ComputationError(
+                f"a contact change was missed before t = {leg.t1 * units.time:.9g} s; "
+                "ask for a smaller tolerance"
+            )
+    if abs(model.pad.theta0 + leg.end[2] / model.pad.w) >= np.pi / 2:
+        raise ComputationError(
+            f"the pad has turned past 90 degrees by t = {leg.t1 * units.time:.9g} s; "
+            "the model ends there"
+        )
+
+
+def integrate(
+    model: PadModel,
+    integrator: Integrator,
+    units: Units,
+    state: np.ndarray,
+    stop: float,
+    observers: list[Observer],
+) -> tuple[float, np.ndarray, int, int]:
+    """Run a scaled pad to `stop` (natural units), showing each leg and change to the observers.
+
+    Returns the final time and state, the number of steps and the number of contact changes.
+    """
+    dense = any(o.dense for o in observers)
+    contact = first_state(model, state)
+    t, steps, changes = 0.0, 0, 0
+
+    def change(edge: int) -> None:
+        nonlocal contact, changes
+        target = contact.flip(edge)
+        for o in observers:
+            o.change(t, contact, target)
+        contact, changes = target, changes + 1
+
+    while t < stop:
+        leg = integrator.advance(contact, t, state, stop, dense)
+        _check(model, leg, units)
+        if leg.edge is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
+            raise ComputationError(
+                f"no progress beyond t = {leg.t1 * units.time:.9g} s; a spring may have "
+                "collapsed to zero length there"
+            )
+        for o in observers:
+            o.leg(leg)
+        t, state, steps = leg.t1, leg.end, steps + leg.steps
+        if leg.edge is not None and t < stop:
+            late = _late(model, state, contact, leg.edge)
+            change(leg.edge)
+            if late:
+                change(1 - leg.edge)
+    return t, state, steps, changes
+
+
+def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> Simulation:
+    """Simulate a B1 or B2 scene; only what its outputs name is computed.
+
+    `progress(share)` is called now and then on long runs. Raises ComputationError with the time
+    where the model ends (rotation past 90 degrees, a spring collapsed).
+    """
+    if scene.stop is None or scene.samples is None:
+        raise ValueError("the scene names no time")
+    started = clock.perf_counter()
+    units = natural_units(scene.pad, scene.initial)
+    pad = scene.pad.scaled(units.mass, units.length, units.time)
+    model = PadModel(scene.model, pad, scene.formulation)
+    stop = scene.stop / units.time
+    observers = observers_for(scene, model, units, stop, progress)
+    t, state, steps, changes = integrate(
+        model,
+        integrator := make_integrator(model, scene.tolerance, backend),
+        units,
+        units.to_scaled(np.array(scene.initial)),
+        stop,
+        observers,
+    )
+    results: dict[str, Any] = {}
+    for o in observers:
+        results |= o.result()
+    if scene.wants("events"):
+        results["events"] = tuple(
+            Event(
+                e.t * units.time,
+                name(scene.model, e.source),
+                name(scene.model, e.target),
+            )
+            for e in results["events"]
+        )
+    return Simulation(
+        model=scene.model,
+        final=(t * units.time, *(float(v) for v in units.to_si(state))),
+        method=integrator.method,
+        tolerance=scene.tolerance,
+        steps=steps,
+        contact_changes=changes,
+        run_time=clock.perf_counter() - started,
+        **results,
+    )

@@ -1,0 +1,134 @@
+"""Taylor integration with heyoka: the equations of `squeal.model` compiled once per machine.
+
+One integrator per contact state holds just the terms of that state and watches both gaps, each in
+the direction that ends the state. The numbers of the pad are runtime parameters, so the compiled
+code, which heyoka keeps on disk, serves every pad.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from squeal.contact import ContactLaw
+from squeal.errors import ComputationError
+from squeal.mechanics import Coefficients, gaps, pose
+from squeal.model import PadModel, net_loads
+from squeal.simulation.legs import Leg
+from squeal.states import State
+
+LONGEST_LEG = 5000  # steps; bounds the memory of dense output
+# A gap that is exactly zero at the start of a step hides the next root of the same step from
+# heyoka 7.13: its bracketing search then stops at the left end. This offset, far below the
+# rounding of any gap, puts the start on the side of the contact state.
+NEVER_ZERO = 1e-300
+_NAMES = [f.name for f in fields(Coefficients)]
+
+
+def equations(law: ContactLaw, contact: State) -> tuple[list[tuple[Any, Any]], list[Any]]:
+    """Symbolic equations of motion of one contact state and its two gaps.
+
+    The state is (x, y, w theta) and rates; coefficients are runtime parameters in the order of
+    `Coefficients`.
+    """
+    c = Coefficients(**{name: hy.par[i] for i, name in enumerate(_NAMES)})
+    x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
+    q = (x, y, s / c.w)
+    total = net_loads(hy, c, law, q, contact)
+    system = [
+        (x, u),
+        (y, v),
+        (s, r),
+        (u, total.x / c.m),
+        (v, total.y / c.m),
+        (r, c.w * total.moment / c.I),
+    ]
+    return system, list(gaps(c, pose(hy, q)))
+
+
+@lru_cache(maxsize=64)
+def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Any:
+    """The integrator of one contact state; the compiled code is shared through heyoka's caches."""
+    system, heights = equations(law, contact)
+    rising, falling = hy.event_direction.positive, hy.event_direction.negative
+    events = [
+        _event(fp_type)(
+            gap + (-NEVER_ZERO if touches else NEVER_ZERO),
+            direction=rising if touches else falling,
+        )
+        for gap, touches in zip(heights, contact, strict=True)
+    ]
+    return hy.taylor_adaptive(
+        system,
+        [fp_type(0.0)] * 6,
+        pars=[fp_type(1.0)] * _highest_parameter(system, heights),
+        tol=fp_type(tolerance),
+        t_events=events,
+        fp_type=fp_type,
+    )
+
+
+def _highest_parameter(system: list[tuple[Any, Any]], heights: list[Any]) -> int:
+    """How many runtime parameters the expressions of one state refer to."""
+    used = hy.get_params([rhs for _, rhs in system] + heights)
+    return 1 + max(_NAMES.index(name) for name in _NAMES if hy.par[_NAMES.index(name)] in used)
+
+
+def _event(fp_type: Any) -> Any:
+    return hy.t_event if fp_type is float else lambda *a, **k: hy.t_event(*a, fp_type=fp_type, **k)
+
+
+class TaylorIntegrator:
+    """Integrator over one scaled pad; `fp_type` may be numpy.longdouble or heyoka.real128.
+
+    In the longer types the coefficients stay the doubles of the pad, so that the difference to a
+    double run is that of the integration alone.
+    """
+
+    method = "heyoka Taylor"
+
+    def __init__(self, model: PadModel, tolerance: float, fp_type: Any = float) -> None:
+        self._law = model.law
+        self._fp = fp_type
+        eps = float(np.finfo(float).eps) if fp_type is float else 0.0
+        self._tolerance = max(tolerance, eps)
+        self._pars = [fp_type(float(getattr(model.c, name))) for name in _NAMES]
+        self._ready: dict[State, Any] = {}
+
+    def _integrator(self, contact: State) -> Any:
+        if contact not in self._ready:
+            ta = _compiled(self._law, contact, self._tolerance, self._fp)
+            ta.pars[:] = self._pars[: len(ta.pars)]
+            self._ready[contact] = ta
+        return self._ready[contact]
+
+    def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
+        """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
+        ta = self._integrator(contact)
+        ta.time = t
+        ta.state[:] = state
+        ta.reset_cooldowns()
+        outcome, _, _, steps, motion, _ = ta.propagate_until(
+            stop, max_steps=LONGEST_LEG, c_output=dense
+        )
+        edge = None
+        if outcome not in (hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit):
+            edge = -int(outcome) - 1
+            if edge not in (0, 1):
+                raise ComputationError(
+                    f"the motion is not finite after t = {float(ta.time):.9g} natural time units"
+                )
+        return Leg(
+            contact=contact,
+            t0=t,
+            t1=ta.time,
+            end=ta.state.copy(),
+            edge=edge,
+            steps=steps,
+            nodes=motion.times if motion is not None else None,
+            dense=motion,
+        )
