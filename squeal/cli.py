@@ -11,7 +11,9 @@ from squeal import __version__
 COMMANDS = {
     "simulate": "integrate a B1 or B2 scene through its contact changes",
     "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
+    "critical-friction": "every threshold of stability in a range of mu",
     "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+    "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 
 

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
+from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.linear import Linearisation, about_origin, linearise
 from squeal.model import PadModel
 from squeal.scene import Scene
-from squeal.stability.eigen import Spectrum, complex_eigenvalues
-from squeal.stability.verdict import Judgement, judge
+from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
 from squeal.states import FULL, name
 
 
@@ -44,26 +43,51 @@ def analyse(scene: Scene) -> Analysis:
     Raises ComputationError, with the reason, if no steady sliding exists.
     """
     if scene.model == "B3":
-        matrices = about_origin(scene.pad, scene.formulation)
-        q, R_n, how, state = (0.0, 0.0, 0.0), None, "about the origin, full contact", FULL
-        contact = name("B2", state)
-    else:
-        model = scene.pad_model
-        found, how = sliding_equilibrium(model)
-        if found is None:
-            raise ComputationError(how)
-        matrices = at_equilibrium(model, found)
-        q, R_n, contact = found.q, found.R_n, name(scene.model, found.state)
+        return _about_origin(scene, scene.pad.mu)
+    found, how = sliding_equilibrium(scene.pad_model)
+    if found is None:
+        raise ComputationError(how)
+    return _about(scene, found, how)
+
+
+def _about_origin(scene: Scene, mu: float) -> Analysis:
+    matrices = about_origin(scene.pad.replace(mu=mu), scene.formulation)
+    contact = name("B2", FULL)
+    how = "about the origin, full contact"
+    return _analysis(scene.model, (0.0, 0.0, 0.0), None, contact, how, matrices)
+
+
+def _about(scene: Scene, found: Equilibrium, how: str) -> Analysis:
+    model = PadModel(scene.model, scene.pad.replace(mu=found.mu), scene.formulation)
+    contact = name(scene.model, found.state)
+    return _analysis(scene.model, found.q, found.R_n, contact, how, at_equilibrium(model, found))
+
+
+def _analysis(
+    model: str,
+    q: tuple[float, float, float],
+    R_n: float | None,
+    contact: str,
+    how: str,
+    matrices: Linearisation,
+) -> Analysis:
+    given = (matrices.M, matrices.C, matrices.K)
     return Analysis(
-        scene.model,
-        q,
-        R_n,
-        contact,
-        how,
-        matrices,
-        complex_eigenvalues(matrices.M, matrices.C, matrices.K),
-        judge(matrices.M, matrices.C, matrices.K),
+        model, q, R_n, contact, how, matrices, complex_eigenvalues(*given), judge(*given)
     )
+
+
+def swept(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:
+    """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
+
+    Raises ComputationError if there is no equilibrium without friction.
+    """
+    if scene.model == "B3":
+        return [(mu, _about_origin(scene, mu)) for mu in mus]
+    path = Path.of(scene.pad_model, max(mus))
+    how = "on the branch continued from mu = 0"
+    places = [(mu, path.equilibrium(mu)) for mu in mus]
+    return [(mu, None if e is None else _about(scene, e, how)) for mu, e in places]
 
 
 def judged_equilibria(model: PadModel) -> list[tuple[Equilibrium, Judgement]]:

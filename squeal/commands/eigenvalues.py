@@ -10,7 +10,8 @@ from squeal.commands.base import Answer, Command, Parser, table
 from squeal.errors import InputError
 from squeal.provenance import provenance
 from squeal.scene import read_scene
-from squeal.sliding import Analysis, analyse
+from squeal.sliding import Analysis, analyse, swept
+from squeal.stability import Spectrum
 
 
 def options(parser: Parser) -> None:
@@ -20,7 +21,7 @@ def options(parser: Parser) -> None:
     )
 
 
-def eigenvalue_rows(analysis: Analysis) -> list[dict[str, float]]:
+def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:
     """The six eigenvalues as JSON rows, sorted by frequency."""
     return [
         {
@@ -29,7 +30,20 @@ def eigenvalue_rows(analysis: Analysis) -> list[dict[str, float]]:
             "frequency_hz": e.frequency_hz,
             "damping_ratio": e.damping_ratio,
         }
-        for e in analysis.spectrum.eigenvalues
+        for e in spectrum.eigenvalues
+    ]
+
+
+def sweep_rows(analyses: list[tuple[float, Analysis | None]]) -> list[dict[str, Any]]:
+    """A row for each mu; eigenvalues and verdict are null where the branch does not reach it."""
+    return [
+        {
+            "mu": mu,
+            "contact": None if a is None else a.contact,
+            "eigenvalues": None if a is None else eigenvalue_rows(a.spectrum),
+            "verdict": None if a is None else a.judgement.verdict,
+        }
+        for mu, a in analyses
     ]
 
 
@@ -48,7 +62,7 @@ def data(analysis: Analysis) -> dict[str, Any]:
         "M": analysis.matrices.M.tolist(),
         "C": analysis.matrices.C.tolist(),
         "K": analysis.matrices.K.tolist(),
-        "eigenvalues": eigenvalue_rows(analysis),
+        "eigenvalues": eigenvalue_rows(analysis.spectrum),
         "verdict": analysis.judgement.verdict,
         "criterion": str(analysis.judgement),
     }
@@ -82,6 +96,20 @@ def text(analysis: Analysis) -> str:
     )
 
 
+def sweep_text(analyses: list[tuple[float, Analysis | None]]) -> str:
+    """The sweep for people: frequencies, largest growth rate and verdict at each mu."""
+    rows = [("  mu", "contact", "frequencies, Hz", "largest real, 1/s", "verdict")]
+    for mu, a in analyses:
+        if a is None:
+            rows.append((f"  {mu:.6g}", "-", "-", "-", "no equilibrium on the branch"))
+            continue
+        eigenvalues = a.spectrum.eigenvalues
+        frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in eigenvalues[::2])
+        growth = max(e.value.real for e in eigenvalues)
+        rows.append((f"  {mu:.6g}", a.contact, frequencies, f"{growth:.6g}", a.judgement.verdict))
+    return "sweep of mu along the branch\n" + table(rows)
+
+
 def sweep_range(given: str) -> list[float]:
     """The values of mu that A:B:N names. Raises InputError."""
     parts = given.split(":")
@@ -102,14 +130,18 @@ def run(given: argparse.Namespace) -> Answer:
     scene = read_scene(given.scene)
     mus = sweep_range(given.mu) if given.mu else None
     analysis = analyse(scene)
-    found = data(analysis)
-    return Answer(
-        lambda: (
-            found
-            | {"provenance": provenance(scene.source, "squeal.commands.eigenvalues", ("numpy",))}
-        ),
-        lambda: text(analysis),
-    )
+    sweep = swept(scene, mus) if mus else None
+
+    def full() -> dict[str, Any]:
+        where = provenance(scene.source, "squeal.commands.eigenvalues", ("numpy",))
+        return (
+            data(analysis) | ({"sweep": sweep_rows(sweep)} if sweep else {}) | {"provenance": where}
+        )
+
+    def shown() -> str:
+        return text(analysis) + ("\n\n" + sweep_text(sweep) if sweep else "")
+
+    return Answer(full, shown)
 
 
 COMMAND = Command(

@@ -2,5 +2,6 @@
 
 from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.find import Equilibrium, find_all, sliding_equilibrium
+from squeal.equilibrium.path import Path
 
-__all__ = ["Branch", "Equilibrium", "find_all", "follow", "sliding_equilibrium"]
+__all__ = ["Branch", "Equilibrium", "Path", "find_all", "follow", "sliding_equilibrium"]

@@ -152,9 +152,8 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
                 if _finish(branch, z + share * (fold - z), state, mu_max):
                     return branch
             branch.points.append(branch.folds[-1])
-        if new[3] >= mu_max:
-            if _finish(branch, new, state, mu_max):
-                return branch
+        if new[3] >= mu_max and _finish(branch, new, state, mu_max):
+            return branch
         if edge is not None:
             state = state.flip(edge)
             if not any(state):
@@ -185,7 +184,7 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
 
 
 def _finish(branch: Branch, near: np.ndarray, state: State, mu_max: float) -> bool:
-    """End the branch at mu_max, from a place near it; False if Newton's method does not get there."""
+    """End the branch at mu_max, from a place near it; False if that cannot be reached."""
     end = _correct(branch.statics, near, state, np.array([0.0, 0.0, 0.0, 1.0]), mu_max)
     if end is None:
         return False

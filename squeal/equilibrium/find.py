@@ -29,9 +29,10 @@ class Equilibrium:
     on_branch: bool = False
 
 
-def _record(
+def record(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
+    """A point of the statics in SI units; None where the surfaces do not press on each other."""
     R_n, delta = statics.reaction(z, state)
     if not R_n > 0.0:
         return None
@@ -42,7 +43,7 @@ def _record(
 
 
 def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
-    """Starting places (4, n): of the size of the load, or (not `near`) up to that of the springs."""
+    """Starting places (4, n): of the size of the load, or also of pad and springs."""
     pad = statics.model.pad
     lengths = [1.0] if near else sorted({1.0, 10.0, pad.w, pad.L1, pad.L2})
     places = [(0.0, 0.0)] + [
@@ -108,7 +109,7 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
                 continue
             if not any(np.max(np.abs(polished - other)) < close for other, _ in found):
                 found.append((polished, state))
-    records = [_record(statics, z, state) for z, state in found]
+    records = [record(statics, z, state) for z, state in found]
     return sorted((r for r in records if r is not None), key=lambda r: r.potential)
 
 
@@ -138,9 +139,9 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
         if branch.reached:
             statics = Statics.of(model)
             last = branch.points[-1]
-            record = _record(statics, last.z, last.state, on_branch=True)
-            if record is not None:
-                return record, "on the branch continued from mu = 0"
+            found = record(statics, last.z, last.state, on_branch=True)
+            if found is not None:
+                return found, "on the branch continued from mu = 0"
         reason = branch.end
     others = find_all(model)
     if others:

@@ -1,0 +1,122 @@
+"""`squeal map`: the verdict over alpha1 and alpha2, or over any two parameters."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from squeal.angle_map import Axis, StabilityMap, angle_axes, stability_map
+from squeal.commands.base import Answer, Command, Parser, table
+from squeal.errors import InputError
+from squeal.files import check_writable, write_csv
+from squeal.pad import PARAMETERS
+from squeal.provenance import provenance
+from squeal.scene import Scene, read_scene
+from squeal.scene.values import Keys, angle, number
+
+MOST_POINTS = 4000
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal map`."""
+    parser.add_argument("--n", metavar="N", default="200", help="points a side (200 if left out)")
+    for name, default in (("first", "alpha1"), ("second", "alpha2")):
+        parser.add_argument(
+            f"--{name}",
+            metavar="NAME:LOW:HIGH",
+            help=f"{name} parameter and its range ({default}:0:pi if left out)",
+        )
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the verdicts to FILE")
+    parser.add_argument("--pdf", type=Path, metavar="FILE", help="draw the map into FILE")
+
+
+def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
+    allowed = "it must be NAME:LOW:HIGH, a parameter of the scene and its range with LOW < HIGH"
+    parts = given.split(":")
+    name = parts[0]
+    p = PARAMETERS.get(name)
+    if len(parts) != 3 or p is None or getattr(scene.pad, name) is None:
+        raise InputError(f"{option} {given}: is not allowed; {allowed}")
+    at = Keys(f"{option} {given}")
+    ends = []
+    for text in parts[1:]:
+        try:
+            ends.append(number(float(text), at, allowed))
+        except ValueError:
+            if not p.angle:
+                raise InputError(f"{option} {given}: is not allowed; {allowed}") from None
+            ends.append(angle(text, at))
+    low, high = ends
+    axis = Axis(name, low, high, n)
+    if not low < high or not all(p.admits(float(v)) for v in axis.values[[0, -1]]):
+        raise InputError(
+            f"{option} {given}: is not allowed; LOW < HIGH, and {name} must be {p.allowed()}"
+        )
+    return axis
+
+
+def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
+    """The two axes that the options name. Raises InputError."""
+    try:
+        n = int(given.n)
+    except ValueError:
+        n = 0
+    if not 2 <= n <= MOST_POINTS:
+        raise InputError(
+            f"--n {given.n}: is not allowed; it must be a whole number from 2 to {MOST_POINTS}"
+        )
+    first, second = angle_axes(n)
+    if given.first:
+        first = _axis(given.first, "--first", scene, n)
+    if given.second:
+        second = _axis(given.second, "--second", scene, n)
+    if first.name == second.name:
+        raise InputError(f"--second {second.name}: is the first parameter too; take another one")
+    return first, second
+
+
+def write_map(path: Path, found: StabilityMap) -> None:
+    """A CSV row for each point: both parameters and the verdict."""
+    from squeal.angle_map import NAMES
+
+    first, second = (axis.values.tolist() for axis in found.axes)
+    rows = (
+        (a, b, NAMES[found.codes[i, j]]) for i, a in enumerate(first) for j, b in enumerate(second)
+    )
+    write_csv(path, [found.axes[0].name, found.axes[1].name, "verdict"], rows)
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Read the scene, compute the map, write what is asked."""
+    scene = read_scene(given.scene)
+    wanted = axes(given, scene)
+    for option in ("csv", "pdf"):
+        path = getattr(given, option)
+        if path is not None:
+            check_writable(path, f"--{option}")
+    found = stability_map(scene, wanted)
+    if given.csv is not None:
+        write_map(given.csv, found)
+    if given.pdf is not None:
+        from squeal.figures.maps import draw_stability_map
+
+        draw_stability_map(found, given.pdf)
+    head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"
+    rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
+    where = ("squeal.commands.map", ("numpy",))
+    return Answer(
+        lambda: {
+            "share": found.share,
+            "n": wanted[0].n,
+            "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
+            "provenance": provenance(scene.source, *where),
+        },
+        lambda: f"share of the area: {head}\n" + table(rows),
+    )
+
+
+COMMAND = Command("map", "The verdict over alpha1 and alpha2 in (0, pi).", run, options)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())
