@@ -2,8 +2,8 @@
 
 
 class InputError(ValueError):
-    """The input is refused: one sentence naming the file, the key, the value and what is allowed."""
+    """The input is refused; one sentence names file, key, value and what is allowed."""
 
 
 class ComputationError(RuntimeError):
-    """A valid request could not be completed; the message gives the reason (and the time, if any)."""
+    """A valid request could not be completed; the message gives the reason."""

@@ -1,4 +1,4 @@
-"""The equations of motion of models B1 (Eqs. 4-6) and B2 (Eqs. 8-10), assembled from their parts."""
+"""Equations of motion of models B1 (Eqs. 4-6) and B2 (Eqs. 8-10), put together from parts."""
 
 from __future__ import annotations
 

@@ -47,9 +47,8 @@ class Path:
             raise ComputationError("without friction there is no equilibrium in contact")
         branch = follow(model, *start, mu_max)
         mus = [float(point.z[3]) for point in branch.points]
-        rising = 1 + sum(
-            1 for _ in itertools.takewhile(lambda ab: ab[1] > ab[0], itertools.pairwise(mus))
-        )
+        steps = itertools.pairwise(mus)
+        rising = 1 + sum(1 for _ in itertools.takewhile(lambda step: step[1] > step[0], steps))
         fold = mus[rising - 1] if rising < len(mus) else None
         return Path(
             model,
@@ -61,7 +60,7 @@ class Path:
         )
 
     def at(self, mu: float) -> tuple[np.ndarray, State]:
-        """The equilibrium z (natural units) and contact state at mu; a break belongs to what follows.
+        """The equilibrium z (natural units) at mu and its contact state, at a break the new one.
 
         Raises ComputationError beyond the path.
         """
