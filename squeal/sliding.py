@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.damping import damping_matrix
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.linear import Linearisation, about_origin, linearise
@@ -33,7 +35,7 @@ class Analysis:
 
 
 def at_equilibrium(model: PadModel, found: Equilibrium) -> Linearisation:
-    """The linearisation of a model about one of its equilibria."""
+    """The linearisation of a model about one of its equilibria, undamped."""
     return linearise(model, np.array(found.q), found.state)
 
 
@@ -42,25 +44,31 @@ def analyse(scene: Scene) -> Analysis:
 
     Raises ComputationError, with the reason, if no steady sliding exists.
     """
+    C = damping_matrix(scene)
     if scene.model == "B3":
-        return _about_origin(scene, scene.pad.mu)
+        return _about_origin(scene, scene.pad.mu, C)
     found, how = sliding_equilibrium(scene.pad_model)
     if found is None:
         raise ComputationError(how)
-    return _about(scene, found, how)
+    return _about(scene, found, how, C)
 
 
-def _about_origin(scene: Scene, mu: float) -> Analysis:
-    matrices = about_origin(scene.pad.replace(mu=mu), scene.formulation)
-    contact = name("B2", FULL)
-    how = "about the origin, full contact"
-    return _analysis(scene.model, (0.0, 0.0, 0.0), None, contact, how, matrices)
+def _about_origin(scene: Scene, mu: float, C: np.ndarray) -> Analysis:
+    undamped = about_origin(scene.pad.replace(mu=mu), scene.formulation)
+    return _analysis(
+        scene.model,
+        (0.0, 0.0, 0.0),
+        None,
+        name("B2", FULL),
+        "about the origin, full contact",
+        dataclasses.replace(undamped, C=C),
+    )
 
 
-def _about(scene: Scene, found: Equilibrium, how: str) -> Analysis:
+def _about(scene: Scene, found: Equilibrium, how: str, C: np.ndarray) -> Analysis:
     model = PadModel(scene.model, scene.pad.replace(mu=found.mu), scene.formulation)
-    contact = name(scene.model, found.state)
-    return _analysis(scene.model, found.q, found.R_n, contact, how, at_equilibrium(model, found))
+    matrices = dataclasses.replace(at_equilibrium(model, found), C=C)
+    return _analysis(scene.model, found.q, found.R_n, name(scene.model, found.state), how, matrices)
 
 
 def _analysis(
@@ -82,18 +90,20 @@ def swept(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]
 
     Raises ComputationError if there is no equilibrium without friction.
     """
+    C = damping_matrix(scene)
     if scene.model == "B3":
-        return [(mu, _about_origin(scene, mu)) for mu in mus]
+        return [(mu, _about_origin(scene, mu, C)) for mu in mus]
     path = Path.of(scene.pad_model, max(mus))
     how = "on the branch continued from mu = 0"
     places = [(mu, path.equilibrium(mu)) for mu in mus]
-    return [(mu, None if e is None else _about(scene, e, how)) for mu, e in places]
+    return [(mu, None if e is None else _about(scene, e, how, C)) for mu, e in places]
 
 
-def judged_equilibria(model: PadModel) -> list[tuple[Equilibrium, Judgement]]:
-    """All sliding equilibria at the pad's mu with the verdict on each."""
+def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
+    """All sliding equilibria at the scene's mu with the verdict on each."""
+    C, model = damping_matrix(scene), scene.pad_model
     judged = []
     for found in find_all(model):
         matrices = at_equilibrium(model, found)
-        judged.append((found, judge(matrices.M, matrices.C, matrices.K)))
+        judged.append((found, judge(matrices.M, C, matrices.K)))
     return judged

@@ -47,7 +47,7 @@ def data(scene: Scene) -> dict[str, Any]:
                 "contact": name(scene.model, e.state),
                 "verdict": judgement.verdict,
             }
-            for e, judgement in judged_equilibria(scene.pad_model)
+            for e, judgement in judged_equilibria(scene)
         ]
     return found
 

@@ -95,8 +95,3 @@ class Path:
         z, state = self.at(mu)
         model = PadModel(self.model.name, self.model.pad.replace(mu=mu), self.model.formulation)
         return linearise(model, self.branch.statics.to_si(z), state)
-
-    def system(self, mu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(M, C, K) at mu, as the stability toolkit takes a family of systems."""
-        matrices = self.linearisation(mu)
-        return matrices.M, matrices.C, matrices.K

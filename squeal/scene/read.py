@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,11 +16,21 @@ from squeal.scene.schema import (
     MAX_TOLERANCE,
     OUTPUTS,
     SAMPLES,
+    Damping,
     Scene,
 )
 from squeal.scene.values import Keys, angle, choice, mapping, number, shown
 
-KEYS = ["model", "parameters", "formulation", "initial", "time", "tolerance", "outputs"]
+KEYS = [
+    "model",
+    "parameters",
+    "formulation",
+    "initial",
+    "time",
+    "tolerance",
+    "outputs",
+    "damping",
+]
 _NOT_B3 = {"initial", "time"}
 
 
@@ -94,6 +105,30 @@ def _outputs(given: Any, at: Keys) -> tuple[str, ...]:
     return tuple(name for name in OUTPUTS if name in given)
 
 
+def _numbers(given: Any, at: Keys, low: float) -> tuple[float, ...]:
+    allowed = "a list of 3 finite numbers" + (f" of at least {low:g}" if low > -math.inf else "")
+    if not isinstance(given, list) or len(given) != 3:
+        raise at.refuse(f"{shown(given)} is not allowed; it must be {allowed}")
+    values = tuple(number(value, at, allowed) for value in given)
+    if min(values) < low:
+        raise at.refuse(f"{shown(given)} is not allowed; it must be {allowed}")
+    return values
+
+
+def _damping(given: Any, at: Keys) -> Damping:
+    mapping(given, at, ["matrix", "ratios"])
+    if len(given) != 1:
+        raise at.refuse("it must hold one of matrix (3 x 3) and ratios (3 modal damping ratios)")
+    if "ratios" in given:
+        return Damping(ratios=_numbers(given["ratios"], at / "ratios", 0.0))
+    rows, here = given["matrix"], at / "matrix"
+    if not isinstance(rows, list) or len(rows) != 3:
+        raise here.refuse(f"{shown(rows)} is not allowed; it must be a list of 3 rows")
+    return Damping(
+        matrix=tuple(_numbers(row, here / f"row {i}", -math.inf) for i, row in enumerate(rows, 1))
+    )
+
+
 def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query") -> Scene:
     """Read and validate a scene file.
 
@@ -119,6 +154,11 @@ def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query"
             raise (at / "model").refuse(
                 "B3 is not allowed; only B1 and B2 can be simulated, B3 is a linearisation"
             )
+    if "damping" in document and purpose == "simulate":
+        raise (at / "damping").refuse(
+            f"{shown(document['damping'])} is not allowed in a simulation, whose equations have "
+            "no damping; it belongs to the stability queries, leave it out"
+        )
     stop, samples = None, None
     if "time" in document:
         stop, samples = _time(document["time"], at / "time")
@@ -141,6 +181,7 @@ def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query"
         outputs=_outputs(document["outputs"], at / "outputs")
         if "outputs" in document
         else DEFAULT_OUTPUTS,
+        damping=_damping(document["damping"], at / "damping") if "damping" in document else None,
         source=path,
     )
     _check_together(scene, at, purpose)

@@ -18,6 +18,18 @@ COORDINATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
 
 
 @dataclass(frozen=True)
+class Damping:
+    """Optional damping of the stability queries: one of a C matrix and three modal ratios.
+
+    matrix: rows of C (3, 3) in (x, y, theta), SI units; ratios: damping ratios of the three modes
+    without friction, by rising frequency.
+    """
+
+    matrix: tuple[tuple[float, ...], ...] | None = None
+    ratios: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
     """What a scene file asks for; `initial` is (x, y, theta, x_dot, y_dot, theta_dot) in SI units.
 
@@ -33,6 +45,7 @@ class Scene:
     samples: int | None = None
     tolerance: float = DEFAULT_TOLERANCE
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
+    damping: Damping | None = None
     source: Path | None = field(default=None, compare=False)
 
     @property
