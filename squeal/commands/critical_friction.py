@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 from squeal.commands.base import Answer, Command, Parser, table
+from squeal.commands.plain import critical, read_if_plain
 from squeal.critical import CriticalFriction, critical_friction
 from squeal.errors import InputError
 from squeal.provenance import provenance
@@ -67,11 +68,14 @@ def text(found: CriticalFriction) -> str:
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     mu_max = upper_end(given.mu_max)
-    scene = read_scene(given.scene)
-    found = critical_friction(scene, mu_max)
+    system = read_if_plain(given.scene)
+    if system is not None:
+        found = critical(system, mu_max)
+    else:
+        found = critical_friction(read_scene(given.scene), mu_max)
     where = ("squeal.commands.critical_friction", ("numpy",))
     return Answer(
-        lambda: data(found) | {"provenance": provenance(scene.source, *where)},
+        lambda: data(found) | {"provenance": provenance(given.scene, *where)},
         lambda: text(found),
     )
 

@@ -7,31 +7,28 @@ import sys
 from typing import Any
 
 from squeal.commands.base import Answer, Command, Parser, table
+from squeal.commands.plain import (
+    eigenvalue_data,
+    eigenvalue_rows,
+    eigenvalue_table,
+    eigenvalue_text,
+    read_if_plain,
+    value_of,
+)
 from squeal.errors import InputError
 from squeal.provenance import provenance
 from squeal.scene import read_scene
 from squeal.sliding import Analysis, analyse, swept
-from squeal.stability import Spectrum
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
     parser.add_argument(
-        "--mu", metavar="A:B:N", help="also sweep mu from A to B in N equal steps along the branch"
+        "--mu", metavar="A:B:N", help="also sweep mu from A to B, N values, along the branch"
     )
-
-
-def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:
-    """The six eigenvalues as JSON rows, sorted by frequency."""
-    return [
-        {
-            "real": e.value.real,
-            "imag": e.value.imag,
-            "frequency_hz": e.frequency_hz,
-            "damping_ratio": e.damping_ratio,
-        }
-        for e in spectrum.eigenvalues
-    ]
+    parser.add_argument(
+        "--at", metavar="MU", help="plain systems M, C, K(mu) only: value of mu (0 if left out)"
+    )
 
 
 def sweep_rows(analyses: list[tuple[float, Analysis | None]]) -> list[dict[str, Any]]:
@@ -72,24 +69,13 @@ def text(analysis: Analysis) -> str:
     """The same for people."""
     x, y, theta = analysis.q
     reaction = "" if analysis.R_n is None else f", R_n = {analysis.R_n:.6g} N"
-    rows = [("  mode", "real, 1/s", "imag, rad/s", "frequency, Hz", "damping ratio")]
-    for i, e in enumerate(analysis.spectrum.eigenvalues, 1):
-        rows.append(
-            (
-                f"  {i}",
-                f"{e.value.real:.6g}",
-                f"{e.value.imag:.6g}",
-                f"{e.frequency_hz:.6g}",
-                f"{e.damping_ratio:.6g}",
-            )
-        )
     return "\n".join(
         [
             f"model {analysis.model}: x = {x:.6g} m, y = {y:.6g} m, theta = {theta:.6g} rad, "
             f"contact {analysis.contact}{reaction}",
             f"({analysis.how})",
             "",
-            table(rows),
+            eigenvalue_table(analysis.spectrum),
             "",
             f"verdict: {analysis.judgement}",
         ]
@@ -127,8 +113,18 @@ def sweep_range(given: str) -> list[float]:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, find its equilibrium, analyse it."""
-    scene = read_scene(given.scene)
     mus = sweep_range(given.mu) if given.mu else None
+    system = read_if_plain(given.scene)
+    at = value_of(given.at, system)
+    if system is not None:
+        return Answer(
+            lambda: (
+                eigenvalue_data(system, at, mus)
+                | {"provenance": provenance(given.scene, "squeal.commands.eigenvalues", ("numpy",))}
+            ),
+            lambda: eigenvalue_text(system, at, mus),
+        )
+    scene = read_scene(given.scene)
     analysis = analyse(scene)
     sweep = swept(scene, mus) if mus else None
 
