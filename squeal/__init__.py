@@ -1,3 +1,92 @@
-"""squeal: hammering brake squeal of a rigid pad, simulated, linearised and judged."""
+"""squeal: hammering brake squeal of a rigid pad, simulated, linearised and judged.
+
+    from squeal import read_scene, analyse, critical_friction
+    scene = read_scene("pad.yaml")
+    print(analyse(scene).judgement, critical_friction(scene).points)
+
+The names below are loaded when they are first used, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from squeal.angle_map import Axis, angle_axes, stability_map
+    from squeal.critical import critical_friction
+    from squeal.equilibrium import find_all, sliding_equilibrium
+    from squeal.errors import ComputationError, InputError
+    from squeal.linear import about_origin, bounds, linearise, stiffness
+    from squeal.scene import Scene, read_scene
+    from squeal.simulation import Simulation, simulate
+    from squeal.sliding import analyse, swept
+    from squeal.stability import (
+        complex_eigenvalues,
+        critical_points,
+        friction_loop,
+        judge,
+        read_plain,
+        track,
+        verdict,
+    )
+
+_HOME = {
+    "squeal.angle_map": ("Axis", "angle_axes", "stability_map"),
+    "squeal.critical": ("critical_friction",),
+    "squeal.equilibrium": ("find_all", "sliding_equilibrium"),
+    "squeal.errors": ("ComputationError", "InputError"),
+    "squeal.linear": ("about_origin", "bounds", "linearise", "stiffness"),
+    "squeal.scene": ("Scene", "read_scene"),
+    "squeal.simulation": ("Simulation", "simulate"),
+    "squeal.sliding": ("analyse", "swept"),
+    "squeal.stability": (
+        "complex_eigenvalues",
+        "critical_points",
+        "friction_loop",
+        "judge",
+        "read_plain",
+        "track",
+        "verdict",
+    ),
+}
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+__all__ = [
+    "Axis",
+    "ComputationError",
+    "InputError",
+    "Scene",
+    "Simulation",
+    "about_origin",
+    "analyse",
+    "angle_axes",
+    "bounds",
+    "complex_eigenvalues",
+    "critical_friction",
+    "critical_points",
+    "find_all",
+    "friction_loop",
+    "judge",
+    "linearise",
+    "read_plain",
+    "read_scene",
+    "simulate",
+    "sliding_equilibrium",
+    "stability_map",
+    "stiffness",
+    "swept",
+    "track",
+    "verdict",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE:
+        raise AttributeError(f"module 'squeal' has no attribute {name!r}")
+    return getattr(importlib.import_module(_MODULE[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_MODULE])

@@ -30,7 +30,12 @@ def _file(module: str) -> Path | None:
 def _imports(path: Path) -> frozenset[str]:
     """Names of this package's modules that a file imports (absolute imports, the house style)."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    wanted: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while wanted:
+        node = wanted.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue  # seen by type checkers alone
+        wanted += ast.iter_child_nodes(node)
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
