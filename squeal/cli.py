@@ -13,6 +13,7 @@ COMMANDS = {
     "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
     "critical-friction": "every threshold of stability in a range of mu",
     "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+    "claims": "the statements of the article, each with its measured verdict",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 

@@ -184,28 +184,27 @@ def integrate(
     return t, state, steps, changes
 
 
+def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
+    """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
+    if scene.stop is None:
+        raise ValueError("the scene names no time")
+    units = natural_units(scene.pad, scene.initial)
+    pad = scene.pad.scaled(units.mass, units.length, units.time)
+    model = PadModel(scene.model, pad, scene.formulation)
+    return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
+
+
 def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> Simulation:
     """Simulate a B1 or B2 scene; only what its outputs name is computed.
 
     `progress(share)` is called now and then on long runs. Raises ComputationError with the time
     where the model ends (rotation past 90 degrees, a spring collapsed).
     """
-    if scene.stop is None or scene.samples is None:
-        raise ValueError("the scene names no time")
     started = clock.perf_counter()
-    units = natural_units(scene.pad, scene.initial)
-    pad = scene.pad.scaled(units.mass, units.length, units.time)
-    model = PadModel(scene.model, pad, scene.formulation)
-    stop = scene.stop / units.time
+    units, model, start, stop = in_natural_units(scene)
     observers = observers_for(scene, model, units, stop, progress)
-    t, state, steps, changes = integrate(
-        model,
-        integrator := make_integrator(model, scene.tolerance, backend),
-        units,
-        units.to_scaled(np.array(scene.initial)),
-        stop,
-        observers,
-    )
+    integrator = make_integrator(model, scene.tolerance, backend)
+    t, state, steps, changes = integrate(model, integrator, units, start, stop, observers)
     results: dict[str, Any] = {}
     for o in observers:
         results |= o.result()

@@ -1,0 +1,7 @@
+"""The article's statements about its results, each as a measurement with a margin and a verdict."""
+
+from squeal.claims.catalogue import CLAIMS, Claim
+from squeal.claims.judging import Judged, judge_claims
+from squeal.claims.measures import Case, measure
+
+__all__ = ["CLAIMS", "Case", "Claim", "Judged", "judge_claims", "measure"]

@@ -1,0 +1,118 @@
+"""`squeal claims`: the article's statements, each measured and judged on the article's scenes."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.claims import Judged, judge_claims, measure
+from squeal.claims.catalogue import CASES
+from squeal.claims.judging import Linear
+from squeal.commands.base import Answer, Command, Parser, table
+from squeal.errors import InputError
+from squeal.linear import bounds, rank, stiffness
+from squeal.provenance import provenance
+from squeal.scene import Scene, read_scene
+from squeal.sources import ROOT
+
+MAP_POINTS = 500
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal claims`."""
+    parser.add_argument(
+        "--scenes",
+        type=Path,
+        metavar="FOLDER",
+        help="folder with b1-a.yaml to b2-d.yaml (workflow/scenes if left out)",
+    )
+
+
+def scene_folder(given: Path | None) -> Path:
+    """The folder of the article's scenes. Raises InputError if there is none."""
+    places = [given] if given else [Path("workflow/scenes"), ROOT.parent / "workflow" / "scenes"]
+    for place in places:
+        if (place / "b1-a.yaml").is_file():
+            return place
+    raise InputError(
+        f"--scenes {places[0]}: holds no b1-a.yaml; a folder with the article's scenes is allowed"
+    )
+
+
+def _angles() -> tuple[np.ndarray, np.ndarray]:
+    middles = math.pi * (np.arange(MAP_POINTS) + 0.5) / MAP_POINTS
+    return tuple(np.meshgrid(middles, middles, indexing="ij"))
+
+
+def linear_measures(scenes: dict[str, Scene]) -> Linear:
+    """Ranks of Eq. (22) for the B2 scenes by case; share of the map where (23a, b) hold."""
+    pad = scenes["a"].pad
+    return Linear(
+        {case: rank(scene.pad, stiffness(scene.pad)) for case, scene in scenes.items()},
+        float(np.mean(bounds(pad, _angles()).as_printed)),
+    )
+
+
+def judge_folder(folder: Path) -> list[Judged]:
+    """Simulate and judge the eight scenes of a folder."""
+    scenes = {
+        model: {case: read_scene(folder / f"{model}-{case}.yaml", "simulate") for case in CASES}
+        for model in ("b1", "b2")
+    }
+    measured = {
+        model: {case: measure(scene) for case, scene in cases.items()}
+        for model, cases in scenes.items()
+    }
+    return judge_claims(measured["b1"], measured["b2"], linear_measures(scenes["b2"]))
+
+
+def data(judged: list[Judged]) -> dict[str, Any]:
+    """The claims as a JSON object."""
+    return {
+        "claims": [
+            {
+                "id": j.claim.id,
+                "verdict": j.verdict,
+                "measured": j.measured,
+                "where": j.claim.where,
+                "statement": j.claim.statement,
+                "case": j.claim.case,
+                "margin": j.margin,
+            }
+            for j in judged
+        ]
+    }
+
+
+def text(judged: list[Judged]) -> str:
+    """The same for people."""
+    rows = [("claim", "statement", "verdict", "margin", "measured")]
+    rows += [
+        (j.claim.id, j.claim.statement, j.verdict, f"{j.margin:+.3g}", j.measured) for j in judged
+    ]
+    held = sum(j.verdict == "reproduced" for j in judged)
+    return table(rows, right=False) + f"\n\n{held} of {len(judged)} reproduced"
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Judge the claims on the article's scenes."""
+    judged = judge_folder(scene_folder(given.scenes))
+    return Answer(
+        lambda: (
+            data(judged) | {"provenance": provenance(None, "squeal.commands.claims", ("numpy",))}
+        ),
+        lambda: text(judged),
+    )
+
+
+COMMAND = Command(
+    "claims", "The article's statements, each with its measured verdict.", run, options, scene=False
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())
