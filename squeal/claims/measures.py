@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ START = 1e-9  # values below this at the start count as zero: nothing has moved 
 
 @dataclass(frozen=True)
 class Range:
-    """Least and greatest value after the start, which counts only if it is on neither side of 0."""
+    """Least and greatest value of a signal; a start at zero does not count."""
 
     low: float
     high: float
@@ -65,7 +66,8 @@ class Gatherer(Observer):
         if leg.t1 == leg.t0:
             return
         nodes = leg.nodes
-        assert nodes is not None and leg.dense is not None
+        assert nodes is not None
+        assert leg.dense is not None
         inner = np.linspace(0.0, 1.0, PER_STEP, endpoint=False)
         t = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * inner).ravel(), nodes[-1])
         states = leg.dense(t)
@@ -76,10 +78,8 @@ class Gatherer(Observer):
             (loads[0] / pad.m) ** 2 + (loads[1] / pad.m) ** 2 + (pad.w * loads[2] / pad.I) ** 2
         )
         first, second = normalised(self._model, states, leg.contact)
-        part = np.array(
-            [t, first, second, pad.theta0 + q[2], np.broadcast_to(acceleration, t.shape)]
-        )
-        self._parts.append(part)
+        tilt = pad.theta0 + q[2]
+        self._parts.append(np.array([t, first, second, tilt, acceleration + 0.0 * t]))
         self._legs.append((leg.contact, leg.t0, leg.t1))
 
     def case(self) -> Case:
@@ -94,7 +94,7 @@ class Gatherer(Observer):
             spent[contact] = spent.get(contact, 0.0) + t1 - t0
         losses = [
             edge
-            for (old, _, _), (new, _, _) in zip(after, after[1:], strict=False)
+            for (old, _, _), (new, _, _) in itertools.pairwise(after)
             for edge in (LEADING, TRAILING)
             if old[edge] and not new[edge]
         ]

@@ -44,17 +44,14 @@ def scene_folder(given: Path | None) -> Path:
     )
 
 
-def _angles() -> tuple[np.ndarray, np.ndarray]:
-    middles = math.pi * (np.arange(MAP_POINTS) + 0.5) / MAP_POINTS
-    return tuple(np.meshgrid(middles, middles, indexing="ij"))
-
-
 def linear_measures(scenes: dict[str, Scene]) -> Linear:
     """Ranks of Eq. (22) for the B2 scenes by case; share of the map where (23a, b) hold."""
+    middles = math.pi * (np.arange(MAP_POINTS) + 0.5) / MAP_POINTS
+    angles = np.meshgrid(middles, middles, indexing="ij")
     pad = scenes["a"].pad
     return Linear(
         {case: rank(scene.pad, stiffness(scene.pad)) for case, scene in scenes.items()},
-        float(np.mean(bounds(pad, _angles()).as_printed)),
+        float(np.mean(bounds(pad, angles).as_printed)),
     )
 
 

@@ -64,7 +64,9 @@ def read_document(path: Path) -> dict[str, Any]:
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
-        raise at.refuse(f"cannot be read ({error.strerror}); a scene file is allowed") from None
+        raise at.refuse(
+            f"cannot be read ({error.strerror}); the name of a readable file is allowed"
+        ) from None
     except UnicodeDecodeError as error:
         raise at.refuse(f"byte {error.start} is not UTF-8; only UTF-8 text is allowed") from None
     try:
@@ -83,6 +85,6 @@ def read_document(path: Path) -> dict[str, Any]:
     if not isinstance(documents[0], dict):
         raise InputError(
             f"{path}: the content {shown(documents[0])} is not allowed; it must be a mapping "
-            "with the keys model and parameters"
+            "of keys to values"
         )
     return documents[0]

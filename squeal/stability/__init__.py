@@ -1,0 +1,40 @@
+"""Linear stability of circulatory systems M q'' + C q' + K(mu) q = 0 of any size.
+
+Give matrices and get eigenvalues, a verdict and sensitivities; give a function
+`system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
+"""
+
+from squeal.stability.cubic import VERDICTS, undamped_verdicts
+from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
+from squeal.stability.judgement import Judgement, judge, verdict
+from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
+from squeal.stability.matrices import Matrices, System
+from squeal.stability.plain import PlainSystem, plain_system, read_plain
+from squeal.stability.sensitivity import sensitivities
+from squeal.stability.thresholds import CriticalPoint, critical_points
+from squeal.stability.tracking import TrackedModes, track
+
+__all__ = [
+    "VERDICTS",
+    "CriticalPoint",
+    "Eigenvalue",
+    "FrictionLoop",
+    "Judgement",
+    "LoopAnswer",
+    "Matrices",
+    "PlainSystem",
+    "Spectrum",
+    "System",
+    "TrackedModes",
+    "complex_eigenvalues",
+    "critical_points",
+    "friction_loop",
+    "judge",
+    "plain_system",
+    "read_plain",
+    "sensitivities",
+    "sweep",
+    "track",
+    "undamped_verdicts",
+    "verdict",
+]

@@ -1,0 +1,218 @@
+"""Complex eigenvalues of M q'' + C q' + K q = 0 with vectors, residuals and conditions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.stability.matrices import Array, Reduced, System, first_order, reduce, zero_roots
+
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Eigenvalue:
+    """One eigenvalue (rad/s) of (value^2 M + value C + K) right = 0 and what is known of it."""
+
+    value: complex
+    right: ComplexArray = field(repr=False)  # (n,) mode shape, right^H M right = 1
+    left: ComplexArray = field(repr=False)  # (n,) left^H (...) = 0, left^H M left = 1
+    residual: float  # backward error: |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised
+    condition: float  # 1/|y^H x| of the standard problem solved (in value^2 if undamped), or inf
+
+    @property
+    def frequency_hz(self) -> float:
+        """|Im| / (2 pi), in Hz."""
+        return abs(self.value.imag) / (2 * math.pi)
+
+    @property
+    def growth_rate(self) -> float:
+        """Real part, 1/s: positive where the motion grows."""
+        return self.value.real
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re / |value|; 0 for a rigid-body root, which neither grows nor decays."""
+        return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """All 2n eigenvalues, by rising frequency; of one frequency the fastest growing first.
+
+    Conjugate pairs stand together, positive imaginary part first.
+    """
+
+    eigenvalues: tuple[Eigenvalue, ...]
+    undamped: bool
+    rigid_body_roots: int  # eigenvalues that are exactly zero
+
+    @property
+    def values(self) -> ComplexArray:
+        """The eigenvalues as an array (2n,), rad/s."""
+        return np.array([e.value for e in self.eigenvalues])
+
+    @property
+    def dominant(self) -> Eigenvalue:
+        """The eigenvalue of largest real part (of several, the one of largest frequency)."""
+        return max(self.eigenvalues, key=lambda e: (e.value.real, e.value.imag))
+
+    def __len__(self) -> int:
+        return len(self.eigenvalues)
+
+
+def ordered(values: ComplexArray) -> NDArray[np.intp]:
+    """Indices that sort eigenvalues (..., m) as a Spectrum does, along the last axis."""
+    # an exact conjugate pair or quadruple has equal |Im|, so the later keys decide within it;
+    # of repeated eigenvalues the first is paired with the first conjugate, and so on
+    equal = values[..., :, None] == values[..., None, :]
+    occurrence = np.sum(np.tril(equal, -1), axis=-1)
+    keys = (-values.imag, occurrence, -values.real, np.abs(values.imag))
+    return np.lexsort(keys, axis=-1)
+
+
+def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Unit left eigenvectors as columns.
+
+    Rows of the inverse where the right vectors are independent; near a coalescence, where the
+    inverse loses digits, the left null vector of A - s one by one.
+    """
+    singular = np.linalg.svd(right, compute_uv=False)
+    if singular[-1] > 1e-6 * singular[0]:
+        left = np.linalg.inv(right).conj().T
+    else:
+        shifted = A[None] - values[:, None, None] * np.eye(len(A))
+        left = np.linalg.svd(shifted)[0][:, :, -1].T
+    return left / np.linalg.norm(left, axis=0)
+
+
+def standard_eigenvalues(
+    A: Array, rounding: float
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
+    """Eigenvalues, unit right and left vectors, conditions 1/|y^H x| of a real matrix.
+
+    Zero roots counted by rank are set to exactly zero, with vectors from the null spaces.
+    """
+    values, right = np.linalg.eig(A)
+    values, right = values.astype(complex), right.astype(complex)
+    left = _left_vectors(A, values, right)
+    zeros = zero_roots(A, rounding)
+    if zeros:
+        where = np.argsort(np.abs(values))[:zeros]
+        values[where] = 0.0
+        U, singular, rows = np.linalg.svd(A)
+        limit = 2 * len(A) * rounding * (singular[0] if len(singular) else 0.0)
+        rank = int(np.sum(singular > limit))
+        null, conull = rows[rank:].T, U[:, rank:]
+        overlap = conull.T @ null
+        if zeros == len(A) - rank and np.linalg.cond(overlap) < 1e8:
+            conull = conull @ np.linalg.inv(overlap).T  # biorthogonal within the null spaces
+        pick = np.arange(zeros) % (len(A) - rank)  # a chain repeats its one vector
+        right[:, where], left[:, where] = null[:, pick], conull[:, pick]
+        left[:, where] /= np.linalg.norm(left[:, where], axis=0)
+    cosine = np.abs(np.sum(left.conj() * right, axis=0))
+    with np.errstate(divide="ignore"):
+        return values, right, left, 1.0 / cosine
+
+
+def axis_noise(A: Array, values: ComplexArray, condition: Array, rounding: float) -> Array:
+    """How far from an axis an eigenvalue of A that lies on it may be computed, unit of A.
+
+    Condition number times backward error; but no more than the m-th root of the relative error,
+    which is what m coalescing eigenvalues spread by (m: those found close together, at least 2).
+    """
+    error, norm = 2 * len(A) * rounding, float(np.linalg.norm(A, 2))
+    close = np.abs(values[:, None] - values[None, :]) <= 4 * error ** (1 / 3) * norm
+    cluster = np.maximum(2, close.sum(axis=1))
+    return np.asarray(norm * np.minimum(error * condition, error ** (1 / cluster)))
+
+
+def squared_frequencies(reduced: Reduced) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
+    """The n roots s = -lambda^2 of an undamped system; vectors and conditions as columns.
+
+    A complex pair whose imaginary part is within its own rounding error (condition times backward
+    error of A, both known) is a coalescence and is returned as a real double root.
+    """
+    values, right, left, condition = standard_eigenvalues(reduced.A, reduced.rounding)
+    real = np.abs(values.imag) <= axis_noise(reduced.A, values, condition, reduced.rounding)
+    values[real] = values.real[real]
+    return values, right, left, condition
+
+
+def _residual(reduced: Reduced, value: complex, x: ComplexArray) -> float:
+    B = np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    A_norm, B_norm = np.linalg.norm(reduced.A, 2), np.linalg.norm(B, 2)
+    size = abs(value) ** 2 + abs(value) * B_norm + A_norm
+    rest = np.linalg.norm(value * value * x + value * (B @ x) + reduced.A @ x)
+    return float(rest / (size * np.linalg.norm(x))) if size else 0.0
+
+
+def _physical(T: Array, z: ComplexArray) -> ComplexArray:
+    """A unit mass-normalised vector in the caller's coordinates, its largest part positive."""
+    z = z / np.linalg.norm(z)
+    largest = z[np.argmax(np.abs(z))]
+    vector = T @ (z * (abs(largest) / largest))
+    vector.setflags(write=False)
+    return np.asarray(vector, dtype=complex)
+
+
+def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
+    """All 2n eigenvalues of M q'' + C q' + K q = 0.
+
+    M (n, n) symmetric positive definite, C (n, n) or None, K (n, n), any consistent units.
+    Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
+    parts, and divergent ones imaginary parts, of exactly zero. Raises InputError.
+    """
+    reduced = reduce(M, C, K)
+    rows: list[tuple[complex, ComplexArray, ComplexArray, float]] = []
+    if reduced.B is None:
+        squares, right, left, condition = squared_frequencies(reduced)
+        for k, s in enumerate(squares):
+            # the partner of s is its exact conjugate: one root serves both
+            root = np.sqrt(-complex(s.real, abs(s.imag)))
+            if s.imag < 0:
+                root = root.conjugate()
+            root = complex(0.0, abs(root.imag)) if s.imag == 0 and s.real > 0 else complex(root)
+            rows += [(v + 0.0, right[:, k], left[:, k], float(condition[k])) for v in (root, -root)]
+    else:
+        matrix, rate = first_order(reduced)
+        values, right, left, condition = standard_eigenvalues(matrix, reduced.rounding)
+        n = reduced.n
+        for k, v in enumerate(values * rate):
+            rows.append((complex(v), right[:n, k], left[n:, k], float(condition[k])))
+    order = ordered(np.array([row[0] for row in rows]))
+    eigenvalues = tuple(
+        Eigenvalue(v, _physical(reduced.T, x), _physical(reduced.T, y), _residual(reduced, v, x), c)
+        for v, x, y, c in (rows[k] for k in order)
+    )
+    zeros = sum(e.value == 0 for e in eigenvalues)
+    return Spectrum(eigenvalues, reduced.B is None, zeros)
+
+
+def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
+    """Eigenvalues over a sweep, shape (n_mu, 2n), each row ordered as in a Spectrum.
+
+    One batched call for all values of mu; vectors and zero-root recognition are left to
+    `complex_eigenvalues`. Undamped only if every C of the sweep is None or zero.
+    """
+    all_reduced = [reduce(*matrices) for matrices in map(system, mus)]
+    if not all_reduced:
+        raise ValueError("mus: at least one value is required")
+    if all(r.B is None for r in all_reduced):
+        s = np.linalg.eigvals(np.array([r.A for r in all_reduced])).astype(complex)
+        half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
+        half = np.where(s.imag < 0, half.conj(), half)
+        values = np.concatenate([half, -half], axis=1)
+    else:
+        damped = [
+            r if r.B is not None else Reduced(r.A, np.zeros_like(r.A), r.T, r.rounding)
+            for r in all_reduced
+        ]
+        pairs = [first_order(r) for r in damped]
+        rates = np.array([rate for _, rate in pairs])
+        values = np.linalg.eigvals(np.array([m for m, _ in pairs])) * rates[:, None]
+    return np.take_along_axis(values, ordered(values), axis=1)

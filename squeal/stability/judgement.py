@@ -1,0 +1,105 @@
+"""The verdict on a system: stable, marginal, flutter or divergence, and how it was reached.
+
+`marginal` means that no eigenvalue lies to the right of the imaginary axis and at least one on
+it: an undamped system that does not grow, or a damped one with an undamped or rigid-body mode.
+Of flutter and divergence together the faster growth names the verdict.
+
+Without damping, and up to three degrees of freedom, no eigenvalue is computed: the signs of the
+discriminant and of the coefficients of the polynomial in lambda^2 decide, each against a bound of
+its own rounding error (`cubic`). At a flutter boundary two roots coalesce and computed real parts
+are noise of the size of the square root of the machine precision, while the discriminant passes
+through zero at full slope and is known to about 1e-14 of its terms. Otherwise an eigenvalue
+counts as lying on an axis if its distance is below (backward error) x (its condition number). The
+condition number grows without limit at a coalescence, so the tolerance widens by itself to the
+square root of the machine precision there (m-th root where m eigenvalues meet), and only there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.stability.cubic import VERDICTS, code, cubic_of
+from squeal.stability.eigen import axis_noise, squared_frequencies, standard_eigenvalues
+from squeal.stability.matrices import Reduced, first_order, reduce
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with the number that decided it and the tolerance that number was held against."""
+
+    verdict: str
+    criterion: str
+    value: float
+    tolerance: float
+
+    def __str__(self) -> str:
+        size = f"{self.value:.6g} (rounding {self.tolerance:.2g})"
+        return f"{self.verdict}: {self.criterion} = {size}"
+
+
+def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
+    """Verdict on M q'' + C q' + K q = 0, matrices (n, n), with the reason. Raises InputError."""
+    return judge_reduced(reduce(M, C, K))
+
+
+def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
+    """Verdict on M q'' + C q' + K q = 0 in one word, see `judge`."""
+    return judge(M, C, K).verdict
+
+
+def judge_reduced(reduced: Reduced) -> Judgement:
+    """As `judge`, for a system in mass-normalised coordinates."""
+    if reduced.B is not None:
+        return _damped(reduced)
+    return _by_invariants(reduced) if reduced.n <= 3 else _by_squares(reduced)
+
+
+def _by_invariants(reduced: Reduced) -> Judgement:
+    cubic = cubic_of(reduced)
+    name = VERDICTS[int(code(cubic))]
+    singular = abs(cubic.c.value) <= cubic.c.bound
+    note = " (K singular)" if singular and reduced.n == 3 else ""
+    if name != "divergence":
+        disc = cubic.discriminant2 if singular else cubic.discriminant
+        return Judgement(name, f"discriminant in lambda^2{note}", *map(float, disc))
+    minors = "determinant" if reduced.n == 2 else "sum of principal minors"
+    negative = [("determinant", cubic.c), (minors, cubic.b), ("trace", cubic.a)]
+    criterion, value = next(item for item in negative if item[1].value < -item[1].bound)
+    return Judgement(name, f"{criterion} of M^-1 K{note}", *map(float, value))
+
+
+def _by_squares(reduced: Reduced) -> Judgement:
+    squares, _, _, condition = squared_frequencies(reduced)
+    noise = axis_noise(reduced.A, squares, condition, reduced.rounding)
+    on_axis = (squares.imag == 0) & (squares.real >= -noise)
+    growth = np.where(on_axis, 0.0, np.abs(np.sqrt(-squares).real))
+    k = int(np.argmax(growth))
+    if growth[k] == 0.0:
+        k = int(np.argmin(squares.real))
+        return Judgement("marginal", "least -lambda^2", float(squares[k].real), float(noise[k]))
+    if squares[k].imag:
+        value = float(abs(squares[k].imag))
+        return Judgement("flutter", "|Im lambda^2|", value, float(noise[k]))
+    return Judgement("divergence", "least -lambda^2", float(squares[k].real), float(noise[k]))
+
+
+def _damped(reduced: Reduced) -> Judgement:
+    matrix, rate = first_order(reduced)
+    values, _, _, condition = standard_eigenvalues(matrix, reduced.rounding)
+    noise = axis_noise(matrix, values, condition, reduced.rounding)
+    noise[values == 0] = 0.0  # found by rank, hence exact
+    excess = np.where(values.real > noise, values.real, -np.inf)
+    k = int(np.argmax(excess))
+    if np.isfinite(excess[k]):
+        # close to where a pair meets the real axis the imaginary part is noise as well
+        oscillates = abs(values[k].imag) > noise[k]
+        name = "flutter" if oscillates else "divergence"
+    else:
+        on_axis = np.abs(values.real) <= noise
+        name = "marginal" if np.any(on_axis) else "stable"
+        k = int(np.argmax(np.where(on_axis, np.inf, values.real)))
+    value, tolerance = float(values[k].real * rate), float(noise[k] * rate)
+    return Judgement(name, "largest Re lambda", value, tolerance)

@@ -1,0 +1,122 @@
+"""The matrices of M q'' + C q' + K q = 0: checked, and freed of their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import InputError
+
+Array = NDArray[np.float64]
+Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
+System = Callable[[float], Matrices]
+"""A family of systems: mu -> (M, C, K); C may be None (undamped)."""
+
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """z'' + B z' + A z = 0, where q = T z and T' M T = 1.
+
+    A (n, n) in rad^2/s^2 and B (n, n) in rad/s, B None without damping: all entries carry the
+    same unit whatever mixture of translations, rotations and masses M holds. A symmetric K gives
+    a symmetric A.
+    """
+
+    A: Array
+    B: Array | None
+    T: Array
+    rounding: float  # relative size of the errors that the reduction leaves in A
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.A)
+
+
+def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
+    try:
+        matrix = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: a square matrix of real numbers is required") from None
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
+        raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
+    if n is not None and len(matrix) != n:
+        raise InputError(f"{name}: shape {matrix.shape}; M has shape {(n, n)}")
+    if not np.all(np.isfinite(matrix)):
+        raise InputError(f"{name}: all entries must be finite")
+    return matrix
+
+
+def checked(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> tuple[Array, Array | None, Array]:
+    """The matrices as float arrays of one shape (n, n); a C of zeros becomes None.
+
+    Raises InputError for anything that is not a square, finite matrix of the size of M.
+    """
+    mass = _square("M", M)
+    damping = None if C is None else _square("C", C, len(mass))
+    if damping is not None and not damping.any():
+        damping = None
+    return mass, damping, _square("K", K, len(mass))
+
+
+def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
+    """The system in mass-normalised coordinates.
+
+    The diagonal of M is scaled to 1 before its Cholesky factor is taken, so masses that differ
+    by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite.
+    """
+    mass, damping, stiffness = checked(M, C, K)
+    diagonal = np.diag(mass)
+    if np.any(diagonal <= 0.0):
+        raise InputError("M: its diagonal must be positive (M symmetric, positive definite)")
+    scale = 1.0 / np.sqrt(diagonal)
+    unit = mass * np.outer(scale, scale)
+    if np.abs(unit - unit.T).max() > 1e-12:
+        raise InputError("M: a symmetric matrix is required")
+    if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
+        # symmetry of K survives to the last bit: one factor for each pair of entries
+        factor = np.outer(scale, scale)
+        B = None if damping is None else damping * factor
+        return Reduced(stiffness * factor, B, np.diag(scale), 4 * EPS)
+    try:
+        inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
+    except np.linalg.LinAlgError:
+        raise InputError("M: a positive definite matrix is required") from None
+    T = scale[:, None] * inverse.T
+    B = None if damping is None else T.T @ damping @ T
+    rounding = 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
+    return Reduced(T.T @ stiffness @ T, B, T, rounding)
+
+
+def first_order(reduced: Reduced) -> tuple[Array, float]:
+    """First-order matrix (2n, 2n) of a damped system in the time unit 1/rate, and rate (1/s)."""
+    n, B = reduced.n, reduced.B
+    assert B is not None
+    rate = max(np.sqrt(np.linalg.norm(reduced.A, 2)), np.linalg.norm(B, 2)) or 1.0
+    rate = 2.0 ** np.round(np.log2(rate))  # a power of two rounds nothing
+    top = np.hstack([np.zeros((n, n)), np.eye(n)])
+    return np.vstack([top, np.hstack([-reduced.A / rate**2, -B / rate])]), float(rate)
+
+
+def zero_roots(A: Array, rounding: float = 4 * EPS) -> int:
+    """Algebraic multiplicity of the eigenvalue 0 of A, from ranks instead of small eigenvalues.
+
+    The null space (singular values below 2 n `rounding` of the largest) is split off and the
+    rest examined again until it has full rank, so chains such as a free body (double zero root
+    of the damped or undamped problem) are counted to their end.
+    """
+    limit = 2 * len(A) * rounding * np.linalg.norm(A, 2)
+    count = 0
+    while len(A):
+        _, singular, rows = np.linalg.svd(A)
+        rank = int(np.sum(singular > limit))
+        if rank == len(A):
+            break
+        count += len(A) - rank
+        A = rows[:rank] @ A @ rows[:rank].T
+    return count

@@ -1,0 +1,110 @@
+"""All sign changes of a smooth function of one variable, found by way of its extrema.
+
+The function is interpolated at Chebyshev points, on panels that are halved until the series has
+converged. Between neighbouring extrema of the interpolant (eigenvalues of its derivative's
+companion matrix) it is monotone and changes sign at most once, so two roots close to each other
+are kept apart by the extremum between them, however fine: no grid has to hit the gap.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from squeal.stability.cubic import Value
+from squeal.stability.matrices import Array
+
+Function = Callable[[float], Value]
+
+DEGREES = (16, 32)
+RESOLVED = 1e-9  # size of the last coefficients, relative: the extrema are then good to 1e-4 or so
+DEPTH = 5
+
+
+@dataclass(frozen=True)
+class Root:
+    """A sign change: its place, the bracket that was left of it, and whether that is tight."""
+
+    mu: float
+    interval: tuple[float, float]
+    converged: bool
+
+
+def _panels(f: Function, low: float, high: float, depth: int = 0) -> Iterator[list[float]]:
+    """Points of [low, high] between which f is monotone, panel by panel."""
+    centre, half = (low + high) / 2, (high - low) / 2
+
+    def sampled(x: np.ndarray) -> np.ndarray:
+        return np.array([f(float(mu)).value for mu in centre + half * x])
+
+    for degree in DEGREES:
+        series: Array = chebyshev.chebinterpolate(sampled, degree)  # type: ignore
+        size = np.abs(series).max()
+        if np.abs(series[-3:]).max() <= RESOLVED * size:
+            break
+    else:
+        if depth < DEPTH:
+            yield from _panels(f, low, centre, depth + 1)
+            yield from _panels(f, centre, high, depth + 1)
+            return
+    nodes = centre + half * chebyshev.chebpts1(degree + 1)
+    slope = chebyshev.chebtrim(chebyshev.chebder(series), 1e-14 * size)
+    turning = chebyshev.chebroots(slope) if len(slope) > 1 else np.array([])
+    real = turning.real[np.abs(turning.imag) <= 1e-6]
+    inside = centre + half * real[np.abs(real) < 1]
+    yield sorted([low, high, *map(float, nodes), *map(float, inside)])
+
+
+def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -> Root:
+    """Bracketed root by inverse quadratic steps or bisection (Chandrupatla 1997)."""
+    a, b, fa, fb = high, low, f_high, f_low
+    c, fc = a, fa
+    t = 0.5
+    for _ in range(200):
+        x = a + t * (b - a)
+        fx = f(x).value
+        if math.copysign(1, fx) == math.copysign(1, fa):
+            c, fc = a, fa
+        else:
+            c, b, fc, fb = b, a, fb, fa
+        a, fa = x, fx
+        best = a if abs(fa) < abs(fb) else b
+        resolution = 2 * float(np.spacing(abs(best)))
+        if fa == 0 or abs(b - a) <= 2 * resolution:
+            break
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        t = 0.5
+        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:
+            t = fa / (fb - fa) * fc / (fb - fc)
+            t += (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        edge = resolution / abs(b - a)
+        t = min(1 - edge, max(edge, t))
+    best = float(best)
+    ends = (best, best) if fa == 0 else (float(min(a, b)), float(max(a, b)))
+    return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)))
+
+
+def sign_changes(f: Function, low: float, high: float) -> tuple[list[Root], list[float]]:
+    """Roots of f in [low, high] and the points at which f was sampled.
+
+    f gives a value and a bound of its rounding error. A point where f is smaller than its bound
+    and not next to another such point is returned as a root too, so that one exactly at an end,
+    or of even order, is not lost; a sign change need not follow from it.
+    """
+    points = sorted({mu for panel in _panels(f, low, high) for mu in panel})
+    sampled = [f(mu) for mu in points]
+    zero = [abs(v.value) <= v.bound for v in sampled]
+    roots = []
+    for k, (left, right) in enumerate(itertools.pairwise(sampled)):
+        if left.value * right.value < 0 and not (zero[k] and zero[k + 1]):
+            roots.append(_refine(f, points[k], points[k + 1], left.value, right.value))
+    for k, (mu, v) in enumerate(zip(points, sampled, strict=True)):
+        beside = zero[max(0, k - 1) : k] + zero[k + 1 : k + 2]
+        if zero[k] and (v.value == 0 or not any(beside)):
+            roots.append(Root(mu, (mu, mu), True))
+    return sorted(roots, key=lambda root: root.mu), points
