@@ -1,0 +1,48 @@
+# make report   everything, up to paper/report.pdf      make test   environment and tests
+# make lint     style and types                         make lock   pin newer dependencies
+# make clean    remove what was built                   make distclean   ... and the environment
+# PYTHON=... chooses the interpreter of a new environment.
+
+BIN := .venv/bin
+ENVIRONMENT := .venv/environment.stamp
+LINTERS := .venv/linters.stamp
+UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
+	--fork-strategy fewest --generate-hashes --no-header
+
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+
+.PHONY: report test lint lock clean distclean
+
+report: $(ENVIRONMENT)
+	@workflow/setup/report.sh
+
+test: $(ENVIRONMENT)
+	@$(BIN)/pytest
+
+lint: $(LINTERS)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/snakefmt --check Snakefile workflow
+
+lock: $(ENVIRONMENT)
+	$(UV_COMPILE) --group installer -o requirements/installer.txt
+	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
+
+clean:
+	rm -rf .snakemake .pytest_cache .mypy_cache .ruff_cache
+	find squeal tests workflow -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf $(filter-out %/README.md,$(wildcard results/* figures/*)) paper/generated
+	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
+
+distclean: clean
+	rm -rf .venv
+
+$(ENVIRONMENT): pyproject.toml requirements/installer.txt requirements/environment.txt
+	@workflow/setup/environment.sh
+	@touch $@
+
+$(LINTERS): $(ENVIRONMENT) requirements/lint.txt
+	@workflow/setup/environment.sh lint
+	@touch $@

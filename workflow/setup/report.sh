@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Builds the report in .venv. Status 3: TeX is missing, everything but the PDF was built.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+PATH=$PWD/.venv/bin:$PATH
+
+if workflow/setup/tex.sh; then
+    exec snakemake --cores 2
+fi
+snakemake --cores 2 everything_but_pdf
+echo "squeal: all but the PDF is built; for that, install TeX (Debian, Ubuntu: apt-get install" \
+    "--no-install-recommends texlive-latex-recommended lmodern latexmk) and run make report again." >&2
+exit 3

@@ -1,0 +1,20 @@
+# shellcheck shell=bash
+# Sourced by the other scripts: installs system packages where root rights can be had.
+
+may_be_root() {
+    [ "$(id -u)" -eq 0 ] && return
+    command -v sudo >/dev/null || return
+    # Ask for a password only where somebody can type it.
+    sudo -n true 2>/dev/null || { [ -t 0 ] && [ -t 2 ] && sudo -v; }
+}
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+# apt_install PACKAGE...: a failed update (one broken source) need not spoil the install.
+apt_install() {
+    as_root apt-get update -qq || true
+    as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -qq --no-install-recommends "$@" >/dev/null
+}
