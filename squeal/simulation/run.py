@@ -78,7 +78,9 @@ def _accelerations(model: PadModel, q: np.ndarray) -> np.ndarray:
 
 
 def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
-    return np.array([state[0], state[1], state[2] / model.pad.w])
+    """q of a scaled state; plain numbers, also from a run in higher precision."""
+    x, y, s = np.asarray(state[:3], dtype=float)
+    return np.array([x, y, s / model.pad.w])
 
 
 def first_state(model: PadModel, state: np.ndarray) -> State:

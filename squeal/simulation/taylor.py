@@ -109,11 +109,11 @@ class TaylorIntegrator:
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
         ta = self._integrator(contact)
-        ta.time = t
+        ta.time = self._fp(t)
         ta.state[:] = state
         ta.reset_cooldowns()
         outcome, _, _, steps, motion, _ = ta.propagate_until(
-            stop, max_steps=LONGEST_LEG, c_output=dense
+            self._fp(stop), max_steps=LONGEST_LEG, c_output=dense
         )
         edge = None
         if outcome not in (hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit):

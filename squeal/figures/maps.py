@@ -1,0 +1,160 @@
+"""Fig. 13: where the conditions (23a, b) for quasi-static sliding hold; and maps of verdicts."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from squeal.figures.style import DOUBLE, SINGLE, Drawing, origin, program, save, style
+from squeal.quasi_static import QuasiStaticMap, read
+
+if TYPE_CHECKING:
+    from squeal.angle_map import StabilityMap
+
+_QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
+_NAMES = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
+CASES = {"a": (0.5, 1.0), "b": (1.0, 0.5), "c": (0.75, 0.75), "d": (0.83, 0.83)}
+"""The article's four cases: (alpha1, alpha2) over pi."""
+
+
+def _angle_axes(axes: Axes) -> None:
+    axes.set_aspect("equal")
+    axes.set_xticks(_QUARTERS, _NAMES)
+    axes.set_yticks(_QUARTERS, _NAMES)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
+    axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
+
+
+def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, title: str) -> None:
+    """The region as filled outlines, in black as in the article, with the four cases marked."""
+    x = np.concatenate([[0.0], angles / np.pi, [1.0]])  # carry the outer cells to the border
+    inside = np.pad(holds.astype(float), 1, mode="edge")
+    axes.contourf(x, x, inside.T, levels=[0.5, 1.5], colors=["black"])
+    for case, (a, b) in CASES.items():
+        axes.text(
+            a,
+            b,
+            case,
+            ha="center",
+            va="center",
+            bbox={
+                "boxstyle": "circle,pad=0.2",
+                "facecolor": "white",
+                "edgecolor": "#C8380E",
+                "linewidth": 1.0,
+            },
+            zorder=5,
+            clip_on=False,
+        )
+    axes.set_title(title)
+    _angle_axes(axes)
+
+
+def quasi_static_figure(found: QuasiStaticMap) -> Figure:
+    """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.5))
+        left, right = figure.subplots(1, 2)
+        share = found.share
+        _region(
+            left,
+            found.angles,
+            found.as_printed,
+            f"(a) as printed: {100 * share['as_printed']:.1f} % of the map",
+        )
+        _region(
+            right,
+            found.angles,
+            found.sign_aware,
+            f"(b) signs followed: {100 * share['sign_aware']:.1f} % of the map",
+        )
+    return figure
+
+
+def alternative_text(found: QuasiStaticMap, mu: float) -> str:
+    """The two maps in words."""
+    share = found.share
+    return (
+        "Two maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
+        f"coefficient {mu:g}. (a) The conditions (23a) and (23b) as printed hold in the black "
+        f"region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the stiffness "
+        f"entries followed, they hold on {100 * share['sign_aware']:.1f} % of the map. Letters a to "
+        "d mark the article's four cases."
+    )
+
+
+def drawing(found: QuasiStaticMap, summary: dict[str, Any]) -> Drawing:
+    """The figure, ready to be saved."""
+    return Drawing(
+        quasi_static_figure(found),
+        alternative_text(found, summary["mu"]),
+        "Map of the quasi-static sliding motion, model B3",
+        origin("squeal.figures.maps", [summary]),
+    )
+
+
+_VERDICT_COLOURS = ("#3498DB", "#F2F2F2", "#C8380E", "#6A1B7B", "#000000", "#888888")
+_HATCHES = ("", "", "///", "xxx", "...", "\\\\\\")
+
+
+def stability_figure(found: StabilityMap) -> Figure:
+    """Verdict over two parameters; colours for verdicts, hatching in the key as a second cue."""
+    from squeal.angle_map import NAMES
+
+    first, second = found.axes
+    with style():
+        figure = Figure(figsize=(SINGLE, 3.6))
+        axes = figure.add_subplot()
+        angles = {first.name, second.name} <= {"alpha1", "alpha2"}
+        unit = np.pi if angles else 1.0
+        met = [i for i, name in enumerate(NAMES) if found.share[name] > 0.0]
+        x, y = first.values / unit, second.values / unit
+        colours = ListedColormap([_VERDICT_COLOURS[i] for i in range(len(NAMES))])
+        axes.pcolormesh(
+            x, y, found.codes.T, cmap=colours, vmin=-0.5, vmax=len(NAMES) - 0.5, rasterized=True
+        )
+        for i in met[1:]:
+            part = (found.codes.T == i).astype(float)
+            axes.contourf(x, y, part, levels=[0.5, 1.5], colors="none", hatches=[_HATCHES[i]])
+        if angles:
+            _angle_axes(axes)
+        axes.set_xlabel(f"{first.name}" if not angles else r"spring angle $\alpha_1$ [rad]")
+        axes.set_ylabel(f"{second.name}" if not angles else r"spring angle $\alpha_2$ [rad]")
+        handles = [
+            Patch(facecolor=_VERDICT_COLOURS[i], edgecolor="0.4", hatch=_HATCHES[i]) for i in met
+        ]
+        names = [f"{NAMES[i]} ({100 * found.share[NAMES[i]]:.1f} %)" for i in met]
+        figure.legend(handles, names, loc="outside upper center", ncols=2)
+    return figure
+
+
+def draw_stability_map(found: StabilityMap, path: Path) -> None:
+    """Save a map of verdicts as PDF, with its alternative text beside it."""
+    shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in found.share.items())
+    title = f"Verdict over {found.axes[0].name} and {found.axes[1].name}"
+    text = f"{title}; shares of the area: {shares}."
+    save(Drawing(stability_figure(found), text, title, origin("squeal.figures.maps")), path)
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("map", type=Path, metavar="MAP.csv")
+    parser.add_argument("summary", type=Path, metavar="SUMMARY.json")
+
+
+def _draw(given: argparse.Namespace) -> Drawing:
+    return drawing(read(given.map), json.loads(given.summary.read_text(encoding="utf-8")))
+
+
+if __name__ == "__main__":
+    sys.exit(program("Draw the map of quasi-static sliding.", _arguments, _draw))
