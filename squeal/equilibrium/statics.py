@@ -83,7 +83,7 @@ class Statics:
 
     def newton(self, z: np.ndarray, state: State, rows: int = 30) -> np.ndarray | None:
         """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""
-        z = z.copy()
+        z, last = z.copy(), np.inf
         for _ in range(rows):
             try:
                 step = np.linalg.solve(self.derivative(z, state)[:, :3], self.residual(z, state))
@@ -92,6 +92,9 @@ class Statics:
             z[:3] -= step
             if not np.all(np.isfinite(z)):
                 return None
-            if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(z[:3]))):
+            size = float(np.max(np.abs(step)) / (1.0 + np.max(np.abs(z[:3]))))
+            # next to a fold rounding keeps the steps from shrinking further
+            if size <= 1e-13 or (size <= 1e-8 and size >= last):
                 return z
+            last = size
         return None
