@@ -94,13 +94,18 @@ class Bounds(NamedTuple):
 def bounds(pad: Pad, angles: Any = None) -> Bounds:
     """Eqs. (23a, b) for the pad's mu; `angles` = (alpha1, alpha2) arrays for a map.
 
-    A bound is infinite where K21 = 0. A row whose stiffness vanishes cannot carry the friction
+    A bound is infinite where K21 = 0 to rounding: friction is not bounded there. A row whose stiffness vanishes cannot carry the friction
     force, so the sign-aware conditions fail there (unless mu = 0).
     """
     K = stiffness(pad, angles=angles)
     K11, K21, K31, mu, h = K[0, 0], K[1, 0], K[2, 0], pad.mu, pad.h
+    # cos(pi/2) leaves some 1e-17, whose sign would decide a bound by chance
+    rounding = 8 * np.finfo(float).eps * (pad.k1 + pad.k2)
+    K11, K21 = (np.where(np.abs(entry) <= rounding, 0.0, entry) for entry in (K11, K21))
+    K31 = np.where(np.abs(K31) <= rounding * (pad.w + h), 0.0, K31)
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = K11 / K21, K31 / (h * K21)
+        a = np.where(K21 == 0.0, np.inf, K11 / K21)
+        b = np.where(K21 == 0.0, np.inf, K31 / (h * K21))
     row_1 = (K11 - mu * K21 > 0.0) & (K11 > 0.0)
     row_3 = (K31 - mu * h * K21) * np.sign(K31) > 0.0
     sign_aware = row_1 & row_3 if mu > 0.0 else np.ones_like(row_1)
