@@ -39,6 +39,15 @@ def write_whole(path: Path, write: Callable[[IO[Any]], None], binary: bool = Fal
         raise
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole."""
+
+    def write(stream: IO[str]) -> None:
+        stream.write(text)
+
+    write_whole(path, write)
+
+
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """A CSV file with a header line; None and NaN become empty fields."""
 

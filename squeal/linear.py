@@ -94,8 +94,9 @@ class Bounds(NamedTuple):
 def bounds(pad: Pad, angles: Any = None) -> Bounds:
     """Eqs. (23a, b) for the pad's mu; `angles` = (alpha1, alpha2) arrays for a map.
 
-    A bound is infinite where K21 = 0 to rounding: friction is not bounded there. A row whose stiffness vanishes cannot carry the friction
-    force, so the sign-aware conditions fail there (unless mu = 0).
+    A bound is infinite where K21 = 0 to rounding: friction is not bounded there. A row whose
+    stiffness vanishes cannot carry the friction force, so the sign-aware conditions fail there
+    (unless mu = 0).
     """
     K = stiffness(pad, angles=angles)
     K11, K21, K31, mu, h = K[0, 0], K[1, 0], K[2, 0], pad.mu, pad.h

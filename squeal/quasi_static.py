@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.files import to_json, write_csv, write_whole
+from squeal.files import to_json, write_csv, write_text
 from squeal.linear import bounds
 from squeal.pad import Pad
 from squeal.provenance import provenance
@@ -86,7 +86,7 @@ def main() -> int:
         "share": found.share,
         "provenance": provenance(given.scene, "squeal.quasi_static", ("numpy",)),
     }
-    write_whole(given.summary, lambda stream: stream.write(to_json(summary) + "\n"))
+    write_text(given.summary, to_json(summary) + "\n")
     return 0
 
 

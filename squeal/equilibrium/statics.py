@@ -9,8 +9,8 @@ import numpy as np
 
 from squeal.mechanics import pose
 from squeal.model import PadModel, net_loads
-from squeal.simulation.units import Units, natural_units
 from squeal.states import State
+from squeal.units import Units, natural_units
 
 _STEP = 1e-200
 

@@ -1,4 +1,4 @@
-"""Figs. 3 and 8: flow charts of the contact states, drawn from the table that the integrator uses."""
+"""Figs. 3 and 8: flow charts of the contact states, from the table that the integrator uses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def places(model: Model) -> dict[str, tuple[float, float]]:
     """Where each state's box stands; states that share a name stand at the first one's place."""
     found: dict[str, tuple[float, float]] = {}
     for state in STATES:
-        found.setdefault(name(model, state), _PLACES[state])
+        x, y = _PLACES[state]
+        found.setdefault(name(model, state), (x if model == "B1" else 1.35 * x, y))
     return found
 
 
@@ -89,7 +90,8 @@ def _arrow(
     )
     if text:
         middle = (tail + head) / 2.0 + left * (0.5 * bow + 0.14)
-        axes.text(*middle, text, ha="center", va="center")
+        middle[0] += 0.05 * (len(text) - 3) * left[0]  # longer text needs more room
+        axes.text(float(middle[0]), float(middle[1]), text, ha="center", va="center")
 
 
 def chart(model: Model) -> Figure:

@@ -15,13 +15,14 @@ from squeal.pad import Model
 from squeal.results import Interval, Run, read_run
 from squeal.states import MEANINGS
 
-# signal: axis label, symbol, what it is in words
-_SIGNALS: dict[str, tuple[str, str]] = {
-    "F3": (r"leading edge, $F_{s,3}/F_n$", "leading-edge force over the brake force"),
-    "F4": (r"trailing edge, $F_{s,4}/F_n$", "trailing-edge force over the brake force"),
-    "Rn": (r"reaction, $R_n/F_n$", "normal reaction over the brake force"),
+# signal: panel title, axis label, what it is in words
+_SIGNALS: dict[str, tuple[str, str, str]] = {
+    "F3": ("leading edge", r"$F_{s,3}/F_n$", "leading-edge force over the brake force"),
+    "F4": ("trailing edge", r"$F_{s,4}/F_n$", "trailing-edge force over the brake force"),
+    "Rn": ("normal reaction", r"$R_n/F_n$", "normal reaction over the brake force"),
     "delta": (
-        r"its place, $\delta/w$",
+        "place of the reaction",
+        r"$\delta/w$",
         "place of the reaction over the half length",
     ),
 }
@@ -55,7 +56,9 @@ def _trace(axes: Axes, run: Run, signal: str, letter: str) -> None:
     for state in run.states_met:
         t, values = curves[state]
         axes.plot(1e3 * t, values, color=palette[state], label=state, gid=state)
-    axes.set_ylabel(f"({letter}) {_SIGNALS[signal][0]}")
+    title, label, _ = _SIGNALS[signal]
+    axes.set_title(f"({letter}) {title}", loc="left", pad=3.0)
+    axes.set_ylabel(label)
     axes.set_xlim(0.0, 1e3 * run.stop)
     if signal == "delta":
         axes.set_ylim(-1.08, 1.08)
@@ -71,9 +74,7 @@ def _strip(axes: Axes, run: Run) -> None:
     rows = list(reversed(run.states_met))
     for row, state in enumerate(rows):
         spans = [
-            (1e3 * i.start, 1e3 * (i.stop - i.start))
-            for i in run.timeline
-            if i.state == state
+            (1e3 * i.start, 1e3 * (i.stop - i.start)) for i in run.timeline if i.state == state
         ]
         axes.broken_barh(
             spans, (row - 0.4, 0.8), facecolor=palette[state], linewidth=0.0, gid=state
@@ -89,12 +90,12 @@ def history_figure(run: Run) -> Figure:
     """Two panels of normalised signals over a strip of the contact states."""
     first, second = PANELS[run.model]
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.3))
+        figure = Figure(figsize=(DOUBLE, 3.6))
         grid = figure.subplots(
             3,
             1,
             sharex=True,
-            gridspec_kw={"height_ratios": [3.0, 3.0, 0.25 + 0.3 * len(run.states_met)]},
+            gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(run.states_met)]},
         )
         _trace(grid[0], run, first, "a")
         _trace(grid[1], run, second, "b")
@@ -121,10 +122,9 @@ def alternative_text(run: Run) -> str:
             if limits is None
             else f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
         )
-        texts.append(f"the {_SIGNALS[signal][1]} {span}")
+        texts.append(f"the {_SIGNALS[signal][2]} {span}")
     shares = ", ".join(
-        f"{MEANINGS[run.model][s]} {100 * run.summary['shares'][s]:.1f} %"
-        for s in run.states_met
+        f"{MEANINGS[run.model][s]} {100 * run.summary['shares'][s]:.1f} %" for s in run.states_met
     )
     changes = len(run.timeline) - 1
     return (

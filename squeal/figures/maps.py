@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,18 +13,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
 from squeal.figures.style import DOUBLE, SINGLE, Drawing, origin, program, save, style
 from squeal.quasi_static import QuasiStaticMap, read
+from squeal.scene import read_scene
 
 if TYPE_CHECKING:
     from squeal.angle_map import StabilityMap
 
 _QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
 _NAMES = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
-CASES = {"a": (0.5, 1.0), "b": (1.0, 0.5), "c": (0.75, 0.75), "d": (0.83, 0.83)}
-"""The article's four cases: (alpha1, alpha2) over pi."""
+Marks = Mapping[str, tuple[float, float]]
+"""Letters of cases with their (alpha1, alpha2) in rad."""
 
 
 def _angle_axes(axes: Axes) -> None:
@@ -36,15 +39,15 @@ def _angle_axes(axes: Axes) -> None:
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
 
-def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, title: str) -> None:
-    """The region as filled outlines, in black as in the article, with the four cases marked."""
+def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, marks: Marks, title: str) -> None:
+    """The region as filled outlines, in black as in the article, with cases marked."""
     x = np.concatenate([[0.0], angles / np.pi, [1.0]])  # carry the outer cells to the border
     inside = np.pad(holds.astype(float), 1, mode="edge")
     axes.contourf(x, x, inside.T, levels=[0.5, 1.5], colors=["black"])
-    for case, (a, b) in CASES.items():
+    for case, (a, b) in marks.items():
         axes.text(
-            a,
-            b,
+            a / np.pi,
+            b / np.pi,
             case,
             ha="center",
             va="center",
@@ -57,28 +60,31 @@ def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, title: str) -> No
             zorder=5,
             clip_on=False,
         )
-    axes.set_title(title)
+    axes.set_title(title, pad=9.0)
     _angle_axes(axes)
 
 
-def quasi_static_figure(found: QuasiStaticMap) -> Figure:
+def quasi_static_figure(found: QuasiStaticMap, marks: Marks) -> Figure:
     """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed."""
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.5))
+        figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
         left, right = figure.subplots(1, 2)
         share = found.share
         _region(
             left,
             found.angles,
             found.as_printed,
+            marks,
             f"(a) as printed: {100 * share['as_printed']:.1f} % of the map",
         )
         _region(
             right,
             found.angles,
             found.sign_aware,
+            marks,
             f"(b) signs followed: {100 * share['sign_aware']:.1f} % of the map",
         )
+        right.set_ylabel("")
     return figure
 
 
@@ -88,16 +94,16 @@ def alternative_text(found: QuasiStaticMap, mu: float) -> str:
     return (
         "Two maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
         f"coefficient {mu:g}. (a) The conditions (23a) and (23b) as printed hold in the black "
-        f"region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the stiffness "
-        f"entries followed, they hold on {100 * share['sign_aware']:.1f} % of the map. Letters a to "
-        "d mark the article's four cases."
+        f"region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the "
+        f"stiffness entries followed, they hold on {100 * share['sign_aware']:.1f} % of the map. "
+        "Letters mark the article's cases."
     )
 
 
-def drawing(found: QuasiStaticMap, summary: dict[str, Any]) -> Drawing:
+def drawing(found: QuasiStaticMap, summary: dict[str, Any], marks: Marks) -> Drawing:
     """The figure, ready to be saved."""
     return Drawing(
-        quasi_static_figure(found),
+        quasi_static_figure(found, marks),
         alternative_text(found, summary["mu"]),
         "Map of the quasi-static sliding motion, model B3",
         origin("squeal.figures.maps", [summary]),
@@ -125,7 +131,7 @@ def stability_figure(found: StabilityMap) -> Figure:
             x, y, found.codes.T, cmap=colours, vmin=-0.5, vmax=len(NAMES) - 0.5, rasterized=True
         )
         for i in met[1:]:
-            part = (found.codes.T == i).astype(float)
+            part = np.isin(found.codes.T, i).astype(float)
             axes.contourf(x, y, part, levels=[0.5, 1.5], colors="none", hatches=[_HATCHES[i]])
         if angles:
             _angle_axes(axes)
@@ -150,10 +156,16 @@ def draw_stability_map(found: StabilityMap, path: Path) -> None:
 def _arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("map", type=Path, metavar="MAP.csv")
     parser.add_argument("summary", type=Path, metavar="SUMMARY.json")
+    parser.add_argument(
+        "--mark", type=Path, nargs="*", default=[], metavar="SCENE.yaml", help="cases to mark"
+    )
 
 
 def _draw(given: argparse.Namespace) -> Drawing:
-    return drawing(read(given.map), json.loads(given.summary.read_text(encoding="utf-8")))
+    pads = {path.stem[-1]: read_scene(path).pad for path in given.mark}
+    marks = {letter: (pad.alpha1, pad.alpha2) for letter, pad in pads.items()}
+    summary = json.loads(given.summary.read_text(encoding="utf-8"))
+    return drawing(read(given.map), summary, marks)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +21,7 @@ from squeal.scene import Scene, read_scene
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
 FOOT = 0.42  # drawn length of the contact springs
 _GREY, _BLUE = "0.55", "#3498DB"
-Vector = np.ndarray
+Vector = Any  # (2,) array or tuple of numbers; rows of (2,) for a line
 
 
 def corners(c: Coefficients) -> dict[str, Vector]:
@@ -50,21 +51,26 @@ def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> 
     return np.array([start + s * along + o * side for s, o in zip(shares, offsets, strict=True)])
 
 
-def _line(axes: Axes, points: Vector, **more: object) -> None:
-    axes.plot(points[:, 0], points[:, 1], **{"color": "black", "linewidth": 0.8} | more)
+def _line(axes: Axes, points: Vector, **more: Any) -> None:
+    given: dict[str, Any] = {"color": "black", "linewidth": 0.8} | more
+    axes.plot(points[:, 0], points[:, 1], **given)
 
 
-def _arrow(axes: Axes, tail: Vector, head: Vector, text: str, at: Vector, **more: object) -> None:
+def _text(axes: Axes, at: Vector, text: str, **more: Any) -> None:
+    axes.text(float(at[0]), float(at[1]), text, ha="center", va="center", **more)
+
+
+def _arrow(axes: Axes, tail: Vector, head: Vector, text: str, at: Vector, **more: Any) -> None:
     arrow = {"arrowstyle": "-|>", "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 0.0} | more
     axes.annotate("", head, tail, arrowprops=arrow)
-    axes.text(*at, text, ha="center", va="center")
+    _text(axes, at, text)
 
 
 def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
     """A dimension line between a and b with its label beside the middle."""
     line = {"arrowstyle": "<->", "linewidth": 0.6, "color": _GREY, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", a, b, arrowprops=line)
-    axes.text(*((a + b) / 2 + shift), text, ha="center", va="center")
+    _text(axes, (a + b) / 2 + shift, text)
 
 
 def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
@@ -82,12 +88,7 @@ def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float
     _line(axes, _coil(corner, end))
     _ground(axes, end, way, 0.16)
     out = np.array([-way[1], way[0]]) * (1.0 if number == "1" else -1.0)
-    axes.text(
-        *(corner + 0.5 * SPRING * way + 0.27 * out),
-        f"$k_{number},\\ L_{number}$",
-        ha="center",
-        va="center",
-    )
+    _text(axes, corner + 0.5 * SPRING * way + 0.27 * out, f"$k_{number},\\ L_{number}$")
     first = number == "1"  # alpha1 counts from +x, alpha2 from -x the other way round
     reach = np.array([0.36 if first else -0.36, 0.0])
     _line(axes, np.array([corner, corner + 1.25 * reach]), linewidth=0.5, linestyle=(0, (3, 2)))
@@ -95,11 +96,8 @@ def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float
     span = (0.0, degrees) if first else (180.0 - degrees, 180.0)
     axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=span[0], theta2=span[1], linewidth=0.6))
     middle = math.radians(sum(span) / 2 + (-18 if first else 18))
-    axes.text(
-        *(corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])),
-        f"$\\alpha_{number}$",
-        ha="center",
-        va="center",
+    _text(
+        axes, corner + 0.43 * np.array([math.cos(middle), math.sin(middle)]), f"$\\alpha_{number}$"
     )
 
 
@@ -111,16 +109,16 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
     axes.plot(0.0, 0.0, "o", color="black", markersize=2.5)
     _line(axes, np.array([centre, corner]), color=_GREY, linewidth=0.7)
     _line(axes, np.array([centre, (-0.62, 0.0)]), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
-    axes.text(*(0.62 * corner + (0.05, 0.07)), "$d$", ha="center", va="center")
+    _text(axes, 0.62 * corner + (0.05, 0.07), "$d$")
     beta = math.degrees(math.asin(c.h / math.hypot(c.w, c.h)))
     axes.add_patch(Arc((0, 0), 0.8, 0.8, theta1=180.0 - beta, theta2=180.0, linewidth=0.6))
     half = math.radians(180.0 - beta / 2)
-    axes.text(0.49 * math.cos(half), 0.49 * math.sin(half), r"$\beta$", ha="center", va="center")
+    _text(axes, (0.49 * math.cos(half), 0.49 * math.sin(half)), r"$\beta$")
     _arrow(axes, centre, np.array([0.3, 0.0]), "$x$", np.array([0.36, 0.0]))
     _arrow(axes, centre, np.array([0.0, 0.24]), "$y$", np.array([0.06, 0.24]))
     turn = {"arrowstyle": "-|>", "linewidth": 0.9, "connectionstyle": "arc3,rad=0.5"}
     axes.annotate("", (0.53, 0.17), (0.53, -0.17), arrowprops=turn)
-    axes.text(0.7, 0.0, r"$\theta$", ha="center", va="center")
+    _text(axes, (0.7, 0.0), r"$\theta$")
     far = 1.3
     _size(
         axes,
@@ -146,7 +144,11 @@ def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
     )
     top = at["1"][1]
     _arrow(
-        axes, np.array([0.0, top + 0.48]), np.array([0.0, top]), "$F_n$", np.array([0.12, top + 0.4])
+        axes,
+        np.array([0.0, top + 0.48]),
+        np.array([0.0, top]),
+        "$F_n$",
+        np.array([0.12, top + 0.4]),
     )
     base = np.array([-1.95, level + 0.16])
     _arrow(axes, base, base + (0.3, 0.0), r"$\vec{e}_x$", base + (0.4, 0.0))
@@ -155,27 +157,22 @@ def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
     _size(axes, np.array([-1.0, y]), np.array([1.0, y]), "$2w$", np.array([0.0, -0.09]))
     for x in (-1.0, 1.0):
         _line(axes, np.array([(x, at["l"][1]), (x, y - 0.05)]), color=_GREY, linewidth=0.4)
-    axes.text(-1.0, level - 0.32, "leading edge", ha="center", va="center", color="0.3")
-    axes.text(1.0, level - 0.32, "trailing edge", ha="center", va="center", color="0.3")
+    _text(axes, (-1.0, level - 0.32), "leading edge", color="0.3")
+    _text(axes, (1.0, level - 0.32), "trailing edge", color="0.3")
 
 
 def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
     for corner, number, side in (("l", "3", -0.24), ("t", "4", 0.24)):
         foot = np.array([at[corner][0], level])
         _line(axes, _coil(at[corner], foot, turns=4))
-        axes.text(
-            *((at[corner] + foot) / 2 + (side, 0.0)),
-            f"$k_{number},\\ L_{number}$",
-            ha="center",
-            va="center",
-        )
+        _text(axes, (at[corner] + foot) / 2 + (side, 0.0), f"$k_{number},\\ L_{number}$")
 
 
 def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
     for x in np.linspace(-0.94, 0.94, 17):
         points = _coil(np.array([x, at["l"][1]]), np.array([x, level]), turns=2, width=0.02)
         _line(axes, points, color=_GREY, linewidth=0.5)
-    axes.text(-1.13, (at["l"][1] + level) / 2, "$k_c$", ha="center", va="center")
+    _text(axes, (-1.13, (at["l"][1] + level) / 2), "$k_c$")
     foot = np.array([0.36, at["l"][1]])
     _line(axes, np.array([(0.0, 0.0), (0.0, foot[1] - 0.12)]), color=_GREY, linewidth=0.5)
     red = {"color": "#C8380E", "linewidth": 1.2}

@@ -1,4 +1,4 @@
-"""One style for all figures: sizes, fonts, colours of the contact states, and how a figure is saved."""
+"""One style for all figures: sizes, fonts, colours of the contact states, and saving."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from squeal.files import write_whole
+from squeal.files import write_text, write_whole
 from squeal.pad import Model
 from squeal.sources import digest
 from squeal.states import STATES, name
@@ -20,12 +20,10 @@ from squeal.states import STATES, name
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
 
-STATE_COLOURS = dict(
-    zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), strict=True)
-)
+STATE_COLOURS = dict(zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), strict=True))
 """Colours of the states 1 to 4, told apart in normal and in colour-deficient vision."""
 
-RC: dict[str, Any] = {
+RC: Any = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
     "font.size": 8.0,
@@ -105,15 +103,10 @@ def save(drawing: Drawing, path: Path) -> None:
     with style():
         write_whole(
             path,
-            lambda stream: drawing.figure.savefig(
-                stream, format="pdf", metadata=metadata
-            ),
+            lambda stream: drawing.figure.savefig(stream, format="pdf", metadata=metadata),
             binary=True,
         )
-    write_whole(
-        path.with_suffix(".txt"),
-        lambda stream: stream.write(drawing.alternative + "\n"),
-    )
+    write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 
 
 def program(

@@ -11,8 +11,8 @@ import numpy as np
 from squeal.model import PadModel
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
-from squeal.simulation.units import Units
 from squeal.states import State, name, names
+from squeal.units import Units
 
 
 class Observer:
@@ -72,7 +72,7 @@ class Shares(Observer):
 def _refined(signal: Callable[[np.ndarray], np.ndarray], nodes: np.ndarray) -> tuple[float, float]:
     """Least and greatest value of a smooth signal over [nodes[0], nodes[-1]].
 
-    Each step is sampled at 12 places; the bracket of the best sample is then sampled anew three
+    Each step is sampled at 12 places; the bracket of the best sample is then sampled anew four
     times, which leaves the extremum exact to rounding.
     """
     parts = 12
@@ -81,14 +81,14 @@ def _refined(signal: Callable[[np.ndarray], np.ndarray], nodes: np.ndarray) -> t
     values = signal(t)
     found = []
     for sign in (1.0, -1.0):
-        times, best = t, sign * values
+        times, heights = t, sign * values
+        least = float(np.nanmin(heights))
         for _ in range(4):
-            i = int(np.nanargmin(best))
-            if not 0 < i < len(times) - 1:
-                break
-            times = np.linspace(times[i - 1], times[i + 1], 41)
-            best = np.minimum(sign * signal(times), best[i])
-        found.append(sign * float(np.nanmin(best)))
+            i = int(np.nanargmin(heights))
+            times = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], 41)
+            heights = sign * signal(times)
+            least = min(least, float(np.nanmin(heights)))
+        found.append(sign * least)
     return found[0], found[1]
 
 
@@ -143,7 +143,8 @@ class History(Observer):
 
     def __init__(self, model: PadModel, units: Units, stop: float, samples: int) -> None:
         self._model, self._units = model, units
-        self._t = np.linspace(0.0, stop, samples)
+        self._seconds = np.linspace(0.0, stop, samples)
+        self._t = self._seconds / units.time
         self._next = 0
         self._states = np.empty((samples, 6))
         self._signals = np.empty((2, samples))
@@ -160,7 +161,7 @@ class History(Observer):
             self._next = last
 
     def result(self) -> dict[str, Any]:
-        columns = {"t": self._t * self._units.time}
+        columns = {"t": self._seconds}
         si = self._units.to_si(self._states)
         for i, coordinate in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
             columns[coordinate] = si[:, i]
@@ -234,7 +235,8 @@ def observers_for(
         observers.append(Extrema(model))
     if scene.wants("history"):
         assert scene.samples is not None
-        observers.append(History(model, units, stop, scene.samples))
+        assert scene.stop is not None
+        observers.append(History(model, units, scene.stop, scene.samples))
     if scene.pad.V is not None:
         observers.append(Sliding(units, scene.pad.V))
     if progress is not None:

@@ -13,8 +13,8 @@ from squeal.model import PadModel
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
-from squeal.simulation.units import Units, natural_units
 from squeal.states import State, name
+from squeal.units import Units, natural_units
 
 Backend = Literal["auto", "heyoka", "scipy"]
 

@@ -1,0 +1,169 @@
+# From the scenes to the report: `snakemake --cores 2`. Every rule calls a program of the package
+# that can be run by hand; its inputs name the files of the package that it imports.
+import os
+import sys
+
+sys.path.insert(0, workflow.basedir)
+
+from squeal.report.layout import CASES, FIGURES, HISTORY_FIGURES, TABLES
+from squeal.sources import sources
+
+PYTHON = sys.executable
+SCENES = "workflow/scenes"
+ALL_FIGURES = [f"figures/fig{i:02}.{kind}" for i in FIGURES for kind in ("pdf", "txt")]
+GENERATED = [f"paper/generated/{name}" for name in TABLES]
+STEM = {f"{number:02}": stem for stem, number in HISTORY_FIGURES.items()}
+
+# equal bytes whenever it is built
+os.environ["SOURCE_DATE_EPOCH"] = "1609459200"
+os.environ["FORCE_SOURCE_DATE"] = "1"
+
+
+localrules:
+    all,
+    everything_but_pdf,
+
+
+rule all:
+    input:
+        "paper/report.pdf",
+
+
+rule everything_but_pdf:
+    input:
+        ALL_FIGURES,
+        GENERATED,
+
+
+rule simulate:
+    input:
+        scene=f"{SCENES}/{{scene}}.yaml",
+        package=sources("squeal.commands.simulate"),
+    output:
+        history="results/{scene}.csv",
+        summary="results/{scene}.json",
+    wildcard_constraints:
+        scene="b[12]-[a-d]",
+    shell:
+        "{PYTHON} -m squeal.commands.simulate {input.scene} --csv {output.history} --json > {output.summary}"
+
+
+rule map:
+    input:
+        scene=f"{SCENES}/b3.yaml",
+        package=sources("squeal.quasi_static"),
+    output:
+        cells="results/map.csv",
+        summary="results/map.json",
+    shell:
+        "{PYTHON} -m squeal.quasi_static {input.scene} --csv {output.cells} --summary {output.summary}"
+
+
+rule eigenvalues:
+    input:
+        scenes=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
+        package=sources("squeal.report.poles"),
+    output:
+        "results/eigenvalues.json",
+    shell:
+        "{PYTHON} -m squeal.report.poles {input.scenes} > {output}"
+
+
+rule judge:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
+        package=lambda wildcards: sources(f"squeal.commands.{wildcards.what}"),
+    output:
+        "results/{what}.json",
+    wildcard_constraints:
+        what="claims|findings",
+    shell:
+        "{PYTHON} -m squeal.commands.{wildcards.what} --scenes {SCENES} --json > {output}"
+
+
+rule sketch:
+    input:
+        scene=lambda wildcards: f"{SCENES}/b{int(wildcards.number)}-c.yaml",
+        package=sources("squeal.figures.sketch"),
+    output:
+        pdf="figures/fig{number}.pdf",
+        text="figures/fig{number}.txt",
+    wildcard_constraints:
+        number="01|02",
+    shell:
+        "{PYTHON} -m squeal.figures.sketch {input.scene} --pdf {output.pdf}"
+
+
+rule chart:
+    input:
+        package=sources("squeal.figures.charts"),
+    output:
+        pdf="figures/fig{number}.pdf",
+        text="figures/fig{number}.txt",
+    wildcard_constraints:
+        number="03|08",
+    params:
+        model=lambda wildcards: "B1" if wildcards.number == "03" else "B2",
+    shell:
+        "{PYTHON} -m squeal.figures.charts {params.model} --pdf {output.pdf}"
+
+
+rule history:
+    input:
+        history=lambda wildcards: f"results/{STEM[wildcards.number]}.csv",
+        summary=lambda wildcards: f"results/{STEM[wildcards.number]}.json",
+        package=sources("squeal.figures.histories"),
+    output:
+        pdf="figures/fig{number}.pdf",
+        text="figures/fig{number}.txt",
+    wildcard_constraints:
+        number="|".join(STEM),
+    params:
+        stem=lambda wildcards: f"results/{STEM[wildcards.number]}",
+    shell:
+        "{PYTHON} -m squeal.figures.histories {params.stem} --pdf {output.pdf}"
+
+
+rule quasi_static:
+    input:
+        cells="results/map.csv",
+        summary="results/map.json",
+        cases=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
+        package=sources("squeal.figures.maps"),
+    output:
+        pdf="figures/fig13.pdf",
+        text="figures/fig13.txt",
+    shell:
+        "{PYTHON} -m squeal.figures.maps {input.cells} {input.summary} --mark {input.cases} --pdf {output.pdf}"
+
+
+rule tables:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
+        results=expand(
+            "results/{name}.json",
+            name=[*HISTORY_FIGURES, "map", "eigenvalues", "claims", "findings"],
+        ),
+        texts=[f"figures/fig{i:02}.txt" for i in FIGURES],
+        package=sources("squeal.report.build"),
+    output:
+        GENERATED,
+    shell:
+        "{PYTHON} -m squeal.report.build --results results --scenes {SCENES} "
+        "--figures figures --out paper/generated"
+
+
+rule paper:
+    input:
+        "paper/report.tex",
+        "paper/references.bib",
+        GENERATED,
+        [f"figures/fig{i:02}.pdf" for i in FIGURES],
+    output:
+        "paper/report.pdf",
+    log:
+        "paper/generated/tex/latexmk.log",
+    shell:
+        "latexmk -cd -pdf -silent -halt-on-error -interaction=nonstopmode "
+        "-outdir=generated/tex paper/report.tex > {log} 2>&1 "
+        "&& cp paper/generated/tex/report.pdf {output}"

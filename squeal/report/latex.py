@@ -1,0 +1,136 @@
+"""LaTeX text: escaping, symbols, numbers, tables, and values that the report refers to by key."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+_SYMBOLS = {
+    "theta0": r"\theta_0",
+    "theta": r"\theta",
+    "delta": r"\delta",
+    "alpha1": r"\alpha_1",
+    "alpha2": r"\alpha_2",
+    "mu": r"\mu",
+    "F_n": "F_n",
+    "Rn": "R_n",
+    "F3": "F_{s,3}",
+    "F4": "F_{s,4}",
+    "K11": "K_{11}",
+    "K21": "K_{21}",
+    "K31": "K_{31}",
+    "K33": "K_{33}",
+    "k_c": "k_c",
+    "y0": "y_0",
+    "x0": "x_0",
+    "pi": r"\pi",
+} | {f"{s}{i}": f"{s}_{i}" for s in "kL" for i in "1234"}
+_LETTERS = {"w", "h", "m", "I", "V", "K"}  # single letters that are always symbols
+_MARKS = {
+    "%": r"\%",
+    "&": r"\&",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "^": r"\^{}",
+    "~": r"\~{}",
+    "\\": r"\textbackslash{}",
+    "<": "$<$",
+    ">": "$>$",
+    "|": r"\textbar{}",
+}
+_TOKEN = re.compile(
+    r"(?P<id>B[123]-[\w-]+)"
+    r"|(?P<number>(?<![\w.])[-+]?\d+(?:\.\d+)?e[-+]?\d+)"
+    r"|(?P<signed>(?<![\w.)])[-+]\d+(?:\.\d+)?)"
+    r"|(?P<word>[A-Za-z_]+\d*)"
+    r"|(?P<percent>(?<=\d) %)"
+    r"|(?P<times>(?<=\d) x (?=\d))"
+    r"|(?P<mark>[%&#_{}$^~\\<>|])"
+)
+
+
+def escape(text: str) -> str:
+    """Plain text with LaTeX's special characters made literal."""
+    return "".join(_MARKS.get(letter, letter) for letter in text)
+
+
+def typeset(text: str) -> str:
+    """Plain text as results hold it ("delta/w = +0.3, 1.2e-05") with symbols and numbers set."""
+
+    def token(found: re.Match[str]) -> str:
+        word = found.group()
+        if found.lastgroup == "id":  # of a claim
+            return escape(word)
+        if found.lastgroup == "number":
+            return f"${number_text(word)}$"
+        if found.lastgroup == "signed":
+            return f"${word}$"
+        if found.lastgroup == "percent":
+            return r"\,\%"
+        if found.lastgroup == "times":
+            return r" $\times$ "
+        if found.lastgroup == "mark":
+            return _MARKS[word]
+        if word in _SYMBOLS or word in _LETTERS:
+            return f"${_SYMBOLS.get(word, word)}$"
+        return escape(word)
+
+    return _TOKEN.sub(token, text)
+
+
+def number_text(text: str) -> str:
+    """A printed float such as 1.2e-05 in math: 1.2 \\times 10^{-5}."""
+    if "e" not in text:
+        return text
+    digits, exponent = text.split("e")
+    return rf"{digits} \times 10^{{{int(exponent)}}}"
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number in math mode with so many significant digits; a dash for NaN."""
+    if math.isnan(value):
+        return "--"
+    return f"${number_text(f'{value:.{digits}g}')}$"
+
+
+def percent(share: float, digits: int = 1) -> str:
+    """A share as a percentage with its sign."""
+    return rf"{100 * share:.{digits}f}\,\%"
+
+
+def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
+    """A booktabs table; a thin rule separates the groups of rows."""
+    blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
+    return "\n".join(
+        [
+            rf"\begin{{tabular}}{{{columns}}}",
+            r"\toprule",
+            " & ".join(head) + r" \\",
+            r"\midrule",
+            "\n\\midrule\n".join(blocks),
+            r"\bottomrule",
+            r"\end{tabular}",
+            "",
+        ]
+    )
+
+
+def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """The inside of a longtable, to follow its caption: head on every page, then the rows."""
+    line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
+    body = "\n".join(" & ".join(row) + r" \\" for row in rows)
+    return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
+
+
+def definitions(values: Mapping[str, str]) -> str:
+    r"""Lines that make \val{key} stand for a text; an unknown key is an error in the report."""
+    return "".join(f"\\setval{{{key}}}{{{text}}}\n" for key, text in sorted(values.items()))
+
+
+def alternative(text: str) -> str:
+    """A text as the hexadecimal UTF-16 string that a PDF's /Alt entry takes."""
+    return "FEFF" + text.encode("utf-16-be").hex().upper()

@@ -1,0 +1,21 @@
+"""Names and numbers of what the report is made of; light, since the workflow reads it each time."""
+
+CASES = ("a", "b", "c", "d")
+FIGURES = range(1, 14)
+HISTORY_FIGURES = {
+    f"{model}-{case}": first + i
+    for model, first in (("b1", 4), ("b2", 9))
+    for i, case in enumerate(CASES)
+}
+"""Number of the figure that shows a scene's history."""
+TABLES = (
+    "values.tex",
+    "table-1.tex",
+    "table-2.tex",
+    "parameters.tex",
+    "eigenvalues.tex",
+    "claims.tex",
+    "findings.tex",
+    "origin.tex",
+)
+"""Files that the report reads from paper/generated."""

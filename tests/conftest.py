@@ -1,0 +1,41 @@
+"""Pads and scenes that several tests use."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from squeal.pad import Pad
+
+SCENES = Path(__file__).parent.parent / "workflow" / "scenes"
+
+
+def random_pad(seed, **fixed):
+    """A plausible dimensionless pad (w = m = k1 = 1), all parameters of B1 and B2 given."""
+    r = np.random.default_rng(seed)
+    values = {
+        "m": 1.0,
+        "w": 1.0,
+        "h": r.uniform(0.1, 1.0),
+        "I": r.uniform(0.2, 0.6),
+        "k1": 1.0,
+        "k2": r.uniform(0.4, 2.5),
+        "k3": r.uniform(0.2, 3.0),
+        "k4": r.uniform(0.2, 3.0),
+        "k_c": r.uniform(0.2, 3.0),
+        "L1": r.uniform(1.0, 20.0),
+        "L2": r.uniform(1.0, 20.0),
+        "alpha1": r.uniform(0.1, 3.0),
+        "alpha2": r.uniform(0.1, 3.0),
+        "mu": r.uniform(0.1, 0.8),
+        "F_n": r.uniform(1e-3, 1e-2),
+        "theta0": r.uniform(-0.01, 0.01),
+        "x0": r.uniform(-0.1, 0.1),
+        "y0": r.uniform(-0.02, 0.0),
+    }
+    return Pad(**(values | fixed))
+
+
+@pytest.fixture
+def scenes():
+    return SCENES
