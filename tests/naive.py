@@ -60,7 +60,7 @@ def b1_loads(p: Pad, q, state):
 def line_reaction(p: Pad, form: Formulation, q, state):
     """R_n and delta by quadrature along the contact line, Eqs. (13) and (17) corrected."""
     _, _, leading, trailing, centre = points(p, q)
-    x0, y0, x1, y1 = *leading, *trailing
+    (x0, y0), (x1, y1) = leading, trailing
 
     def depth(s):  # penetration of the point at share s of the lower face
         return -p.h - (y0 + s * (y1 - y0))

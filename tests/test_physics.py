@@ -1,6 +1,7 @@
 """Forces, penetrations, energies and derivatives against the literal equations in mpmath."""
 
 import itertools
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -14,7 +15,8 @@ from squeal.states import FULL, LEAD, NONE, STATES, TRAIL
 from tests import naive
 from tests.conftest import random_pad
 
-FORMULATIONS = [Formulation(*words) for words in itertools.product(*FORMULATION_CHOICES.values())]
+WORDS: Any = itertools.product(*FORMULATION_CHOICES.values())
+FORMULATIONS = [Formulation(*words) for words in WORDS]
 # a place in each contact state of B2: q = (x, y, theta), surface at y = -h
 PLACES = {
     FULL: (0.013, -0.05, 0.004),
