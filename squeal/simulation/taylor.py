@@ -7,7 +7,7 @@ code, which heyoka keeps on disk, serves every pad.
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
 
@@ -82,6 +82,50 @@ def _event(fp_type: Any) -> Any:
     return hy.t_event if fp_type is float else lambda *a, **k: hy.t_event(*a, fp_type=fp_type, **k)
 
 
+_ONWARD = (
+    hy.taylor_outcome.success,
+    hy.taylor_outcome.time_limit,
+    hy.taylor_outcome.step_limit,
+)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Dense output: the Taylor polynomials of consecutive steps.
+
+    nodes (n + 1,): step times; coefficients (n, 6, order + 1). Kept by hand, since heyoka compiles
+    code anew for each continuous output, which costs more than a whole leg.
+    """
+
+    nodes: np.ndarray
+    coefficients: np.ndarray
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """The state at times t, shape (len(t), 6)."""
+        last = len(self.coefficients) - 1
+        step = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, last)
+        lapse = (t - self.nodes[step])[:, None]
+        c = self.coefficients[step]
+        value = c[:, :, -1]
+        for k in range(c.shape[2] - 2, -1, -1):
+            value = value * lapse + c[:, :, k]
+        return value
+
+
+def _recorded(ta: Any, stop: float) -> tuple[Any, Series]:
+    """Step on to a contact change, to `stop` or for a bounded number of steps, keeping the series.
+
+    Returns heyoka's outcome and the series.
+    """
+    nodes, pieces = [ta.time], []
+    while True:
+        outcome, _ = ta.step(max_delta_t=stop - ta.time, write_tc=True)
+        pieces.append(ta.tc.copy())
+        nodes.append(ta.time)
+        if outcome != hy.taylor_outcome.success or ta.time >= stop or len(pieces) >= LONGEST_LEG:
+            return outcome, Series(np.array(nodes), np.array(pieces))
+
+
 class TaylorIntegrator:
     """Integrator over one scaled pad; `fp_type` may be numpy.longdouble or heyoka.real128.
 
@@ -112,11 +156,14 @@ class TaylorIntegrator:
         ta.time = self._fp(t)
         ta.state[:] = state
         ta.reset_cooldowns()
-        outcome, _, _, steps, motion, _ = ta.propagate_until(
-            self._fp(stop), max_steps=LONGEST_LEG, c_output=dense
-        )
+        if dense:
+            outcome, motion = _recorded(ta, stop)
+            steps = len(motion.nodes) - 1
+        else:
+            motion = None
+            outcome, _, _, steps, _, _ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
         edge = None
-        if outcome not in (hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit):
+        if outcome not in _ONWARD:
             edge = -int(outcome) - 1
             if edge not in (0, 1):
                 raise ComputationError(
@@ -129,6 +176,6 @@ class TaylorIntegrator:
             end=ta.state.copy(),
             edge=edge,
             steps=steps,
-            nodes=motion.times if motion is not None else None,
+            nodes=motion.nodes if motion is not None else None,
             dense=motion,
         )
