@@ -14,6 +14,7 @@ COMMANDS = {
     "critical-friction": "every threshold of stability in a range of mu",
     "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
     "claims": "the statements of the article, each with its measured verdict",
+    "findings": "what is wrong in the article's equations, each measured",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 
