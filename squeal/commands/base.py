@@ -26,7 +26,7 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose refusals read like all others."""
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(f"{self.prog}: {message}; see {self.prog} --help")
+        raise InputError(f"{message}; see {self.prog} --help")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,170 @@
+"""The command line as a user meets it: exit codes, JSON, refusals, and nothing loaded in vain."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from squeal.cli import COMMANDS, main
+from tests.conftest import SCENES
+
+B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+
+def run(capsys, *arguments):
+    code = main([str(a) for a in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def answer(capsys, *arguments):
+    code, out, err = run(capsys, *arguments, "--json")
+    assert (code, err) == (0, "")
+    return json.loads(out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "keys"),
+    [
+        (("simulate", B1), {"model", "final", "events", "shares", "extrema", "sliding_holds"}),
+        (("eigenvalues", B2), {"equilibrium", "M", "C", "K", "eigenvalues", "verdict"}),
+        (("critical-friction", B2), {"critical"}),
+        (
+            ("sliding", B2),
+            {"K", "determinant", "rank", "printed_K33_singular", "bound_23a", "bound_23b"}
+            | {"holds_as_printed", "holds_sign_aware", "equilibria"},
+        ),
+        (("map", B3, "--n", "20"), {"share"}),
+        (("claims",), {"claims"}),
+    ],
+)
+def test_json_has_the_promised_keys(capsys, arguments, keys):
+    assert keys <= answer(capsys, *arguments).keys()
+
+
+def test_inner_keys_of_the_answers(capsys):
+    found = answer(capsys, "simulate", B2)
+    assert list(found["final"]) == ["t", "x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
+    assert set(found["shares"]) == {"SS", "PC", "FC"}
+    assert set(found["extrema"]) == {"Rn", "delta"}
+    assert set(found["events"][0]) == {"t", "from", "to"}
+    found = answer(capsys, "eigenvalues", B1, "--mu", "0:1:5")
+    assert len(found["eigenvalues"]) == 6
+    assert set(found["eigenvalues"][0]) == {"real", "imag", "frequency_hz", "damping_ratio"}
+    assert set(found["equilibrium"]) == {"x", "y", "theta", "R_n", "contact"}
+    assert [row["mu"] for row in found["sweep"]] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    found = answer(capsys, "sliding", B3)
+    assert "equilibria" not in found
+    found = answer(capsys, "claims")
+    assert len(found["claims"]) == 29
+    assert {"id", "verdict", "measured", "where"} <= found["claims"][0].keys()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_prints_a_table_and_its_help(capsys, command):
+    scene = [] if command in ("claims", "findings") else [B3 if command == "map" else B2]
+    extra = ["--n", "10"] if command == "map" else []
+    code, out, err = run(capsys, command, *scene, *extra)
+    assert (code, err) == (0, "")
+    assert out.strip()
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+
+
+def test_csv_history(capsys, tmp_path):
+    target = tmp_path / "h.csv"
+    assert run(capsys, "simulate", B1, "--csv", target)[0] == 0
+    with target.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert ",".join(rows[0]) == "t,x,y,theta,x_dot,y_dot,theta_dot,state,F3,F4"
+    assert len(rows) == 4001
+    assert {row["state"] for row in rows} <= {"1", "2", "3", "4"}
+    assert sorted(os.listdir(tmp_path)) == ["h.csv"]
+
+
+def test_map_files(capsys, tmp_path):
+    cells, drawing = tmp_path / "m.csv", tmp_path / "m.pdf"
+    found = answer(capsys, "map", B3, "--n", "12", "--csv", cells, "--pdf", drawing)
+    rows = cells.read_text().splitlines()
+    assert rows[0] == "alpha1,alpha2,verdict"
+    counted = sum(row.endswith("marginal") for row in rows) / (len(rows) - 1)
+    assert counted == pytest.approx(found["share"]["marginal"])
+    assert drawing.read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["nothing"], "'nothing' is no command"),
+        (["simulate"], "SCENE.yaml"),
+        (["simulate", "none.yaml"], "none.yaml"),
+        (["simulate", B3], "B3 is not allowed"),
+        (["simulate", B1, "--fast"], "--fast"),
+        (["simulate", B1, "--integrator", "euler"], "euler"),
+        (["simulate", B1, "--csv", "none/h.csv"], "none"),
+        (["eigenvalues", B1, "--mu", "1:0:5"], "--mu 1:0:5"),
+        (["eigenvalues", B1, "--mu", "0:1"], "A:B:N"),
+        (["eigenvalues", B1, "--at", "0.3"], "--at 0.3"),
+        (["critical-friction", B1, "--mu-max", "nan"], "--mu-max nan"),
+        (["map", B3, "--n", "1"], "--n 1"),
+        (["map", B3, "--first", "alpha2:0:1"], "alpha2"),
+        (["map", B3, "--first", "L1:0:1"], "L1:0:1"),
+        (["map", B3, "--second", "mu:1:0"], "mu:1:0"),
+        (["claims", "--scenes", "none"], "none"),
+    ],
+)
+def test_refusals_are_one_sentence_and_exit_code_2(capsys, tmp_path, monkeypatch, arguments, part):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert part in err
+    assert err.startswith("squeal: ")
+    assert err.count("\n") == 1
+    assert os.listdir(tmp_path) == []
+
+
+def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys, tmp_path):
+    # without springs nothing balances the friction force
+    scene = tmp_path / "free.yaml"
+    scene.write_text(
+        "model: B1\nparameters: {m: 1, w: 1, h: 0.2, k1: 0, k2: 0, k3: 1, k4: 1, L1: 1, L2: 1,"
+        " alpha1: pi/2, alpha2: pi/2, mu: 0.5, F_n: 0.01}\n"
+    )
+    code, out, err = run(capsys, "eigenvalues", scene)
+    assert (code, out) == (1, "")
+    assert "no steady sliding exists" in err
+
+
+def modules_after(*arguments):
+    """Names of the modules that a command has loaded when it is done."""
+    code = (
+        "import sys; from squeal.cli import main; main(sys.argv[1:]);"
+        "print(' '.join(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+    )
+    return set(done.stderr.split())
+
+
+@pytest.mark.parametrize("command", ["eigenvalues", "sliding", "critical-friction", "map"])
+def test_queries_load_neither_integrators_nor_plots(command):
+    loaded = modules_after(command, B3, *(["--n", "5"] if command == "map" else []))
+    assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
+
+
+def test_a_simulation_loads_no_plots_and_no_second_integrator():
+    loaded = modules_after("simulate", B1)
+    assert "heyoka" in loaded
+    assert not loaded & {"matplotlib", "control", "scipy.integrate", "squeal.equilibrium"}
+
+
+def test_a_reader_who_leaves_early_meets_no_traceback():
+    command = f"{sys.executable} -m squeal simulate {B1} --json | head -n 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stdout == "{\n"
+    assert done.stderr == ""
