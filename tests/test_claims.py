@@ -29,10 +29,9 @@ LINEAR = Linear({"a": 2, "b": 2, "c": 2, "d": 2}, 0.14)
 
 
 def verdict(claim, b1=None, b2=None, linear=LINEAR):
-    cases = [dict.fromkeys("abcd", QUIET) for _ in range(2)]
-    for given, into in zip((b1, b2), cases, strict=True):
-        into.update(given or {})
-    return next(j.verdict for j in judge_claims(*cases, linear) if j.claim.id == claim)
+    quiet = dict.fromkeys("abcd", QUIET)
+    judged = judge_claims(quiet | (b1 or {}), quiet | (b2 or {}), linear)
+    return next(j.verdict for j in judged if j.claim.id == claim)
 
 
 def case(**changes):
