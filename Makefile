@@ -33,7 +33,7 @@ lock: $(ENVIRONMENT)
 clean:
 	rm -rf .snakemake .pytest_cache .mypy_cache .ruff_cache
 	find squeal tests workflow -name __pycache__ -prune -exec rm -rf {} +
-	rm -rf $(filter-out %/README.md,$(wildcard results/* figures/*)) paper/generated
+	rm -rf $(filter-out %/README.md %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
 
 distclean: clean

@@ -114,10 +114,17 @@ def program(
     arguments: Callable[[argparse.ArgumentParser], None],
     draw: Callable[[argparse.Namespace], Drawing],
 ) -> int:
-    """Command line of a figure module: its own arguments and --pdf FILE."""
+    """Command line of a figure module: its own arguments, --pdf FILE or --png FILE."""
     parser = argparse.ArgumentParser(description=summary)
     arguments(parser)
-    parser.add_argument("--pdf", type=Path, required=True, metavar="FILE")
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
+    wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
     given = parser.parse_args()
-    save(draw(given), given.pdf)
+    drawing = draw(given)
+    if given.pdf is not None:
+        save(drawing, given.pdf)
+    else:
+        with style():
+            drawing.figure.savefig(given.png, dpi=110, metadata={"Software": "squeal"})
     return 0
