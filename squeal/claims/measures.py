@@ -57,9 +57,10 @@ class Gatherer(Observer):
 
     dense = True
 
-    def __init__(self, model: PadModel) -> None:
+    def __init__(self, model: PadModel, per_step: int = PER_STEP) -> None:
         self._model = model
-        self._parts: list[np.ndarray] = []  # columns t, first, second, tilt, acceleration
+        self._inner = np.linspace(0.0, 1.0, per_step, endpoint=False)
+        self._samples: list[tuple[np.ndarray, np.ndarray]] = []  # times and states of each leg
         self._legs: list[tuple[State, float, float]] = []
 
     def leg(self, leg: Leg) -> None:
@@ -68,23 +69,32 @@ class Gatherer(Observer):
         nodes = leg.nodes
         assert nodes is not None
         assert leg.dense is not None
-        inner = np.linspace(0.0, 1.0, PER_STEP, endpoint=False)
-        t = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * inner).ravel(), nodes[-1])
-        states = leg.dense(t)
+        t = (nodes[:-1, None] + np.diff(nodes)[:, None] * self._inner).ravel()
+        t = np.append(t, nodes[-1])
+        self._samples.append((t, leg.dense(t)))
+        self._legs.append((leg.contact, leg.t0, leg.t1))
+
+    def _signals(self) -> tuple[np.ndarray, ...]:
+        """Times, the two signals, tilt and size of the acceleration of all samples, in order."""
+        t, states = (np.concatenate(parts) for parts in zip(*self._samples, strict=True))
+        sizes = [len(times) for times, _ in self._samples]
+        kind = np.repeat([self._model.states.index(leg[0]) for leg in self._legs], sizes)
         pad = self._model.pad
         q = np.array([states[:, 0], states[:, 1], states[:, 2] / pad.w])
-        loads = self._model.loads(q, leg.contact)
-        acceleration = np.sqrt(
-            (loads[0] / pad.m) ** 2 + (loads[1] / pad.m) ** 2 + (pad.w * loads[2] / pad.I) ** 2
-        )
-        first, second = normalised(self._model, states, leg.contact)
-        tilt = pad.theta0 + q[2]
-        self._parts.append(np.array([t, first, second, tilt, acceleration + 0.0 * t]))
-        self._legs.append((leg.contact, leg.t0, leg.t1))
+        signals, acceleration = np.empty((2, len(t))), np.empty(len(t))
+        for i, contact in enumerate(self._model.states):
+            here = kind == i
+            if here.any():
+                signals[:, here] = normalised(self._model, states[here], contact)
+                X, Y, M = self._model.loads(q[:, here], contact)
+                acceleration[here] = np.sqrt(
+                    (X / pad.m) ** 2 + (Y / pad.m) ** 2 + (pad.w * M / pad.I) ** 2
+                )
+        return t, signals[0], signals[1], pad.theta0 + q[2], acceleration
 
     def case(self) -> Case:
         """The measures, after the run."""
-        t, first, second, tilt, acceleration = np.concatenate(self._parts, axis=1)
+        t, first, second, tilt, acceleration = self._signals()
         begin = next((t0 for contact, t0, _ in self._legs if any(contact)), np.inf)
         after = [leg for leg in self._legs if leg[1] >= begin]
         duration = self._legs[-1][2] - begin
@@ -133,12 +143,15 @@ def _range(values: np.ndarray) -> Range:
     return Range(float(values.min()), float(values.max()))
 
 
-def measure(scene: Scene) -> Case:
-    """Simulate a case of model B1 or B2 and measure it. Raises InputError for B3."""
+def measure(scene: Scene, per_step: int = PER_STEP) -> Case:
+    """Simulate a case of model B1 or B2 and measure it, with `per_step` samples in a step.
+
+    Raises InputError for B3, ComputationError where the motion leaves the model.
+    """
     if scene.model == "B3":
         raise InputError(f"{scene.source}: model: B3 is not allowed; cases are B1 or B2 scenes")
     units, model, start, stop = in_natural_units(scene)
-    gatherer = Gatherer(model)
+    gatherer = Gatherer(model, per_step)
     integrator = make_integrator(model, scene.tolerance, "auto")
     integrate(model, integrator, units, start, stop, [gatherer])
     return gatherer.case()
