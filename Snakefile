@@ -5,13 +5,22 @@ import sys
 
 sys.path.insert(0, workflow.basedir)
 
-from squeal.report.layout import CASES, FIGURES, HISTORY_FIGURES, TABLES
+from squeal.report.layout import (
+    CASES,
+    CHAPTER_FIGURES,
+    CHAPTER_FILES,
+    FIGURES,
+    HISTORY_FIGURES,
+    TABLES,
+)
 from squeal.sources import sources
 
 PYTHON = sys.executable
 SCENES = "workflow/scenes"
 ALL_FIGURES = [f"figures/fig{i:02}.{kind}" for i in FIGURES for kind in ("pdf", "txt")]
+CHAPTER = [f"figures/{name}.{kind}" for name in CHAPTER_FIGURES for kind in ("pdf", "txt")]
 GENERATED = [f"paper/generated/{name}" for name in TABLES]
+GENERATED_CHAPTER = [f"paper/generated/{name}" for name in CHAPTER_FILES]
 STEM = {f"{number:02}": stem for stem, number in HISTORY_FIGURES.items()}
 
 # equal bytes whenever it is built
@@ -32,7 +41,9 @@ rule all:
 rule everything_but_pdf:
     input:
         ALL_FIGURES,
+        CHAPTER,
         GENERATED,
+        GENERATED_CHAPTER,
 
 
 rule simulate:
@@ -137,6 +148,41 @@ rule quasi_static:
         "{PYTHON} -m squeal.figures.maps {input.cells} {input.summary} --mark {input.cases} --pdf {output.pdf}"
 
 
+rule stability:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
+        package=sources("squeal.stability_study"),
+    output:
+        "results/stability.json",
+    shell:
+        "{PYTHON} -m squeal.stability_study {SCENES} > {output}"
+
+
+rule chapter_figure:
+    input:
+        results="results/stability.json",
+        package=sources("squeal.figures.stability"),
+    output:
+        pdf="figures/{name}.pdf",
+        text="figures/{name}.txt",
+    wildcard_constraints:
+        name="|".join(CHAPTER_FIGURES),
+    shell:
+        "{PYTHON} -m squeal.figures.stability {input.results} {wildcards.name} --pdf {output.pdf}"
+
+
+rule chapter_tables:
+    input:
+        results="results/stability.json",
+        texts=[f"figures/{name}.txt" for name in CHAPTER_FIGURES],
+        package=sources("squeal.report.stability"),
+    output:
+        GENERATED_CHAPTER,
+    shell:
+        "{PYTHON} -m squeal.report.stability {input.results} --figures {input.texts} "
+        "--out paper/generated"
+
+
 rule tables:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
@@ -157,8 +203,11 @@ rule paper:
     input:
         "paper/report.tex",
         "paper/references.bib",
+        "paper/stability.tex",
         GENERATED,
+        GENERATED_CHAPTER,
         [f"figures/fig{i:02}.pdf" for i in FIGURES],
+        [f"figures/{name}.pdf" for name in CHAPTER_FIGURES],
     output:
         "paper/report.pdf",
     log:

@@ -140,25 +140,42 @@ def _balance(statics: Statics, names: tuple[str, str], z: np.ndarray) -> np.ndar
     return size
 
 
+def _solved(statics: Statics, names: tuple[str, str], z: np.ndarray, passes: int) -> np.ndarray:
+    """Newton's method at fixed mu from z (4, n), which is moved; which of them converged."""
+    size = np.full(z.shape[1], np.inf)
+    for _ in range(passes):
+        size = _balance(statics, names, z)
+        if np.all(size < 1e-12):
+            break
+    return np.asarray(size < 1e-12)
+
+
 def _branch_ends(
-    statics: Statics, names: tuple[str, str], mu: np.ndarray, steps: int
+    statics: Statics, names: tuple[str, str], mu: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Equilibria (4, n) on the branches from mu = 0, and which of them were reached."""
-    n = mu.size
-    z = np.zeros((4, n))
-    reached = np.ones(n, dtype=bool)
-    for k in range(steps + 1):
-        z[3] = mu * (k / steps)
-        before = z.copy()
-        size = np.full(n, np.inf)
-        for _ in range(25):
-            size = _balance(statics, names, z)
-            if np.all((size < 1e-12) | ~reached):
-                break
-        jump = np.max(np.abs(z[:3] - before[:3]), axis=0)
-        steady = jump < 0.3 * (1.0 + np.max(np.abs(before[:3]), axis=0)) if k else True
-        reached &= (size < 1e-12) & steady
-        z[:, ~reached] = 0.0
+    """Equilibria (4, n) on the branches from mu = 0, and which of them reach mu (n,).
+
+    Each point walks in steps of its own, halved where Newton's method fails or jumps to another
+    branch; a step below mu/2000 means that the branch turns back.
+    """
+    z = np.zeros((4, mu.size))
+    active = _solved(statics, names, z, 40)
+    reached = active & (mu == 0.0)
+    step = mu / 8
+    active &= ~reached
+    while active.any():
+        index = np.flatnonzero(active)
+        part = dataclasses.replace(statics, model=_subset(statics.model, names, index))
+        trial = z[:, index]
+        trial[3] = np.minimum(trial[3] + step[index], mu[index])
+        before = z[:3, index]
+        good = _solved(part, names, trial, 8)
+        jump = np.max(np.abs(trial[:3] - before), axis=0)
+        good &= jump < 0.3 * (1.0 + np.max(np.abs(before), axis=0))
+        z[:, index[good]] = trial[:, good]
+        step[index] *= np.where(good, 1.5, 0.5)
+        reached |= active & (z[3] >= mu)
+        active &= ~reached & (step > mu / 2000)
     return z, reached
 
 
@@ -170,21 +187,14 @@ def _equilibrium_codes(model: PadModel, names: tuple[str, str], n: int) -> np.nd
     statics = Statics(PadModel(model.name, scaled, model.formulation), units)
     mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
     codes = np.full(n, BEYOND_FOLD, dtype=np.int8)
-    open_ones = np.ones(n, dtype=bool)
-    for steps in (8, 64):  # the few that a coarse walk loses are walked again in small steps
-        if not open_ones.any():
-            break
-        index = np.flatnonzero(open_ones)
-        part = dataclasses.replace(statics, model=_subset(statics.model, names, open_ones))
-        z, reached = _branch_ends(part, names, mu[open_ones], steps)
-        touching = part.gaps(z) < 0.0
-        for state in STATES:
-            here = reached & np.all(touching == np.array(state)[:, None], axis=0)
-            if state != NONE and here.any():
-                group = _subset(part.model, names, here)
-                q = part.place(z)[:, here]
-                codes[index[here]] = _verdicts_at(group, q, state, int(here.sum()))
-        open_ones[index[reached]] = False
+    z, reached = _branch_ends(statics, names, mu)
+    touching = statics.gaps(z) < 0.0
+    for state in STATES:
+        here = reached & np.all(touching == np.array(state)[:, None], axis=0)
+        if state != NONE and here.any():
+            group = _subset(statics.model, names, here)
+            q = statics.place(z)[:, here]
+            codes[here] = _verdicts_at(group, q, state, int(here.sum()))
     return codes
 
 

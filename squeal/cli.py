@@ -15,6 +15,7 @@ COMMANDS = {
     "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
     "claims": "the statements of the article, each with its measured verdict",
     "findings": "what is wrong in the article's equations, each measured",
+    "identify": "search for the pad that reproduces most of the article's statements",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 

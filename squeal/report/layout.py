@@ -8,6 +8,10 @@ HISTORY_FIGURES = {
     for i, case in enumerate(CASES)
 }
 """Number of the figure that shows a scene's history."""
+CHAPTER_FIGURES = ("coupling", "growth", "loci", "maps", "modes")
+"""Figures of the stability chapter, which the article has not."""
+CHAPTER_FILES = ("stability-values.tex", "literature.tex", "advice.tex")
+"""Files that the chapter reads from paper/generated."""
 TABLES = (
     "values.tex",
     "table-1.tex",

@@ -1,0 +1,118 @@
+"""The searched space: dimensionless pads (w = m = k1 = 1), with ranges and their reasons."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.contact import Formulation
+from squeal.pad import Pad
+from squeal.scene.schema import Scene
+
+CASES = {
+    "a": (0.5 * math.pi, math.pi),
+    "b": (math.pi, 0.5 * math.pi),
+    "c": (0.75 * math.pi, 0.75 * math.pi),
+    "d": (0.83 * math.pi, 0.83 * math.pi),
+}
+STOP = 100.0  # time units sqrt(m/k1)
+
+
+class Dimension(NamedTuple):
+    """One searched number; `log`: its logarithm is searched."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
+    reason: str
+
+
+DIMENSIONS = (
+    Dimension("h", 0.1, 1.0, False, "half height over half length: from a flat pad to a square"),
+    Dimension("inertia", 0.4, 2.5, False, "I over that of a uniform rectangle"),
+    Dimension("k2", 0.4, 2.5, True, "over k1: the two supports are of one kind"),
+    Dimension("k3", 0.05, 3.0, True, "over k1: contact softer or stiffer than the supports"),
+    Dimension("k4", 0.05, 3.0, True, "over k1, as k3"),
+    Dimension("k_c", 0.05, 3.0, True, "over k1, as k3"),
+    Dimension("L", 1.0, 50.0, True, "free lengths over w: from a bushing to a long caliper arm"),
+    Dimension("mu", 0.2, 0.8, False, "friction of brake linings"),
+    Dimension("F_n", 2e-4, 3e-2, True, "over k1 w: 0.5 to 10 kN on 30 to 80 mm half length"),
+    Dimension("preload", 0.2, 5.0, False, "B2: -y0 k_c / F_n, how far the surface is pressed in"),
+    Dimension("first_y", 0.0, 2.5, False, "B1: -y (k3 + k4) / F_n at the start"),
+)
+BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
+
+# where the search sets out from: the best of an earlier, coarser search
+START = {
+    "h": 0.1788,
+    "inertia": 0.5155,
+    "k2": 2.286,
+    "k3": 0.2847,
+    "k4": 0.9946,
+    "k_c": 0.0607,
+    "L": 40.8,
+    "mu": 0.7845,
+    "F_n": 0.0122,
+    "preload": 1.732,
+    "first_y": 0.3698,
+}
+
+
+def decode(point: np.ndarray) -> dict[str, float]:
+    """The numbers that a point of the search stands for."""
+    return {
+        d.name: float(math.exp(v) if d.log else v) for d, v in zip(DIMENSIONS, point, strict=True)
+    }
+
+
+def encode(numbers: dict[str, float]) -> np.ndarray:
+    """The point of the search that stands for the numbers."""
+    return np.array([math.log(numbers[d.name]) if d.log else numbers[d.name] for d in DIMENSIONS])
+
+
+def pad_of(numbers: dict[str, float], model: str, angles: tuple[float, float]) -> Pad:
+    """The dimensionless pad of a model and a case; theta0 = 0, the plain choice."""
+    n = numbers
+    common = {
+        "m": 1.0,
+        "w": 1.0,
+        "h": n["h"],
+        "I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0,
+        "k1": 1.0,
+        "k2": n["k2"],
+        "L1": n["L"],
+        "L2": n["L"],
+        "mu": n["mu"],
+        "F_n": n["F_n"],
+        "alpha1": angles[0],
+        "alpha2": angles[1],
+    }
+    if model == "B1":
+        return Pad(**common, k3=n["k3"], k4=n["k4"])
+    return Pad(**common, k_c=n["k_c"], y0=-n["preload"] * n["F_n"] / n["k_c"])
+
+
+def scenes_of(
+    numbers: dict[str, float], formulation: Formulation, tolerance: float
+) -> dict[str, dict[str, Scene]]:
+    """The eight dimensionless scenes of a pad: model, then case. They start from rest."""
+    y = -numbers["first_y"] * numbers["F_n"] / (numbers["k3"] + numbers["k4"])
+    timing = {"stop": STOP, "samples": 2, "tolerance": tolerance}
+    return {
+        "B1": {
+            case: Scene(
+                "B1",
+                pad_of(numbers, "B1", angles),
+                initial=(0.0, y, 0.0, 0.0, 0.0, 0.0),
+                **timing,  # type: ignore[arg-type]
+            )
+            for case, angles in CASES.items()
+        },
+        "B2": {
+            case: Scene("B2", pad_of(numbers, "B2", angles), formulation, **timing)  # type: ignore[arg-type]
+            for case, angles in CASES.items()
+        },
+    }

@@ -1,0 +1,79 @@
+"""From a dimensionless pad to the article's scenes in SI units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from squeal.contact import Formulation
+from squeal.files import write_text
+from squeal.identify.space import STOP, pad_of
+
+# Scale: a pad of 80 mm and 0.15 kg whose first spring alone would sound at 1.6 kHz
+MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 30.0
+TIME = (MASS / STIFFNESS) ** 0.5
+ANGLES = {
+    "a": ("0.5*pi", "pi"),
+    "b": ("pi", "0.5*pi"),
+    "c": ("0.75*pi", "0.75*pi"),
+    "d": ("0.83*pi", "0.83*pi"),
+}
+FIGURE = {("B1", c): 4 + i for i, c in enumerate("abcd")}
+FIGURE |= {("B2", c): 9 + i for i, c in enumerate("abcd")}
+_PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2"]
+
+
+def _number(value: float) -> str:
+    """Seven digits: a pad that needs more to keep a claim would hold it by a hair."""
+    return repr(float(f"{value:.7g}"))
+
+
+def _parameters(
+    numbers: dict[str, float], model: str, angles: tuple[str, str], leave: str = ""
+) -> str:
+    pad = pad_of(numbers, "B1" if model == "B1" else "B2", (0.0, 0.0))
+    si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
+    lines = []
+    for name in _PAD:
+        value = getattr(si, name)
+        if value is not None and name not in leave.split():
+            lines.append(f"  {name}: {_number(value)}")
+    lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(si.mu)}"]
+    if model != "B3":
+        lines += [f"  F_n: {_number(si.F_n)}", f"  V: {_number(SPEED)}"]
+    if model == "B2":
+        lines.append(f"  y0: {_number(si.y0)}")
+    return "\n".join(lines)
+
+
+def scene_text(numbers: dict[str, float], formulation: Formulation, model: str, case: str) -> str:
+    """The scene file of a model and a case."""
+    f = formulation
+    words = (
+        f"formulation: {{line_force: {f.line_force}, delta_from: {f.delta_from}, "
+        f'delta_moment: "{f.delta_moment}"}}'
+    )
+    if model == "B3":
+        head = "# Model B3: Fig. 13 (the map leaves alpha1, alpha2 aside)"
+        body = _parameters(numbers, "B3", ANGLES["c"], leave="L1 L2")
+        return f"{head}\nmodel: B3\nparameters:\n{body}\n"
+    head = f"# Model {model}, case ({case}): Fig. {FIGURE[model, case]}"
+    lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLES[case])]
+    if model == "B1":
+        y = -numbers["first_y"] * numbers["F_n"] / (numbers["k3"] + numbers["k4"]) * LENGTH
+        lines.append(f"initial: {{y: {_number(y)}}}")
+    else:
+        lines.append(words)
+    lines += [
+        f"time: {{stop: {_number(STOP * TIME)}, samples: 4001}}",
+        "outputs: [events, shares, extrema]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def write_scenes(numbers: dict[str, float], formulation: Formulation, folder: Path) -> None:
+    """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
+    for model in ("B1", "B2"):
+        for case in ANGLES:
+            text = scene_text(numbers, formulation, model, case)
+            write_text(folder / f"{model.lower()}-{case}.yaml", text)
+    write_text(folder / "b3.yaml", scene_text(numbers, formulation, "B3", ""))

@@ -1,0 +1,240 @@
+"""The stability chapter's numbers: `python -m squeal.stability_study FOLDER > stability.json`.
+
+For each of the article's scenes: eigenvalues along the equilibrium branch, thresholds, the friction
+loop at the sliding equilibrium, mode shapes; for some, growth rates fitted to simulations; for the
+spring angles, maps of stability; and the comparison with the literature.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.advice import advise
+from squeal.angle_map import NAMES, angle_axes, stability_map
+from squeal.claims.catalogue import CASES
+from squeal.critical import critical_friction
+from squeal.equilibrium import Path as Branch
+from squeal.equilibrium import sliding_equilibrium
+from squeal.files import to_json
+from squeal.growth import fits
+from squeal.linear import bounds
+from squeal.model import PadModel
+from squeal.provenance import provenance
+from squeal.scene import Scene, read_scene
+from squeal.stability import critical_points, friction_loop, track
+from squeal.stability.literature import literature_rows
+
+MU_MAX = 1.0
+SWEEP = 81
+GROWTH_POINTS = 12
+FINE, COARSE = 240, 90  # points a side of the maps of B3 and of B2
+
+
+def sweep(scene: Scene) -> dict[str, Any]:
+    """Frequencies (Hz) and growth rates (1/s) of the tracked modes along the branch."""
+    path = Branch.of(scene.pad_model, MU_MAX)
+
+    def system(mu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        matrices = path.linearisation(mu)
+        return matrices.M, matrices.C, matrices.K
+
+    end = path.mu_end * (1.0 - 1e-9) if path.fold is not None else path.mu_end
+    tracked = track(system, np.linspace(0.0, end, SWEEP))
+    upper = np.argsort(-tracked.values[0].imag)[:3]  # one of each conjugate pair
+    return {
+        "mu": tracked.mus.tolist(),
+        "frequency_hz": tracked.frequencies_hz[:, upper].T.tolist(),
+        "growth_rate": tracked.values.real[:, upper].T.tolist(),
+        "all_real": tracked.values.real.tolist(),
+        "all_imag": tracked.values.imag.tolist(),
+        "contact_changes": path.breakpoints,
+        "fold": path.fold,
+    }
+
+
+def loop(scene: Scene) -> dict[str, Any]:
+    """The friction loop with the equilibrium held fixed: its critical friction both ways."""
+    found, _ = sliding_equilibrium(scene.pad_model)
+    if found is None:
+        return {"rank_one": False, "reason": "no sliding equilibrium"}
+    q, state = np.array(found.q), found.state
+
+    def frozen(mu: float) -> tuple[np.ndarray, None, np.ndarray]:
+        model = PadModel(scene.model, scene.pad.replace(mu=mu), scene.formulation)
+        return model.mass_matrix, None, -model.jacobian(q, state)
+
+    points = [p for p in critical_points(frozen, 2.0) if p.mu > 0.0]
+    first = points[0].mu if points else None
+    answer = friction_loop(frozen, 1.0)
+    if answer.loop is None:
+        return {"rank_one": False, "reason": answer.reason, "threshold": first}
+    margin = answer.loop.critical_friction(2.0)
+    gains = np.linspace(0.0, MU_MAX, SWEEP)
+    loci = np.asarray(answer.loop.root_locus(gains).loci)
+    return {
+        "rank_one": True,
+        "reason": answer.reason,
+        "threshold": first,
+        "gain_margin": margin,
+        "apart": abs(margin - first) / first if margin and first else 0.0,
+        "gains": gains.tolist(),
+        "loci_real": loci.real.tolist(),
+        "loci_imag": loci.imag.tolist(),
+    }
+
+
+def modes(scene: Scene) -> list[dict[str, Any]]:
+    """Mode shapes at the sliding equilibrium: (x, y, w theta), the largest part one."""
+    from squeal.sliding import analyse
+
+    spectrum = analyse(scene).spectrum
+    lever = np.array([1.0, 1.0, scene.pad.w])
+    shown = []
+    for e in spectrum.eigenvalues[::2]:
+        shape = lever * e.right
+        shape = shape / shape[np.argmax(np.abs(shape))]
+        shown.append(
+            {
+                "frequency_hz": e.frequency_hz,
+                "growth_rate": e.growth_rate,
+                "real": shape.real.tolist(),
+                "imag": shape.imag.tolist(),
+            }
+        )
+    return shown
+
+
+def fluttering(scene: Scene, codes: np.ndarray, angles: np.ndarray) -> Scene | None:
+    """The scene with the fluttering angles of a map that lie nearest to its own."""
+    places = np.argwhere(codes == NAMES.index("flutter"))
+    if not len(places):
+        return None
+    own = np.array([scene.pad.alpha1, scene.pad.alpha2])
+    i, j = places[np.argmin(np.sum((angles[places] - own) ** 2, axis=1))]
+    pad = scene.pad.replace(alpha1=float(angles[i]), alpha2=float(angles[j]))
+    return dataclasses.replace(scene, pad=pad)
+
+
+def growth(name: str, scene: Scene) -> dict[str, Any]:
+    """Fitted and predicted growth rates and frequencies over mu."""
+    found = fits(scene, np.linspace(0.02, MU_MAX, GROWTH_POINTS))
+    return {
+        "name": name,
+        "alpha1": scene.pad.alpha1,
+        "alpha2": scene.pad.alpha2,
+        "mu": [f.mu for f in found],
+        "predicted": [[f.predicted.real, f.predicted.imag] for f in found],
+        "fitted": [[f.fitted.real, f.fitted.imag] for f in found],
+        "apart": max((f.deviation for f in found), default=0.0),
+    }
+
+
+def maps(b2: Scene, b3: Scene) -> dict[str, Any]:
+    """Maps over the spring angles, side by side, and the shares of their areas."""
+    fine, coarse = angle_axes(FINE), angle_axes(COARSE)
+    angles = coarse[0].values
+    limits = bounds(b2.pad, np.meshgrid(angles, angles, indexing="ij"))
+    of_b2 = stability_map(b2, coarse)
+    settled = (of_b2.codes == NAMES.index("stable")) | (of_b2.codes == NAMES.index("marginal"))
+    fine_limits = bounds(b2.pad, np.meshgrid(fine[0].values, fine[0].values, indexing="ij"))
+    of_b3 = stability_map(b3, fine)
+    exists = of_b2.codes != NAMES.index("beyond a fold")
+    return {
+        "fine": fine[0].values.tolist(),
+        "coarse": angles.tolist(),
+        "as_printed": fine_limits.as_printed.astype(int).tolist(),
+        "sign_aware": fine_limits.sign_aware.astype(int).tolist(),
+        "b2": of_b2.codes.tolist(),
+        "b3": of_b3.codes.tolist(),
+        "share_b2": of_b2.share,
+        "share_b3": of_b3.share,
+        "share_as_printed": float(np.mean(fine_limits.as_printed)),
+        "share_sign_aware": float(np.mean(fine_limits.sign_aware)),
+        "share_exists": float(np.mean(exists)),
+        "share_quiet": float(np.mean(settled)),
+        # where the printed conditions deny a sliding state that model B2 has and keeps
+        "share_denied": float(np.mean(settled & ~limits.as_printed)),
+        "share_wrongly_allowed": float(np.mean(~settled & limits.as_printed)),
+    }
+
+
+def literature() -> list[dict[str, Any]]:
+    """The comparison with the literature; numbers as text, complex ones included."""
+
+    def told(value: complex | float | None) -> str:
+        if value is None:
+            return "none"
+        value = complex(value)
+        if value.imag == 0.0:
+            return f"{value.real:.9g}"
+        return f"{value.real:.8g}{value.imag:+.8g}i"
+
+    return [
+        {
+            "name": row.name,
+            "quantity": row.quantity,
+            "expected": told(row.expected),
+            "computed": told(row.computed),
+            "error": row.error if math.isfinite(row.error) else None,
+            "agrees": row.agrees,
+            "provenance": row.provenance,
+        }
+        for row in literature_rows()
+    ]
+
+
+def study(folder: Path) -> dict[str, Any]:
+    """All of the chapter's numbers for the scenes of a folder."""
+    scenes = {
+        f"{model}-{case}": read_scene(folder / f"{model}-{case}.yaml")
+        for model in ("b1", "b2")
+        for case in CASES
+    }
+    b3 = read_scene(folder / "b3.yaml")
+    found_maps = maps(scenes["b2-c"], b3)
+    other = fluttering(scenes["b2-c"], np.array(found_maps["b2"]), np.array(found_maps["coarse"]))
+    tried = [("b1-a", scenes["b1-a"]), ("b2-c", scenes["b2-c"])]
+    if other is not None:
+        tried.append(("b2, fluttering angles", other))
+    cases = {}
+    for name, scene in scenes.items():
+        critical = critical_friction(scene)
+        cases[name] = {
+            "mu": scene.pad.mu,
+            "sweep": sweep(scene),
+            "loop": loop(scene),
+            "modes": modes(scene),
+            "thresholds": [dataclasses.asdict(p) for p in critical.points],
+            "end": critical.end,
+            "advice": advise(scene, critical),
+        }
+    return {
+        "cases": cases,
+        "pad": {"w": b3.pad.w, "h": b3.pad.h},
+        "loop": loop(other) if other is not None else None,
+        "growth": [growth(name, scene) for name, scene in tried],
+        "maps": found_maps,
+        "literature": literature(),
+        "provenance": provenance(
+            None, "squeal.stability_study", ("numpy", "scipy", "heyoka", "control")
+        ),
+    }
+
+
+def main() -> int:
+    """Print the study of the scenes in the folder given on the command line."""
+    parser = argparse.ArgumentParser(description="The stability chapter's numbers, as JSON.")
+    parser.add_argument("scenes", type=Path, metavar="FOLDER")
+    print(to_json(study(parser.parse_args().scenes)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
