@@ -1,4 +1,8 @@
-"""Pads and scenes that several tests use."""
+"""Pads and scenes that several tests use.
+
+The scenes are a fixed pad with flutter, folds and changes of contact; those of the workflow may be
+identified anew at any time.
+"""
 
 from pathlib import Path
 
@@ -7,7 +11,7 @@ import pytest
 
 from squeal.pad import Pad
 
-SCENES = Path(__file__).parent.parent / "workflow" / "scenes"
+SCENES = Path(__file__).parent / "scenes"
 
 
 def random_pad(seed, **fixed):
