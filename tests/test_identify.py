@@ -27,9 +27,11 @@ def test_points_and_numbers_are_the_same_thing():
 
 
 def test_preload_is_in_units_of_the_brake_force():
-    pad = scenes_of(START, MEAN, 1e-8)["B2"]["a"].pad
-    # at the start the contact presses with k_c (-y0)
-    assert pad.k_c * -pad.y0 / pad.F_n == pytest.approx(START["preload"], rel=1e-12)
+    scene = scenes_of(START, MEAN, 1e-8)["B2"]["a"]
+    pad = scene.pad
+    # at the start the contact presses with k_c (-y0 - y)
+    reaction = -pad.k_c * (pad.y0 + scene.initial[1])
+    assert reaction / pad.F_n == pytest.approx(START["preload"], rel=1e-12)
 
 
 def test_cost_counts_failing_claims():

@@ -40,24 +40,26 @@ DIMENSIONS = (
     Dimension("L", 1.0, 50.0, True, "free lengths over w: from a bushing to a long caliper arm"),
     Dimension("mu", 0.2, 0.8, False, "friction of brake linings"),
     Dimension("F_n", 2e-4, 3e-2, True, "over k1 w: 0.5 to 10 kN on 30 to 80 mm half length"),
-    Dimension("preload", 0.2, 5.0, False, "B2: -y0 k_c / F_n, how far the surface is pressed in"),
+    Dimension("preload", 0.2, 5.0, False, "B2: reaction over F_n at the start"),
+    Dimension("lift", 0.0, 3.0, False, "B2: y k1 / F_n at the start"),
     Dimension("first_y", 0.0, 2.5, False, "B1: -y (k3 + k4) / F_n at the start"),
 )
 BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
 
 # where the search sets out from: the best of an earlier, coarser search
 START = {
-    "h": 0.1788,
-    "inertia": 0.5155,
-    "k2": 2.286,
-    "k3": 0.2847,
-    "k4": 0.9946,
-    "k_c": 0.0607,
-    "L": 40.8,
-    "mu": 0.7845,
-    "F_n": 0.0122,
-    "preload": 1.732,
-    "first_y": 0.3698,
+    "h": 0.1294,
+    "inertia": 0.47,
+    "k2": 2.43,
+    "k3": 0.4286,
+    "k4": 1.189,
+    "k_c": 0.06,
+    "L": 22.1,
+    "mu": 0.6786,
+    "F_n": 0.0119,
+    "preload": 1.88,
+    "lift": 0.6,
+    "first_y": 0.2988,
 }
 
 
@@ -92,27 +94,41 @@ def pad_of(numbers: dict[str, float], model: str, angles: tuple[float, float]) -
     }
     if model == "B1":
         return Pad(**common, k3=n["k3"], k4=n["k4"])
-    return Pad(**common, k_c=n["k_c"], y0=-n["preload"] * n["F_n"] / n["k_c"])
+    # lifted from where its springs are relaxed, and still pressed in by the preload
+    y0 = -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])
+    return Pad(**common, k_c=n["k_c"], y0=y0)
+
+
+def first_heights(numbers: dict[str, float]) -> tuple[float, float]:
+    """Initial y of the B1 and of the B2 scenes."""
+    n = numbers
+    return -n["first_y"] * n["F_n"] / (n["k3"] + n["k4"]), n["lift"] * n["F_n"]
 
 
 def scenes_of(
     numbers: dict[str, float], formulation: Formulation, tolerance: float
 ) -> dict[str, dict[str, Scene]]:
     """The eight dimensionless scenes of a pad: model, then case. They start from rest."""
-    y = -numbers["first_y"] * numbers["F_n"] / (numbers["k3"] + numbers["k4"])
+    y1, y2 = first_heights(numbers)
     timing = {"stop": STOP, "samples": 2, "tolerance": tolerance}
     return {
         "B1": {
             case: Scene(
                 "B1",
                 pad_of(numbers, "B1", angles),
-                initial=(0.0, y, 0.0, 0.0, 0.0, 0.0),
+                initial=(0.0, y1, 0.0, 0.0, 0.0, 0.0),
                 **timing,  # type: ignore[arg-type]
             )
             for case, angles in CASES.items()
         },
         "B2": {
-            case: Scene("B2", pad_of(numbers, "B2", angles), formulation, **timing)  # type: ignore[arg-type]
+            case: Scene(
+                "B2",
+                pad_of(numbers, "B2", angles),
+                formulation,
+                initial=(0.0, y2, 0.0, 0.0, 0.0, 0.0),
+                **timing,  # type: ignore[arg-type]
+            )
             for case, angles in CASES.items()
         },
     }

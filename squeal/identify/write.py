@@ -6,7 +6,7 @@ from pathlib import Path
 
 from squeal.contact import Formulation
 from squeal.files import write_text
-from squeal.identify.space import STOP, pad_of
+from squeal.identify.space import STOP, first_heights, pad_of
 
 # Scale: a pad of 80 mm and 0.15 kg whose first spring alone would sound at 1.6 kHz
 MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 30.0
@@ -58,10 +58,9 @@ def scene_text(numbers: dict[str, float], formulation: Formulation, model: str, 
         return f"{head}\nmodel: B3\nparameters:\n{body}\n"
     head = f"# Model {model}, case ({case}): Fig. {FIGURE[model, case]}"
     lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLES[case])]
-    if model == "B1":
-        y = -numbers["first_y"] * numbers["F_n"] / (numbers["k3"] + numbers["k4"]) * LENGTH
-        lines.append(f"initial: {{y: {_number(y)}}}")
-    else:
+    y = dict(zip(("B1", "B2"), first_heights(numbers), strict=True))[model] * LENGTH
+    lines.append(f"initial: {{y: {_number(y)}}}")
+    if model == "B2":
         lines.append(words)
     lines += [
         f"time: {{stop: {_number(STOP * TIME)}, samples: 4001}}",
