@@ -46,20 +46,22 @@ DIMENSIONS = (
 )
 BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
 
-# where the search sets out from: the best of an earlier, coarser search
+# Where the search sets out from: the best pad of an earlier run. It keeps all statements on the
+# simulated cases that can hold together, but presses deeply into a soft surface, and a change of
+# F_n by a half loses several of them.
 START = {
-    "h": 0.1294,
-    "inertia": 0.47,
-    "k2": 2.43,
-    "k3": 0.4286,
-    "k4": 1.189,
-    "k_c": 0.06,
-    "L": 22.1,
-    "mu": 0.6786,
+    "h": 0.1367,
+    "inertia": 0.472,
+    "k2": 2.457,
+    "k3": 0.4283,
+    "k4": 1.217,
+    "k_c": 0.06339,
+    "L": 22.37,
+    "mu": 0.6619,
     "F_n": 0.0119,
-    "preload": 1.88,
-    "lift": 0.6,
-    "first_y": 0.2988,
+    "preload": 1.898,
+    "lift": 0.6016,
+    "first_y": 0.2961,
 }
 
 

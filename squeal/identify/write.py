@@ -9,7 +9,7 @@ from squeal.files import write_text
 from squeal.identify.space import STOP, first_heights, pad_of
 
 # Scale: a pad of 80 mm and 0.15 kg whose first spring alone would sound at 1.6 kHz
-MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 30.0
+MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 25.0
 TIME = (MASS / STIFFNESS) ** 0.5
 ANGLES = {
     "a": ("0.5*pi", "pi"),

@@ -21,7 +21,7 @@ ORIGIN = {
     "V": "assumed: faster than the pad",
     "x0": "default; no force depends on it",
     "y0": "by search; B2 starts pressed in",
-    "y": "by search; B1 starts pressed in, B2 lifted from where its springs are relaxed",
+    "y": "by search; B1 starts pressed in",
 }
 """Where a value comes from; what is not named here was found by search or is zero by default."""
 
