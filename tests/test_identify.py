@@ -60,10 +60,10 @@ def test_written_scenes_are_the_searched_pad_in_si_units(tmp_path):
 def test_search_stops_resumes_and_refuses_another_search(tmp_path):
     state = tmp_path / "state.json"
     told: list[str] = []
-    first = search(MEAN, 1, 0.0, state, 1, told.append)
+    first = search(MEAN, 1, 0.0, state, 1, told.append, population=1)
     assert first.generations == 1
     assert len(told) == 1
-    second = search(MEAN, 1, 0.0, state, 1)
+    second = search(MEAN, 1, 0.0, state, 1, population=1)
     assert second.generations == 2
     assert second.cost <= first.cost + 1e-9
     assert second.pads == 2 * first.pads

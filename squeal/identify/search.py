@@ -73,11 +73,13 @@ def search(
     state: Path | None = None,
     workers: int = 2,
     tell: Callable[[str], None] | None = None,
+    population: int = 8,
 ) -> Found:
     """Search for the pad that fails the fewest claims, with the widest margins.
 
-    Runs for about `seconds`; the population is written to `state` after each generation and a
-    later call goes on from there. Repeatable from the seed for a given number of generations.
+    Runs for about `seconds` with `population` pads a dimension; the population is written to
+    `state` after each generation and a later call goes on from there. Repeatable from the seed for
+    a given number of generations.
     """
     from scipy.optimize import differential_evolution
 
@@ -110,7 +112,7 @@ def search(
         BOUNDS,
         init=np.array(kept["population"]) if kept else "sobol",
         x0=None if kept else encode(START),
-        popsize=8,
+        popsize=population,
         maxiter=100_000,
         tol=1e-8,
         rng=np.random.default_rng([seed, generation]),
