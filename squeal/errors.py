@@ -1,5 +1,8 @@
 """The two ways in which squeal says no; the command line turns them into exit codes."""
 
+# why a computation with numbers of wild size fails
+BEYOND = "the numbers of the scene are too large or too small for double precision"
+
 
 class InputError(ValueError):
     """The input is refused; one sentence names file, key, value and what is allowed."""

@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-from squeal.errors import InputError
+from squeal.errors import BEYOND, ComputationError, InputError
 
 
 def check_writable(path: Path, option: str) -> None:
     """Refuse an output file that could not be written, before anything is computed."""
-    if path.is_dir():
-        raise InputError(f"{option} {path}: is a folder; the name of a file is allowed")
+    if path.exists() and not path.is_file():
+        kind = "a folder" if path.is_dir() else "not a plain file"
+        raise InputError(f"{option} {path}: is {kind}; the name of a file is allowed")
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: the folder {path.parent} does not exist")
     if not os.access(path.parent, os.W_OK):
@@ -65,5 +66,8 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
 
 
 def to_json(value: Any) -> str:
-    """JSON text; NaN and infinity are not allowed in it."""
-    return json.dumps(value, allow_nan=False, indent=1)
+    """JSON text. Raises ComputationError if a number in it is not finite, which JSON cannot say."""
+    try:
+        return json.dumps(value, allow_nan=False, indent=1)
+    except ValueError:
+        raise ComputationError(f"a result is not a finite number; {BEYOND}") from None

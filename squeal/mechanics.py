@@ -179,3 +179,14 @@ def gaps(c: Coefficients, at: Pose) -> Point:
         c.gap_l + at.displacement(c.rlx, c.rly)[1],
         c.gap_t + at.displacement(c.rtx, c.rty)[1],
     )
+
+
+def facing(c: Coefficients, at: Pose) -> Number:
+    """cos(theta0 + theta): positive as long as the lower face faces the surface."""
+    return (at.arm(c.rtx, c.rty)[0] - at.arm(c.rlx, c.rly)[0]) / (2.0 * c.w)
+
+
+def spring_vectors(c: Coefficients, at: Pose) -> tuple[Point, Point]:
+    """Present vectors r_i - r_f,i of springs 1 and 2."""
+    (u1x, u1y), (u2x, u2y) = at.displacement(c.r1x, c.r1y), at.displacement(c.r2x, c.r2y)
+    return (c.D1x + u1x, c.D1y + u1y), (c.D2x + u2x, c.D2y + u2y)

@@ -91,7 +91,8 @@ class PadModel:
     def signals(self, q: Any, state: State) -> np.ndarray:
         """The two plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
         at = pose(np, tuple(q))
-        first, second = self.law.signals(self.c, at, state)
+        with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
+            first, second = self.law.signals(self.c, at, state)
         return np.array(np.broadcast_arrays(first + 0.0 * at.y, second + 0.0 * at.y))
 
     def energy(self, q: Any, rates: Any, state: State) -> Number:

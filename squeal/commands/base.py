@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from squeal.errors import ComputationError, InputError
+import numpy as np
+
+from squeal.errors import BEYOND, ComputationError, InputError
 from squeal.files import to_json
 
 
@@ -52,14 +55,20 @@ class Command:
         """Run from arguments; returns the exit code 0, 1 (not completed) or 2 (refused)."""
         try:
             options = self.parser().parse_args(arguments)
-            answer = self.run(options)
-            text = to_json(answer.data()) if options.json else answer.text()
+            with warnings.catch_warnings():
+                warnings.simplefilter("default", RuntimeWarning)
+                warnings.showwarning = _warn
+                answer = self.run(options)
+                text = to_json(answer.data()) if options.json else answer.text()
             print(text, flush=True)
         except InputError as error:
             print(f"squeal: {error}", file=sys.stderr)
             return 2
         except ComputationError as error:
             print(f"squeal: {error}", file=sys.stderr)
+            return 1
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            print(f"squeal: {error.args[-1]}; {BEYOND}", file=sys.stderr)
             return 1
         except MemoryError:
             print("squeal: there is not enough memory for this scene", file=sys.stderr)
@@ -78,6 +87,10 @@ class Command:
             print("squeal: stopped", file=sys.stderr)
             return 130
         return 0
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"squeal: warning: {message}; {BEYOND}", file=sys.stderr)
 
 
 def table(rows: Sequence[Sequence[str]], right: bool = True) -> str:

@@ -66,10 +66,18 @@ class Statics:
         return float(1e-13 * (pad.w + pad.h + abs(pad.y0) + np.max(np.abs(z[:3]))))
 
     def admits(self, z: np.ndarray, state: State) -> bool:
-        """True if the gaps at z (4,) tell the state, and the lower face faces the surface."""
+        """True if the gaps at z (4,) tell the state, and the lower face faces the surface.
+
+        Where a gap is zero to rounding the loads of the state that the gaps tell must balance too:
+        the line law of partial contact has a pole where both gaps vanish.
+        """
+        rounding = self.rounding(z)
         turned = abs(self.model.pad.theta0 + z[2] / self.model.pad.w) < np.pi / 2
         sides = np.where(list(state), 1.0, -1.0)
-        return bool(turned and np.all(sides * self.gaps(z) <= self.rounding(z)))
+        if not turned or np.any(sides * self.gaps(z) > rounding):
+            return False
+        told = self.model.state_at(self.place(z))
+        return bool(np.all(np.abs(self.residual(z, told)) <= 1e3 * rounding + 1e-9))
 
     def potential(self, z: np.ndarray, state: State) -> float:
         """Potential energy; in partial contact that of the integral law in every formulation."""
@@ -77,7 +85,9 @@ class Statics:
 
     def reaction(self, z: np.ndarray, state: State) -> tuple[float, float]:
         """R_n in N and its distance delta in m, as the formulation counts it."""
-        force, place = self.model.law.resultant(self.model.c, pose(np, tuple(self.place(z))), state)
+        at = pose(np, tuple(self.place(z)))
+        with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
+            force, place = self.model.law.resultant(self.model.c, at, state)
         units = self.units
         return float(force) * units.mass * units.length / units.time**2, float(place) * units.length
 

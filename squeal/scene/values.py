@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+import reprlib
 from typing import Any
 
 from squeal.errors import InputError
 
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-_ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*")
+_ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
+_SHORT = reprlib.Repr()  # aliases can make a short file mean a value of any size
+_SHORT.maxstring = _SHORT.maxother = 200
 
 
 class Keys:
@@ -19,7 +22,8 @@ class Keys:
         self.file, self.path = file, path
 
     def __truediv__(self, key: object) -> Keys:
-        return Keys(self.file, *self.path, str(key))
+        word = str(key)
+        return Keys(self.file, *self.path, word if word.isprintable() else repr(word))
 
     def refuse(self, message: str) -> InputError:
         """An InputError whose message starts with file and key."""
@@ -29,7 +33,7 @@ class Keys:
 
 def shown(value: Any) -> str:
     """A short printable form of a refused value."""
-    text = repr(value) if isinstance(value, str) else str(value)
+    text = _SHORT.repr(value) if isinstance(value, (str, list, dict, set, tuple)) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 

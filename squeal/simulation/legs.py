@@ -10,13 +10,24 @@ import numpy as np
 
 from squeal.states import State
 
+# Where the model ends: what has happened when a limit is reached.
+LIMITS = (
+    "the pad has turned past 90 degrees",
+    "spring 1 has collapsed to zero length",
+    "spring 2 has collapsed to zero length",
+)
+# Share of its free length at which a spring counts as collapsed: the direction of its force, and
+# with it the motion, jumps at zero.
+COLLAPSED = 1e-6
+
 
 @dataclass(frozen=True)
 class Leg:
     """Smooth motion from t0 to t1 in one contact state, in natural units.
 
     `edge` is the edge whose gap ended the leg (0 leading, 1 trailing), None where the leg ended
-    at the wanted time or because it grew long. `dense(t)` gives the state (len(t), 6) and
+    at the wanted time or because it grew long; `limit` is the entry of `LIMITS` at which the model
+    ends there. `dense(t)` gives the state (len(t), 6) and
     `nodes` the step times from t0 to t1; both are None unless dense output was asked for.
     """
 
@@ -26,6 +37,7 @@ class Leg:
     end: np.ndarray
     edge: int | None
     steps: int
+    limit: str | None = None
     nodes: np.ndarray | None = None
     dense: Callable[[np.ndarray], np.ndarray] | None = None
 

@@ -69,27 +69,38 @@ class Shares(Observer):
         return {"shares": shares}
 
 
-def _refined(signal: Callable[[np.ndarray], np.ndarray], nodes: np.ndarray) -> tuple[float, float]:
-    """Least and greatest value of a smooth signal over [nodes[0], nodes[-1]].
+Signal = Callable[[np.ndarray], np.ndarray]
 
-    Each step is sampled at 12 places; the bracket of the best sample is then sampled anew four
-    times, which leaves the extremum exact to rounding.
+
+def _sampled(nodes: np.ndarray) -> np.ndarray:
+    """Times at 12 places of each step, and the last one."""
+    grid = np.linspace(0.0, 1.0, 12, endpoint=False)
+    return np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * grid).ravel(), nodes[-1])
+
+
+def _peak(signal: Signal, times: np.ndarray, i: int, best: float) -> tuple[float, float]:
+    """Time and value of the maximum next to sample i, whose value is `best`.
+
+    Its bracket is sampled anew four times, which leaves the value exact to rounding.
     """
-    parts = 12
-    grid = np.linspace(0.0, 1.0, parts, endpoint=False)
-    t = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * grid).ravel(), nodes[-1])
+    at = float(times[i])
+    for _ in range(4):
+        times = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], 41)
+        values = signal(times)
+        i = int(np.nanargmax(values))
+        if values[i] > best:
+            at, best = float(times[i]), float(values[i])
+    return at, best
+
+
+def _refined(signal: Signal, nodes: np.ndarray) -> tuple[float, float]:
+    """Least and greatest value of a smooth signal over [nodes[0], nodes[-1]]."""
+    t = _sampled(nodes)
     values = signal(t)
-    found = []
-    for sign in (1.0, -1.0):
-        times, heights = t, sign * values
-        least = float(np.nanmin(heights))
-        for _ in range(4):
-            i = int(np.nanargmin(heights))
-            times = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], 41)
-            heights = sign * signal(times)
-            least = min(least, float(np.nanmin(heights)))
-        found.append(sign * least)
-    return found[0], found[1]
+    top, bottom = int(np.nanargmax(values)), int(np.nanargmin(values))
+    _, high = _peak(signal, t, top, float(values[top]))
+    _, low = _peak(lambda at: -signal(at), t, bottom, float(-values[bottom]))
+    return -low, high
 
 
 class Extrema(Observer):
@@ -183,20 +194,29 @@ class Sliding(Observer):
     def leg(self, leg: Leg) -> None:
         if self._lost is not None:
             return
-        t = np.linspace(leg.t0, leg.t1, 16 * len(leg.nodes))  # type: ignore[arg-type]
-        late = leg.dense(t)[:, 3] >= self._speed  # type: ignore[misc]
-        if late.any():
-            self._lost = self._first(leg, t, int(np.argmax(late)))
 
-    def _first(self, leg: Leg, t: np.ndarray, i: int) -> float:
+        def excess(at: np.ndarray) -> np.ndarray:
+            return leg.dense(at)[:, 3] - self._speed  # type: ignore[misc]
+
+        t = _sampled(leg.nodes)  # type: ignore[arg-type]
+        e = excess(t)
+        # a peak between two samples rises above the higher one by less than that over the lower
+        inner, aside = e[1:-1], np.minimum(e[:-2], e[2:])
+        peaks = (inner >= np.maximum(e[:-2], e[2:])) & (inner < 0.0) & (2.0 * inner >= aside)
+        tops = [_peak(excess, t, int(i), float(e[i]))[0] for i in np.flatnonzero(peaks) + 1]
+        t = np.sort(np.append(t, tops))
+        late = excess(t) >= 0.0
+        if late.any():
+            self._lost = self._first(excess, t, int(np.argmax(late)))
+
+    @staticmethod
+    def _first(excess: Signal, t: np.ndarray, i: int) -> float:
         if i == 0:
             return float(t[0])
         from scipy.optimize import brentq
 
-        def excess(at: float) -> float:
-            return float(leg.dense(np.array([at]))[0, 3] - self._speed)  # type: ignore[misc]
-
-        return float(brentq(excess, t[i - 1], t[i], xtol=1e-12 * (t[i] - t[i - 1])))
+        low, high = t[i - 1], t[i]
+        return float(brentq(lambda at: excess(np.array([at]))[0], low, high, xtol=1e-15 * high))
 
     def result(self) -> dict[str, Any]:
         return {

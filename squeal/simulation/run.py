@@ -127,7 +127,7 @@ def _late(model: PadModel, state: np.ndarray, contact: State, edge: int) -> bool
 
 
 def _check(model: PadModel, leg: Leg, units: Units) -> None:
-    """Refuse a leg whose end lies clearly on the wrong side of a switching surface."""
+    """Refuse a leg that ends at a limit of the model or has missed a contact change."""
     margin = 1e-6
     for edge, (touches, gap) in enumerate(
         zip(leg.contact, model.gaps(_place(model, leg.end)), strict=True)
@@ -137,10 +137,9 @@ def _check(model: PadModel, leg: Leg, units: Units) -> None:
                 f"a contact change was missed before t = {leg.t1 * units.time:.9g} s; "
                 "ask for a smaller tolerance"
             )
-    if abs(model.pad.theta0 + leg.end[2] / model.pad.w) >= np.pi / 2:
+    if leg.limit is not None:
         raise ComputationError(
-            f"the pad has turned past 90 degrees by t = {leg.t1 * units.time:.9g} s; "
-            "the model ends there"
+            f"{leg.limit} at t = {leg.t1 * units.time:.9g} s; the model ends there"
         )
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.mechanics import gaps, pose
+from squeal.mechanics import facing, gaps, pose, spring_vectors
 from squeal.model import PadModel, net_loads
-from squeal.simulation.legs import Leg
+from squeal.simulation.legs import LIMITS, Leg
 from squeal.states import State
 
 LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
@@ -58,7 +58,25 @@ class SciPyIntegrator:
             gap.terminal = True  # type: ignore[attr-defined]
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
             found.append(gap)
-        return found
+
+        def upright(_t: float, s: np.ndarray) -> float:
+            return float(facing(self._model.c, pose(math, (s[0], s[1], s[2] / self._w))))
+
+        upright.terminal = True  # type: ignore[attr-defined]
+        upright.direction = -1.0  # type: ignore[attr-defined]
+        return [*found, upright]
+
+    def _collapse(self, y: np.ndarray) -> tuple[int, str] | None:
+        """The first step (its end) in which a spring turns by more than 90 degrees, and what it is.
+
+        It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
+        """
+        at = pose(np, (y[0], y[1], y[2] / self._w))
+        for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:], strict=True):
+            turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
+            if turned.any():
+                return int(np.argmax(turned)) + 1, limit
+        return None
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if SciPy gives up."""
@@ -77,16 +95,21 @@ class SciPyIntegrator:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
-        edge = None
-        if solution.status == 1:
-            edge = next(i for i in (0, 1) if len(solution.t_events[i]))
+        edge, limit, last = None, None, -1
+        collapse = self._collapse(solution.y)
+        if collapse is not None:
+            last, limit = collapse
+        elif solution.status == 1:
+            event = next(i for i in (0, 1, 2) if len(solution.t_events[i]))
+            edge, limit = (event, None) if event < 2 else (None, LIMITS[0])
         motion = solution.sol
         return Leg(
             contact=contact,
             t0=t,
-            t1=float(solution.t[-1]),
-            end=solution.y[:, -1].copy(),
+            t1=float(solution.t[last]),
+            end=solution.y[:, last].copy(),
             edge=edge,
+            limit=limit,
             steps=len(solution.t) - 1,
             nodes=solution.t if dense else None,
             dense=(lambda times: motion(times).T) if dense else None,

@@ -16,21 +16,31 @@ import numpy as np
 
 from squeal.contact import ContactLaw
 from squeal.errors import ComputationError
-from squeal.mechanics import Coefficients, gaps, pose
+from squeal.mechanics import Coefficients, facing, gaps, pose, spring_vectors
 from squeal.model import PadModel, net_loads
-from squeal.simulation.legs import Leg
+from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
 from squeal.states import State
+
+# its warnings would go to standard output; a lost root shows in the check at the end of a leg
+hy.set_logger_level_critical()
 
 LONGEST_LEG = 5000  # steps; bounds the memory of dense output
 # A gap that is exactly zero at the start of a step hides the next root of the same step from
 # heyoka 7.13: its bracketing search then stops at the left end. This offset, far below the
 # rounding of any gap, puts the start on the side of the contact state.
 NEVER_ZERO = 1e-300
+# heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
+# would loosen the error control of a small motion.
+FAINT = 1e-30
 _NAMES = [f.name for f in fields(Coefficients)]
 
 
-def equations(law: ContactLaw, contact: State) -> tuple[list[tuple[Any, Any]], list[Any]]:
-    """Symbolic equations of motion of one contact state and its two gaps.
+def equations(
+    law: ContactLaw, contact: State
+) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
+    """Symbolic equations of motion of one contact state, its two gaps and the model's limits.
+
+    The limits are positive as long as the model holds, in the order of `LIMITS`.
 
     The state is (x, y, w theta) and rates; coefficients are runtime parameters in the order of
     `Coefficients`.
@@ -47,13 +57,18 @@ def equations(law: ContactLaw, contact: State) -> tuple[list[tuple[Any, Any]], l
         (v, total.y / c.m),
         (r, c.w * total.moment / c.I),
     ]
-    return system, list(gaps(c, pose(hy, q)))
+    at = pose(hy, q)
+    limits = [facing(c, at)] + [
+        hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
+        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
+    ]
+    return system, list(gaps(c, at)), [FAINT * limit for limit in limits]
 
 
 @lru_cache(maxsize=64)
 def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Any:
     """The integrator of one contact state; the compiled code is shared through heyoka's caches."""
-    system, heights = equations(law, contact)
+    system, heights, limits = equations(law, contact)
     rising, falling = hy.event_direction.positive, hy.event_direction.negative
     events = [
         _event(fp_type)(
@@ -61,20 +76,20 @@ def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -
             direction=rising if touches else falling,
         )
         for gap, touches in zip(heights, contact, strict=True)
-    ]
+    ] + [_event(fp_type)(limit, direction=falling) for limit in limits]
     return hy.taylor_adaptive(
         system,
         [fp_type(0.0)] * 6,
-        pars=[fp_type(1.0)] * _highest_parameter(system, heights),
+        pars=[fp_type(1.0)] * _highest_parameter(system, heights + limits),
         tol=fp_type(tolerance),
         t_events=events,
         fp_type=fp_type,
     )
 
 
-def _highest_parameter(system: list[tuple[Any, Any]], heights: list[Any]) -> int:
+def _highest_parameter(system: list[tuple[Any, Any]], others: list[Any]) -> int:
     """How many runtime parameters the expressions of one state refer to."""
-    used = hy.get_params([rhs for _, rhs in system] + heights)
+    used = hy.get_params([rhs for _, rhs in system] + others)
     return 1 + max(_NAMES.index(name) for name in _NAMES if hy.par[_NAMES.index(name)] in used)
 
 
@@ -162,19 +177,21 @@ class TaylorIntegrator:
         else:
             motion = None
             outcome, _, _, steps, _, _ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
-        edge = None
+        edge, limit = None, None
         if outcome not in _ONWARD:
-            edge = -int(outcome) - 1
-            if edge not in (0, 1):
+            event = -int(outcome) - 1
+            if not 0 <= event < 2 + len(LIMITS):
                 raise ComputationError(
-                    f"the motion is not finite after t = {float(ta.time):.9g} natural time units"
+                    f"the motion is not finite after t = {float(t):.9g} natural time units"
                 )
+            edge, limit = (event, None) if event < 2 else (None, LIMITS[event - 2])
         return Leg(
             contact=contact,
             t0=t,
             t1=ta.time,
             end=ta.state.copy(),
             edge=edge,
+            limit=limit,
             steps=steps,
             nodes=motion.nodes if motion is not None else None,
             dense=motion,
