@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -33,7 +34,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not given or given[0] in ("-h", "--help"):
-        print(_help(), file=sys.stdout if given else sys.stderr)
+        try:
+            print(_help(), file=sys.stdout if given else sys.stderr, flush=True)
+        except BrokenPipeError:  # the reader has gone
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0 if given else 2
     if given[0] == "--version":
         print(f"squeal {__version__}")

@@ -235,3 +235,60 @@ def test_the_scenes_of_the_article_are_valid_yaml_of_one_document(scenes):
     for path in scenes.glob("*.yaml"):
         assert len(list(yaml.safe_load_all(path.read_text()))) == 1
         read_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("m: 1.0", "m: 010"),  # YAML 1.2: a decimal number
+        ("m: 1.0", "m: +1."),
+        ("m: 1.0", "m: 1E+0"),
+        ("model: B1", "---\nmodel: B1"),
+        ("model: B1", "%YAML 1.2\n---\nmodel: 'B1'"),
+        ("L2: 0.5", "L2: 0.5 # the same as L1"),
+        ("L1: .5", "L1: &length .5"),
+    ],
+)
+def test_accepted_forms(read, old, new):
+    expected = 10.0 if "010" in new else 1.0
+    assert old in text()
+    assert read(text().replace(old, new)).pad.m == expected
+
+
+def test_an_alias_stands_for_its_anchor(read):
+    content = text().replace("L1: .5", "L1: &length .25").replace("L2: 0.5", "L2: *length")
+    assert read(content).pad.L2 == 0.25
+
+
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), ("line 4", "m stands there twice")),
+        (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), ("<<", "unknown key")),
+        (text(more="tolerance: !!python/name:os.system x\n"), ("line",)),
+        (text(more='tolerance: !!int "0x10"\n'), ("0x10",)),
+        (text(more="tolerance: !!timestamp 2001-01-01\n"), ("tolerance", "2001-01-01")),
+        (text(more='"a\\nb": 1\n'), (r"a\nb", "unknown key")),
+        (text(more='"a\\x1b[31m": 1\n'), (r"\x1b", "unknown key")),
+        (text(more="? [a, b]\n: 1\n"), ("not a word",)),
+        (text(more="\0"), ("not allowed",)),
+        (text().encode("utf-16"), ("UTF-8",)),
+        (text().replace("L2: 0.5", "L2: *length"), ("line", "length")),
+        (text(m="\uff11"), ("parameters.m", "above 0")),
+        (text(alpha1='"\u0663*pi"'), ("parameters.alpha1",)),
+        (text(more="initial:\n"), ("initial", "mapping")),
+        (text(more="outputs:\n"), ("outputs", "list")),
+        (text(more="initial: {theta_dot: 0.1*pi}\n"), ("initial.theta_dot", "finite number")),
+        ("# a comment\n", ("0 documents",)),
+    ],
+)
+def test_refused_forms(read, content, parts):
+    message = refusal(read, content, *parts)
+    assert message.isprintable()
+
+
+def test_aliases_of_aliases_are_refused_at_once(read):
+    # a thousand million words if written out
+    rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
+    rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
+    refusal(read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "outputs", "must be one of")
