@@ -136,6 +136,7 @@ def _range(values: np.ndarray) -> Range:
     says nothing of whether it comes back.
     """
     if values.size and abs(values[0]) <= START:
+        values = values[np.append(True, np.diff(values) != 0.0)]  # legs repeat the time they share
         turns = np.flatnonzero(np.diff(np.sign(np.diff(values))))
         values = values[turns[0] + 1 :] if turns.size else values[-1:]
     if not values.size:
