@@ -8,9 +8,9 @@ contact-loss point of Eq. (12), which is singular for a level pad.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from squeal.mechanics import Coefficients, Loads, Number, Pose, gaps
+from squeal.mechanics import Coefficients, Loads, Number, Point, Pose, gaps
 from squeal.states import FULL, NONE, State
 
 LineForce = Literal["integral", "mean"]
@@ -41,6 +41,30 @@ CONSISTENT = Formulation()
 AS_PRINTED = Formulation("mean", "frame", "-")
 
 
+class Flags(NamedTuple):
+    """A contact state as numbers, arrays or symbols, so that one formula serves all states.
+
+    leading, trailing, both: 1 or 0; side: 1 on the trailing edge alone, -1 on the leading edge
+    alone, else 0.
+    """
+
+    leading: Number
+    trailing: Number
+    both: Number
+    side: Number
+
+
+def flags(leading: Number, trailing: Number) -> Flags:
+    """The flags of edges that touch (1) or do not (0)."""
+    return Flags(leading, trailing, leading * trailing, trailing - leading)
+
+
+def _edge_load(c: Coefficients, at: Pose, force: Number, corner: Point) -> Loads:
+    """Load of a normal force at a lower corner, with its friction."""
+    ax, ay = at.arm(*corner)
+    return Loads(c.mu * force, force, (ax - c.mu * ay) * force)
+
+
 @dataclass(frozen=True)
 class PointContact:
     """Unilateral springs k3 and k4 at the two lower edges (model B1)."""
@@ -58,12 +82,22 @@ class PointContact:
     def loads(self, c: Coefficients, at: Pose, state: State) -> Loads:
         """Normal and friction forces of Eqs. (4)-(6), friction at the arm of each edge."""
         total = Loads(0.0, 0.0, 0.0)
-        corners = ((c.rlx, c.rly), (c.rtx, c.rty))
-        for touches, force, corner in zip(state, self._forces(c, at, state), corners, strict=True):
-            if touches:
-                ax, ay = at.arm(*corner)
-                total += Loads(c.mu * force, force, (ax - c.mu * ay) * force)
+        f3, f4 = self._forces(c, at, state)
+        if state.leading:
+            total += _edge_load(c, at, f3, (c.rlx, c.rly))
+        if state.trailing:
+            total += _edge_load(c, at, f4, (c.rtx, c.rty))
         return total
+
+    def blended_loads(self, c: Coefficients, at: Pose, on: Flags) -> Loads:
+        """The same loads with the contact state as numbers."""
+        f3, f4 = self.blended_signals(c, at, on)
+        return _edge_load(c, at, f3, (c.rlx, c.rly)) + _edge_load(c, at, f4, (c.rtx, c.rty))
+
+    def blended_signals(self, c: Coefficients, at: Pose, on: Flags) -> tuple[Number, Number]:
+        """F3 and F4 with the contact state as numbers."""
+        f3, f4 = self._forces(c, at, FULL)
+        return on.leading * f3, on.trailing * f4
 
     def signals(self, c: Coefficients, at: Pose, state: State) -> tuple[Number, Number]:
         """F3 and F4 (in units of force); zero where the edge is off."""
@@ -87,6 +121,18 @@ def _partial(gl: Number, gt: Number, state: State) -> tuple[Number, Number, floa
     return -touching, touching / (touching - other), side
 
 
+def _blended_partial(gl: Number, gt: Number, on: Flags) -> tuple[Number, Number, Number]:
+    """What `_partial` gives where one edge touches alone; zeros, without 0/0, elsewhere."""
+    one = on.side * on.side
+    p = -one * (on.leading * gl + on.trailing * gt)
+    return p, p / (on.side * (gl - gt) + (1.0 - one)), on.side
+
+
+def _aside(c: Coefficients, part: Number, side: Number) -> Number:
+    """Centroid of the pressure in partial contact, from the middle of the lower face."""
+    return side * c.w * (1.0 - part * (2.0 / 3.0))
+
+
 @dataclass(frozen=True)
 class LineContact:
     """Distributed stiffness along the lower face (model B2).
@@ -106,11 +152,14 @@ class LineContact:
         gl, gt = gaps(c, at)
         if state == FULL:
             return -0.5 * c.k_c * (gl + gt), -c.k_c * c.w * (gt - gl) / 6.0
-        p, part, side = _partial(gl, gt, state)
+        return self._one_edge(c, *_partial(gl, gt, state))
+
+    def _one_edge(self, c: Coefficients, p: Number, part: Number, side: Number) -> Point:
+        """The same in partial contact, told by what `_partial` gives."""
         Rn = 0.5 * c.k_c * p
         if self.formulation.line_force == "integral":
             Rn = Rn * part
-        return Rn, Rn * (side * c.w * (1.0 - part * (2.0 / 3.0)))
+        return Rn, Rn * _aside(c, part, side)
 
     def _place(self, c: Coefficients, at: Pose, state: State) -> Number:
         """Distance of Rn from the middle of the lower face: the centroid of the pressure."""
@@ -118,7 +167,7 @@ class LineContact:
         if state == FULL:
             return c.w * (gt - gl) / (3.0 * (gl + gt))
         _, part, side = _partial(gl, gt, state)
-        return side * c.w * (1.0 - part * (2.0 / 3.0))
+        return _aside(c, part, side)
 
     def _face(self, c: Coefficients, at: Pose) -> tuple[Number, Number]:
         """cos(theta0 + theta), and x of the middle of the lower face from the mass centre."""
@@ -136,7 +185,10 @@ class LineContact:
         """Rn, Rf = mu Rn and their moment, Eqs. (8)-(10) (friction at the constant arm h)."""
         if state == NONE:
             return Loads(0.0, 0.0, 0.0)
-        Rn, along = self._reaction(c, at, state)
+        return self._loads_of(c, at, self._reaction(c, at, state))
+
+    def _loads_of(self, c: Coefficients, at: Pose, reaction: Point) -> Loads:
+        Rn, along = reaction
         cos_phi, middle = self._middle(c, at)
         Rf, delta_Rn = c.mu * Rn, cos_phi * along + middle * Rn
         turning = delta_Rn if self.formulation.delta_moment == "+" else -delta_Rn
@@ -152,6 +204,22 @@ class LineContact:
 
     resultant = signals
 
+    def blended_loads(self, c: Coefficients, at: Pose, on: Flags) -> Loads:
+        """The loads with the contact state as numbers."""
+        Rn, along = self._one_edge(c, *_blended_partial(*gaps(c, at), on))
+        full_Rn, full_along = self._reaction(c, at, FULL)
+        return self._loads_of(c, at, (Rn + on.both * full_Rn, along + on.both * full_along))
+
+    def blended_signals(self, c: Coefficients, at: Pose, on: Flags) -> tuple[Number, Number]:
+        """Rn and delta with the contact state as numbers; delta is 0/0, a NaN, apart."""
+        p, part, side = _blended_partial(*gaps(c, at), on)
+        Rn, _ = self._one_edge(c, p, part, side)
+        full_Rn, full_along = self._reaction(c, at, FULL)
+        place = _aside(c, part, side) + on.both * full_along / (on.both * full_Rn + 1.0 - on.both)
+        cos_phi, middle = self._middle(c, at)
+        touching = on.both + side * side
+        return Rn + on.both * full_Rn, (cos_phi * place + middle) * touching / touching
+
     def energy(self, c: Coefficients, at: Pose, state: State) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
         gl, gt = gaps(c, at)
@@ -163,4 +231,4 @@ class LineContact:
         return c.k_c * p**3 / (6.0 * (p - (gt if state.leading else gl)))
 
 
-ContactLaw = Any  # PointContact | LineContact; both offer the five methods above
+ContactLaw = Any  # PointContact | LineContact; both offer the methods above
