@@ -2,6 +2,6 @@
 
 from squeal.claims.catalogue import CLAIMS, Claim
 from squeal.claims.judging import Judged, judge_claims
-from squeal.claims.measures import Case, measure
+from squeal.claims.measures import Case, batch_case, measure
 
-__all__ = ["CLAIMS", "Case", "Claim", "Judged", "judge_claims", "measure"]
+__all__ = ["CLAIMS", "Case", "Claim", "Judged", "batch_case", "judge_claims", "measure"]

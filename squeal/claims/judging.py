@@ -7,12 +7,17 @@ accuracy of the located contact changes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from squeal.claims.catalogue import CLAIMS, Claim
 from squeal.claims.measures import Case
+from squeal.linear import bounds, rank, stiffness
+from squeal.pad import Pad
 from squeal.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
 
 TOUCH = 1e-9
@@ -42,6 +47,21 @@ class Judged:
     measured: str
     margin: float
     verdict: Verdict
+
+
+def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
+    """Rank of Eq. (22) for the pad of each case, and what (23a, b) make of the map over the angles.
+
+    The map has `points` middles of cells a side; it leaves the pads' own angles aside, so that one
+    of the pads tells it.
+    """
+    middles = math.pi * (np.arange(points) + 0.5) / points
+    angles = np.meshgrid(middles, middles, indexing="ij", sparse=True)
+    pad = next(iter(pads.values()))
+    return Linear(
+        {case: rank(pad, stiffness(pad)) for case, pad in pads.items()},
+        float(np.mean(bounds(pad, angles).as_printed)),
+    )
 
 
 Result = tuple[float, str]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +11,11 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.model import PadModel
 from squeal.scene import Scene
+from squeal.simulation.batch import DONE
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer, normalised
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
-from squeal.states import LEADING, TRAILING, State
+from squeal.states import LEADING, STATES, TRAILING, State
 
 PER_STEP = 24  # samples in each integration step; a step is a fraction of an oscillation
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
@@ -156,3 +158,27 @@ def measure(scene: Scene, per_step: int = PER_STEP) -> Case:
     integrator = make_integrator(model, scene.tolerance, "auto")
     integrate(model, integrator, units, start, stop, [gatherer])
     return gatherer.case()
+
+
+def batch_case(found: Mapping[str, np.ndarray], pad: int) -> Case | None:
+    """The measures of one pad of `simulate_many(..., measured=True)`; None if it did not end."""
+    if found["outcome"][pad] != DONE:
+        return None
+
+    def span(name: str) -> Range:
+        return Range(*found[name][pad].tolist())
+
+    shares = zip(STATES, found["shares"][pad].tolist(), strict=True)
+    return Case(
+        duration=float(found["duration"][pad]),
+        separated=tuple(found["separated"][pad].tolist()),
+        losses=found["losses"][pad],
+        shares={state: share for state, share in shares if share > 0.0},
+        first=span("first"),
+        second=span("second"),
+        together=span("together"),
+        tilt=span("tilt"),
+        mean=float(found["mean"][pad]),
+        swings=int(found["swings"][pad]),
+        calm=float(found["calm"][pad]),
+    )

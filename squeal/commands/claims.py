@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from squeal.claims import Judged, judge_claims, measure
 from squeal.claims.catalogue import CASES
-from squeal.claims.judging import Linear
+from squeal.claims.judging import linear_measures
 from squeal.commands.base import Answer, Command, Parser, table
 from squeal.errors import InputError
-from squeal.linear import bounds, rank, stiffness
 from squeal.provenance import provenance
-from squeal.scene import Scene, read_scene
+from squeal.scene import read_scene
 from squeal.sources import ROOT
-
-MAP_POINTS = 500
 
 
 def options(parser: Parser) -> None:
@@ -44,17 +38,6 @@ def scene_folder(given: Path | None) -> Path:
     )
 
 
-def linear_measures(scenes: dict[str, Scene]) -> Linear:
-    """Ranks of Eq. (22) for the B2 scenes by case; share of the map where (23a, b) hold."""
-    middles = math.pi * (np.arange(MAP_POINTS) + 0.5) / MAP_POINTS
-    angles = np.meshgrid(middles, middles, indexing="ij")
-    pad = scenes["a"].pad
-    return Linear(
-        {case: rank(scene.pad, stiffness(scene.pad)) for case, scene in scenes.items()},
-        float(np.mean(bounds(pad, angles).as_printed)),
-    )
-
-
 def judge_folder(folder: Path) -> list[Judged]:
     """Simulate and judge the eight scenes of a folder."""
     scenes = {
@@ -65,7 +48,11 @@ def judge_folder(folder: Path) -> list[Judged]:
         model: {case: measure(scene) for case, scene in cases.items()}
         for model, cases in scenes.items()
     }
-    return judge_claims(measured["b1"], measured["b2"], linear_measures(scenes["b2"]))
+    return judge_claims(
+        measured["b1"],
+        measured["b2"],
+        linear_measures({case: scene.pad for case, scene in scenes["b2"].items()}),
+    )
 
 
 def data(judged: list[Judged]) -> dict[str, Any]:

@@ -26,7 +26,10 @@ def options(parser: Parser) -> None:
     parser.add_argument("--seed", default="1", metavar="N", help="whole number (1 if left out)")
     parser.add_argument("--minutes", default="10", metavar="M", help="how long (10 if left out)")
     parser.add_argument(
-        "--state", type=Path, metavar="FILE", help="keep the search in FILE and go on from it"
+        "--state",
+        type=Path,
+        metavar="FILE",
+        help="keep the finished starts in FILE and go on after them",
     )
     parser.add_argument(
         "--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes into FOLDER"
@@ -50,7 +53,7 @@ def data(found: Found) -> dict[str, Any]:
         "numbers": found.numbers,
         "cost": found.cost,
         "reproduced": found.reproduced,
-        "generations": found.generations,
+        "starts": found.starts,
         "pads": found.pads,
         "claims": [
             {"id": j.claim.id, "verdict": j.verdict, "margin": j.margin} for j in found.judged
@@ -68,7 +71,7 @@ def text(found: Found) -> str:
     ]
     return "\n".join(
         [
-            f"{found.pads} pads in {found.generations} generations; best pad (w = m = k1 = 1)",
+            f"{found.pads} pads from {found.starts} starts; best pad (w = m = k1 = 1)",
             table(rows),
             f"{found.reproduced} of {len(found.judged)} claims reproduced; not so",
             table(failing, right=False) if failing else "  none",
@@ -83,15 +86,17 @@ def run(given: argparse.Namespace) -> Answer:
     seconds = 60 * _number(given.minutes, "--minutes", 0.0)
     if given.scenes is not None and not given.scenes.is_dir():
         raise InputError(f"--scenes {given.scenes}: is no folder; an existing folder is allowed")
-    found = search(
-        formulation, seed, seconds, given.state, os.cpu_count() or 1, lambda line: _tell(line)
-    )
+    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
     return Answer(
         lambda: (
             data(found)
-            | {"provenance": provenance(None, "squeal.commands.identify", ("numpy", "scipy"))}
+            | {
+                "provenance": provenance(
+                    None, "squeal.commands.identify", ("cma", "heyoka", "numpy")
+                )
+            }
         ),
         lambda: text(found),
     )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.contact import Formulation
-from squeal.pad import Pad
+from squeal.contact import CONSISTENT, Formulation
+from squeal.pad import Model, Pad
 from squeal.scene.schema import Scene
 
 CASES = {
@@ -17,7 +18,15 @@ CASES = {
     "c": (0.75 * math.pi, 0.75 * math.pi),
     "d": (0.83 * math.pi, 0.83 * math.pi),
 }
+MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)
+# Scale of the written scenes: a pad of 80 mm and 0.15 kg whose first spring alone would sound at
+# 1.6 kHz, on a surface that moves at 25 m/s.
+MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 25.0
+TIME = math.sqrt(MASS / STIFFNESS)
+SPEED_LIMIT = SPEED * TIME / LENGTH  # in the units of the search
+
+Numbers = Mapping[str, float]
 
 
 class Dimension(NamedTuple):
@@ -46,7 +55,7 @@ DIMENSIONS = (
 )
 BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
 
-# Where the search sets out from: the pad of the article's scenes.
+# A pad that a coarse search found; every third start of a search sets out from near it.
 START = {
     "h": 0.35038,
     "inertia": 1.427,
@@ -70,12 +79,12 @@ def decode(point: np.ndarray) -> dict[str, float]:
     }
 
 
-def encode(numbers: dict[str, float]) -> np.ndarray:
+def encode(numbers: Numbers) -> np.ndarray:
     """The point of the search that stands for the numbers."""
     return np.array([math.log(numbers[d.name]) if d.log else numbers[d.name] for d in DIMENSIONS])
 
 
-def pad_of(numbers: dict[str, float], model: str, angles: tuple[float, float]) -> Pad:
+def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
     """The dimensionless pad of a model and a case; theta0 = 0, the plain choice."""
     n = numbers
     common = {
@@ -99,36 +108,29 @@ def pad_of(numbers: dict[str, float], model: str, angles: tuple[float, float]) -
     return Pad(**common, k_c=n["k_c"], y0=y0)
 
 
-def first_heights(numbers: dict[str, float]) -> tuple[float, float]:
+def first_heights(numbers: Numbers) -> tuple[float, float]:
     """Initial y of the B1 and of the B2 scenes."""
     n = numbers
     return -n["first_y"] * n["F_n"] / (n["k3"] + n["k4"]), n["lift"] * n["F_n"]
 
 
 def scenes_of(
-    numbers: dict[str, float], formulation: Formulation, tolerance: float
-) -> dict[str, dict[str, Scene]]:
+    numbers: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
+) -> dict[Model, dict[str, Scene]]:
     """The eight dimensionless scenes of a pad: model, then case. They start from rest."""
-    y1, y2 = first_heights(numbers)
-    timing = {"stop": STOP, "samples": 2, "tolerance": tolerance}
+    heights = dict(zip(MODELS, first_heights(numbers), strict=True))
     return {
-        "B1": {
+        model: {
             case: Scene(
-                "B1",
-                pad_of(numbers, "B1", angles),
-                initial=(0.0, y1, 0.0, 0.0, 0.0, 0.0),
-                **timing,  # type: ignore[arg-type]
+                model,
+                pad_of(numbers, model, angles),
+                formulation if model == "B2" else CONSISTENT,
+                initial=(0.0, heights[model], 0.0, 0.0, 0.0, 0.0),
+                stop=stop,
+                samples=2,
+                tolerance=tolerance,
             )
             for case, angles in CASES.items()
-        },
-        "B2": {
-            case: Scene(
-                "B2",
-                pad_of(numbers, "B2", angles),
-                formulation,
-                initial=(0.0, y2, 0.0, 0.0, 0.0, 0.0),
-                **timing,  # type: ignore[arg-type]
-            )
-            for case, angles in CASES.items()
-        },
+        }
+        for model in MODELS
     }

@@ -6,11 +6,8 @@ from pathlib import Path
 
 from squeal.contact import Formulation
 from squeal.files import write_text
-from squeal.identify.space import STOP, first_heights, pad_of
+from squeal.identify.space import LENGTH, MASS, SPEED, STOP, TIME, Numbers, first_heights, pad_of
 
-# Scale: a pad of 80 mm and 0.15 kg whose first spring alone would sound at 1.6 kHz
-MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e7, 25.0
-TIME = (MASS / STIFFNESS) ** 0.5
 ANGLES = {
     "a": ("0.5*pi", "pi"),
     "b": ("pi", "0.5*pi"),
@@ -27,9 +24,7 @@ def _number(value: float) -> str:
     return repr(float(f"{value:.7g}"))
 
 
-def _parameters(
-    numbers: dict[str, float], model: str, angles: tuple[str, str], leave: str = ""
-) -> str:
+def _parameters(numbers: Numbers, model: str, angles: tuple[str, str], leave: str = "") -> str:
     pad = pad_of(numbers, "B1" if model == "B1" else "B2", (0.0, 0.0))
     si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     lines = []
@@ -45,7 +40,7 @@ def _parameters(
     return "\n".join(lines)
 
 
-def scene_text(numbers: dict[str, float], formulation: Formulation, model: str, case: str) -> str:
+def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str) -> str:
     """The scene file of a model and a case."""
     f = formulation
     words = (
@@ -69,7 +64,7 @@ def scene_text(numbers: dict[str, float], formulation: Formulation, model: str, 
     return "\n".join(lines) + "\n"
 
 
-def write_scenes(numbers: dict[str, float], formulation: Formulation, folder: Path) -> None:
+def write_scenes(numbers: Numbers, formulation: Formulation, folder: Path) -> None:
     """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
     for model in ("B1", "B2"):
         for case in ANGLES:

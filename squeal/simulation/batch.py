@@ -146,6 +146,8 @@ class _Results:
             for name, values in measures(self._law, s, self._theta0[pads]).items():
                 if name in ("duration", "separated"):
                     values = (values.T * time).T
+                elif name == "fastest":
+                    values = values * self._natural.units.length[pads] / time  # type: ignore[index]
                 self._put(name, pads[whole], values[whole])
 
     def refuse(self, pad: int) -> None:

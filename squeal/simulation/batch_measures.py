@@ -271,7 +271,8 @@ def measures(law: ContactLaw, s: Seen, theta0: np.ndarray) -> Measures:
     order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
     F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
     (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
-    acceleration in the last tenth over that of the whole run, to some per cent.
+    acceleration in the last tenth over that of the whole run, to some per cent; fastest (n,): the
+    greatest x_dot, which the speed V of the surface must exceed.
     """
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
@@ -296,4 +297,5 @@ def measures(law: ContactLaw, s: Seen, theta0: np.ndarray) -> Measures:
             "mean": _mean(s, begin, first, duration),
             "swings": _swings(_since(begin, second).inner) if line else np.zeros(len(nothing), int),
             "calm": _calm(s, duration),
+            "fastest": s.motion.samples[:, 3].max(axis=0),
         }
