@@ -42,7 +42,7 @@ FINDINGS = (
         "E4",
         "Eq. (13)",
         "Divided by the contact length, the reaction in partial contact has no potential.",
-        lambda s: equations.partial_contact_energy(s.b2["c"].pad),
+        motion.fed_by_the_law,
     ),
     Finding(
         "E5",

@@ -14,9 +14,11 @@ import numpy as np
 from squeal.angle_map import angle_axes, stability_map
 from squeal.claims import Case, judge_claims, measure
 from squeal.claims.judging import Linear
+from squeal.contact import LineForce
+from squeal.contact_work import contact_work
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.findings.equations import Measured
+from squeal.findings.equations import Measured, partial_contact_energy
 from squeal.linear import balanced, rank, stiffness
 from squeal.model import PadModel
 from squeal.quasi_static import quasi_static_map
@@ -112,6 +114,35 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
         return Measured(numbers | ({} if after is None else {"after": float(after)}), text + ".")
 
     return found
+
+
+def fed_by_the_law(study: Study) -> Measured:
+    """E4: energy from nothing on a closed path, and what it does to the hammering of case c."""
+    scene = study.b2["c"]
+    path = partial_contact_energy(scene.pad)
+    numbers, text = dict(path.numbers), path.outcome
+    laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the integral law"}
+    for law, words in laws.items():
+        told = dataclasses.replace(scene.formulation, line_force=law)
+        try:
+            works = contact_work(dataclasses.replace(scene, formulation=told))
+            case = measure(dataclasses.replace(scene, formulation=told))
+        except ComputationError as error:
+            text += f" In case c under {words} the model ends: {error}."
+            continue
+        fed = works.fed / works.kinetic
+        numbers |= {f"fed_{law}": fed, f"swings_{law}": float(case.swings)}
+        text += (
+            f" In case c {words} feeds in {works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic "
+            f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
+            f"{case.second.high:.2f} and changes sides {case.swings} times"
+        )
+        text += (
+            f"; {np.mean(works.cycles):+.2g} J from one loss of contact to the next, on average."
+            if len(works.cycles)
+            else "."
+        )
+    return Measured(numbers, text)
 
 
 def static_balance(study: Study) -> Measured:
