@@ -11,6 +11,7 @@ from squeal.report.layout import (
     CHAPTER_FILES,
     FIGURES,
     HISTORY_FIGURES,
+    IDENTIFICATION_FILES,
     TABLES,
 )
 from squeal.sources import sources
@@ -20,6 +21,7 @@ SCENES = "workflow/scenes"
 ALL_FIGURES = [f"figures/fig{i:02}.{kind}" for i in FIGURES for kind in ("pdf", "txt")]
 CHAPTER = [f"figures/{name}.{kind}" for name in CHAPTER_FIGURES for kind in ("pdf", "txt")]
 GENERATED = [f"paper/generated/{name}" for name in TABLES]
+GENERATED_IDENTIFICATION = [f"paper/generated/{name}" for name in IDENTIFICATION_FILES]
 GENERATED_CHAPTER = [f"paper/generated/{name}" for name in CHAPTER_FILES]
 STEM = {f"{number:02}": stem for stem, number in HISTORY_FIGURES.items()}
 
@@ -44,6 +46,8 @@ rule everything_but_pdf:
         CHAPTER,
         GENERATED,
         GENERATED_CHAPTER,
+        "figures/robustness.pdf",
+        GENERATED_IDENTIFICATION,
 
 
 rule simulate:
@@ -171,6 +175,42 @@ rule chapter_figure:
         "{PYTHON} -m squeal.figures.stability {input.results} {wildcards.name} --pdf {output.pdf}"
 
 
+rule identified:
+    input:
+        searches="workflow/identified.json",
+        package=lambda wildcards: sources(f"squeal.identify.{wildcards.what}"),
+    output:
+        "results/{what}.json",
+    wildcard_constraints:
+        what="verify|robustness",
+    shell:
+        "{PYTHON} -m squeal.identify.{wildcards.what} {input.searches} > {output}"
+
+
+rule robustness_figure:
+    input:
+        results="results/robustness.json",
+        package=sources("squeal.figures.robustness"),
+    output:
+        pdf="figures/robustness.pdf",
+        text="figures/robustness.txt",
+    shell:
+        "{PYTHON} -m squeal.figures.robustness {input.results} --pdf {output.pdf}"
+
+
+rule identification_tables:
+    input:
+        formulations="results/verify.json",
+        robustness="results/robustness.json",
+        caption="figures/robustness.txt",
+        package=sources("squeal.report.identification"),
+    output:
+        GENERATED_IDENTIFICATION,
+    shell:
+        "{PYTHON} -m squeal.report.identification --formulations {input.formulations} "
+        "--robustness {input.robustness} --caption {input.caption} --out paper/generated"
+
+
 rule chapter_tables:
     input:
         results="results/stability.json",
@@ -203,9 +243,12 @@ rule paper:
     input:
         "paper/report.tex",
         "paper/references.bib",
+        "paper/identification.tex",
         "paper/stability.tex",
         GENERATED,
         GENERATED_CHAPTER,
+        GENERATED_IDENTIFICATION,
+        "figures/robustness.pdf",
         [f"figures/fig{i:02}.pdf" for i in FIGURES],
         [f"figures/{name}.pdf" for name in CHAPTER_FIGURES],
     output:

@@ -68,12 +68,12 @@ def test_a_pad_is_as_fast_as_its_history_says(outcome):
 
 def test_cost_counts_failing_claims(outcome):
     failing = sum(j.verdict != "reproduced" for j in outcome.judged)
-    # a claim that conflicts with another is left out; each other failing claim costs 1 to 2, each
-    # holding one gives back at most 0.1
-    assert failing - 1 - 2.9 <= cost_of(outcome, START) <= 2 * failing
+    # of two claims that conflict one counts; each failing claim costs 1 to 2, a thin one up to 1/2
+    assert failing - 1 <= cost_of(outcome, START) <= 2 * failing + 0.5 * 29
 
 
 def test_what_no_pad_could_do_costs(outcome):
+    outcome = outcome._replace(fastest=SPEED_LIMIT)
     fast = outcome._replace(fastest=3 * SPEED_LIMIT)
     assert cost_of(fast, START) == pytest.approx(cost_of(outcome, START) + 4.0)
     soft = START | {"k_c": START["preload"] * START["F_n"] / START["h"]}
@@ -106,9 +106,9 @@ def test_search_stops_resumes_and_refuses_another_search(tmp_path):
     state = tmp_path / "state.json"
     told: list[str] = []
     first = search(MEAN, 1, 60.0, state, 1, told.append, starts=1, generations=1)
-    assert (first.starts, first.pads, len(told)) == (1, 64, 1)
+    assert (first.starts, first.pads, len(told)) == (1, 32, 1)
     second = search(MEAN, 1, 60.0, state, 1, starts=1, generations=1)
-    assert (second.starts, second.pads) == (2, 128)
+    assert (second.starts, second.pads) == (2, 64)
     assert second.cost <= first.cost
     at_once = search(MEAN, 1, 60.0, None, 1, starts=2, generations=1)
     assert at_once.numbers == second.numbers

@@ -25,6 +25,7 @@ def options(parser: Parser) -> None:
         )
     parser.add_argument("--seed", default="1", metavar="N", help="whole number (1 if left out)")
     parser.add_argument("--minutes", default="10", metavar="M", help="how long (10 if left out)")
+    parser.add_argument("--starts", metavar="N", help="so many starts, however long they take")
     parser.add_argument(
         "--state",
         type=Path,
@@ -84,9 +85,12 @@ def run(given: argparse.Namespace) -> Answer:
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
     seed = int(_number(given.seed, "--seed", 0, whole=True))
     seconds = 60 * _number(given.minutes, "--minutes", 0.0)
+    starts = None
+    if given.starts is not None:
+        starts, seconds = int(_number(given.starts, "--starts", 1, whole=True)), math.inf
     if given.scenes is not None and not given.scenes.is_dir():
         raise InputError(f"--scenes {given.scenes}: is no folder; an existing folder is allowed")
-    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell)
+    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
     return Answer(

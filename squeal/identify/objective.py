@@ -18,7 +18,7 @@ SEARCH_TOLERANCE = 1e-8
 MAP_POINTS = 40  # a side, for the share of the map in the search
 FAILED = 100.0  # cost of a pad whose motion leaves the model
 # Below this cost at the horizon the doubled one counts as well, and the dearer of the two rules.
-PROMISING = 3.0
+PROMISING = 3.5
 DEEPEST = 0.5  # of the half height: how far the line contact may be pressed in at the start
 ROOM = 0.2  # margin that counts as ample, where no other is named
 AMPLE = {
@@ -98,14 +98,14 @@ def judge_one(
 
 
 def _price(judged: Judged, numbers: Numbers) -> float:
-    """One for a failing claim and up to one more for how far it fails; less for ample room."""
+    """1 to 2 for a failing claim, by how far it fails; up to 1/2 for a thin margin, 0 for room."""
     ample = AMPLE.get(judged.claim.id, ROOM)
     if judged.claim.id in TILTS:
         ample = AMPLE_TILT * numbers["F_n"]
     room = judged.margin / ample
     if not math.isfinite(room):
         return 2.0
-    return 1.0 - room / (1.0 - room) if room <= 0.0 else -0.1 * min(1.0, room)
+    return 1.0 - room / (1.0 - room) if room <= 0.0 else 0.5 * max(0.0, 1.0 - room) ** 2
 
 
 def cost_of(outcome: Outcome | None, numbers: Numbers) -> float:

@@ -18,12 +18,12 @@ from squeal.files import to_json, write_text
 from squeal.identify.objective import costs, judge_one
 from squeal.identify.space import BOUNDS, DIMENSIONS, START, decode, encode
 
-POPULATION = 64
+POPULATION = 32
 KEPT = 8  # best pads that a search remembers
 # A start ends when it has not gained this much in so many generations, or has come to a point.
-GAIN, PATIENCE, POINT = 0.003, 100, 0.003
+GAIN, PATIENCE, POINT = 0.003, 60, 0.003
 # Width of the first generation, in shares of the ranges: anywhere, near START, between good pads.
-WIDTHS = (0.3, 0.2, 0.1)
+WIDTHS = (0.3, 0.1, 0.1)
 
 _LOW, _HIGH = np.array(BOUNDS).T
 
@@ -116,7 +116,8 @@ def search(
 
     Runs CMA-ES (Hansen 2016) from one start after another for about `seconds`, or `starts` of
     them, of at most so many `generations`. Finished starts are kept in `state`, and a later call
-    goes on after them. Repeatable from the seed for a given number of starts. Raises InputError
+    goes on after them. Repeatable from the seed for a given number of starts, on machines with
+    the same number of lanes and the same `workers`. Raises InputError
     if the state is of another search, ComputationError without heyoka.
     """
     import cma

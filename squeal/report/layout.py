@@ -23,3 +23,5 @@ TABLES = (
     "origin.tex",
 )
 """Files that the report reads from paper/generated."""
+IDENTIFICATION_FILES = ("identification-values.tex", "formulations.tex", "ranges.tex")
+"""Files that the section on identification reads from paper/generated."""

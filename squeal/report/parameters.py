@@ -20,7 +20,7 @@ ORIGIN = {
     "alpha2": "printed: one value for each case",
     "V": "assumed: faster than the pad",
     "x0": "default; no force depends on it",
-    "y0": "by search; B2 starts pressed in",
+    "y0": "by search; B2 starts pressed in and lifted",
     "y": "by search; B1 starts pressed in",
 }
 """Where a value comes from; what is not named here was found by search or is zero by default."""
