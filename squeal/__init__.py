@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from squeal.errors import ComputationError, InputError
     from squeal.linear import about_origin, bounds, linearise, stiffness
     from squeal.scene import Scene, read_scene
+    from squeal.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
     from squeal.simulation import Simulation, simulate
-    from squeal.sliding import analyse, swept
+    from squeal.sliding import analyse, article_linearisation, swept
     from squeal.stability import (
         complex_eigenvalues,
         critical_points,
@@ -40,8 +41,9 @@ _HOME = {
     "squeal.errors": ("ComputationError", "InputError"),
     "squeal.linear": ("about_origin", "bounds", "linearise", "stiffness"),
     "squeal.scene": ("Scene", "read_scene"),
+    "squeal.sensitivity": ("eigenvalue_sensitivities", "threshold_sensitivities"),
     "squeal.simulation": ("Simulation", "simulate"),
-    "squeal.sliding": ("analyse", "swept"),
+    "squeal.sliding": ("analyse", "article_linearisation", "swept"),
     "squeal.stability": (
         "complex_eigenvalues",
         "critical_points",
@@ -62,10 +64,12 @@ __all__ = [
     "about_origin",
     "analyse",
     "angle_axes",
+    "article_linearisation",
     "bounds",
     "complex_eigenvalues",
     "critical_friction",
     "critical_points",
+    "eigenvalue_sensitivities",
     "find_all",
     "friction_loop",
     "judge",
@@ -77,6 +81,7 @@ __all__ = [
     "stability_map",
     "stiffness",
     "swept",
+    "threshold_sensitivities",
     "track",
     "verdict",
 ]

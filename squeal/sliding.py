@@ -14,7 +14,9 @@ from squeal.linear import Linearisation, about_origin, linearise
 from squeal.model import PadModel
 from squeal.scene import Scene
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
-from squeal.states import FULL, name
+from squeal.states import FULL, State, name
+
+_AT_ORIGIN = "about the origin, full contact"
 
 
 @dataclass(frozen=True)
@@ -27,11 +29,16 @@ class Analysis:
     model: str
     q: tuple[float, float, float]
     R_n: float | None
-    contact: str
+    state: State
     how: str
     matrices: Linearisation
     spectrum: Spectrum
     judgement: Judgement
+
+    @property
+    def contact(self) -> str:
+        """Name of the contact state."""
+        return name("B1" if self.model == "B1" else "B2", self.state)
 
 
 def at_equilibrium(model: PadModel, found: Equilibrium) -> Linearisation:
@@ -53,14 +60,26 @@ def analyse(scene: Scene) -> Analysis:
     return _about(scene, found, how, C)
 
 
+def article_linearisation(scene: Scene) -> Analysis:
+    """What the article analyses instead of the equilibrium: full contact about the origin.
+
+    For model B1, of which the article has no linearisation, both edges touch at the origin.
+    """
+    C = damping_matrix(scene)
+    if scene.model != "B1":
+        return _about_origin(scene, scene.pad.mu, C)
+    matrices = dataclasses.replace(linearise(scene.pad_model, np.zeros(3), FULL), C=C)
+    return _analysis("B1", (0.0, 0.0, 0.0), None, FULL, _AT_ORIGIN, matrices)
+
+
 def _about_origin(scene: Scene, mu: float, C: np.ndarray) -> Analysis:
     undamped = about_origin(scene.pad.replace(mu=mu), scene.formulation)
     return _analysis(
         scene.model,
         (0.0, 0.0, 0.0),
         None,
-        name("B2", FULL),
-        "about the origin, full contact",
+        FULL,
+        _AT_ORIGIN,
         dataclasses.replace(undamped, C=C),
     )
 
@@ -68,21 +87,19 @@ def _about_origin(scene: Scene, mu: float, C: np.ndarray) -> Analysis:
 def _about(scene: Scene, found: Equilibrium, how: str, C: np.ndarray) -> Analysis:
     model = PadModel(scene.model, scene.pad.replace(mu=found.mu), scene.formulation)
     matrices = dataclasses.replace(at_equilibrium(model, found), C=C)
-    return _analysis(scene.model, found.q, found.R_n, name(scene.model, found.state), how, matrices)
+    return _analysis(scene.model, found.q, found.R_n, found.state, how, matrices)
 
 
 def _analysis(
     model: str,
     q: tuple[float, float, float],
     R_n: float | None,
-    contact: str,
+    state: State,
     how: str,
     matrices: Linearisation,
 ) -> Analysis:
     given = (matrices.M, matrices.C, matrices.K)
-    return Analysis(
-        model, q, R_n, contact, how, matrices, complex_eigenvalues(*given), judge(*given)
-    )
+    return Analysis(model, q, R_n, state, how, matrices, complex_eigenvalues(*given), judge(*given))
 
 
 def swept(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:

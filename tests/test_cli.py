@@ -12,9 +12,12 @@ import pytest
 from squeal.cli import COMMANDS, main
 from squeal.errors import ComputationError
 from squeal.files import write_csv
+from squeal.sources import ROOT
 from tests.conftest import SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+DRUM = str(ROOT / "stability" / "systems" / "drum_brake.yaml")
 
 
 def run(capsys, *arguments):
@@ -104,6 +107,45 @@ def test_map_files(capsys, tmp_path):
     assert drawing.read_bytes().startswith(b"%PDF")
 
 
+def rows_of(path):
+    with path.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_files_of_the_stability_queries(capsys, tmp_path):
+    table, drawing = tmp_path / "t.csv", tmp_path / "t.pdf"
+    files = ("--csv", table, "--pdf", drawing)
+    found = answer(capsys, "eigenvalues", B2, *files)
+    assert [float(r["imag"]) for r in rows_of(table)] == [e["imag"] for e in found["eigenvalues"]]
+    assert drawing.read_bytes().startswith(b"%PDF")
+    # the article's linearisation stands beside that about the equilibrium
+    assert set(found["origin"]) == {"K", "eigenvalues", "verdict"}
+    assert found["origin"]["K"] != found["K"]
+    for source in (B1, DRUM):
+        found = answer(capsys, "eigenvalues", source, "--mu", "0:1:5", *files)
+        last = found["sweep"][-1]["eigenvalues"][-1]
+        row = rows_of(table)[-1]
+        assert row["verdict"] == found["sweep"][-1]["verdict"]
+        assert float(row[f"imag_{len(found['eigenvalues'])}"]) == last["imag"]
+        found = answer(capsys, "critical-friction", source, *files)
+        assert [float(r["mu"]) for r in rows_of(table)] == [p["mu"] for p in found["critical"]]
+    found = answer(capsys, "sliding", B2, "--csv", table)
+    assert [r["verdict"] for r in rows_of(table)] == [e["verdict"] for e in found["equilibria"]]
+
+
+def test_sensitivities(capsys):
+    found = answer(capsys, "eigenvalues", B1, "--sensitivity")
+    by = {row["parameter"]: row["eigenvalues"] for row in found["sensitivity"]}
+    assert {"m", "I", "k1", "k4", "alpha2", "mu", "F_n"} <= by.keys()
+    assert all(len(slopes) == 6 for slopes in by.values())
+    code, out, _ = run(capsys, "eigenvalues", B1, "--sensitivity")
+    assert code == 0
+    assert "alpha1     1 degree" in out
+    found = answer(capsys, "critical-friction", B1, "--sensitivity")
+    assert found["sensitivity"] is None
+    assert "nothing moves" in run(capsys, "critical-friction", B1, "--sensitivity")[1]
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -118,6 +160,10 @@ def test_map_files(capsys, tmp_path):
         (["eigenvalues", B1, "--mu", "0:1"], "A:B:N"),
         (["eigenvalues", B1, "--at", "0.3"], "--at 0.3"),
         (["critical-friction", B1, "--mu-max", "nan"], "--mu-max nan"),
+        (["critical-friction", DRUM, "--sensitivity"], "--sensitivity"),
+        (["eigenvalues", DRUM, "--sensitivity"], "--sensitivity"),
+        (["eigenvalues", B1, "--pdf", "none/e.pdf"], "none"),
+        (["sliding", B3, "--csv", "e.csv"], "B3"),
         (["map", B3, "--n", "1"], "--n 1"),
         (["map", B3, "--first", "alpha2:0:1"], "alpha2"),
         (["map", B3, "--first", "L1:0:1"], "L1:0:1"),

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from squeal.errors import BEYOND, ComputationError, InputError
-from squeal.files import to_json
+from squeal.files import check_writable, to_json
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,20 @@ class Command:
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     print(f"squeal: warning: {message}; {BEYOND}", file=sys.stderr)
+
+
+def file_options(parser: Parser, **options: str) -> None:
+    """Options that name a file to write, such as csv="write the verdicts to FILE"."""
+    for name, words in options.items():
+        parser.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
+
+
+def check_files(given: argparse.Namespace) -> None:
+    """Refuse files that could not be written, before anything is computed."""
+    for name in ("csv", "pdf"):
+        path = getattr(given, name, None)
+        if path is not None:
+            check_writable(path, f"--{name}")
 
 
 def table(rows: Sequence[Sequence[str]], right: bool = True) -> str:

@@ -5,14 +5,22 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from pathlib import Path
 from typing import Any
 
-from squeal.commands.base import Answer, Command, Parser, table
-from squeal.commands.plain import critical, read_if_plain
+import numpy as np
+
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.commands.plain import critical, read_if_plain, refuse_sensitivity
+from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
+from squeal.commands.sweep import draw, sweep
 from squeal.critical import CriticalFriction, critical_friction
 from squeal.errors import InputError
+from squeal.files import write_csv
 from squeal.provenance import provenance
-from squeal.scene import read_scene
+from squeal.scene import Scene, read_scene
+
+SHOWN = 301  # values of mu in the figure
 
 
 def options(parser: Parser) -> None:
@@ -20,6 +28,18 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--mu-max", metavar="MU", default="2", help="upper end of the range of mu (2 if left out)"
     )
+    parser.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="how the first loss of stability moves with each parameter of a scene",
+    )
+    file_options(parser, csv="write the thresholds to FILE", pdf="draw the way to them into FILE")
+
+
+def write_thresholds(path: Path, found: CriticalFriction) -> None:
+    """A CSV row for each change of stability."""
+    rows = ((p.mu, p.kind, p.frequency_hz, *p.interval, int(p.converged)) for p in found.points)
+    write_csv(path, ["mu", "kind", "frequency_hz", "low", "high", "converged"], rows)
 
 
 def upper_end(given: str) -> float:
@@ -69,14 +89,28 @@ def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     mu_max = upper_end(given.mu_max)
     system = read_if_plain(given.scene)
-    if system is not None:
-        found = critical(system, mu_max)
+    if given.sensitivity:
+        refuse_sensitivity(given.scene, system)
+    check_files(given)
+    source = system or read_scene(given.scene)
+    moves, shown = None, ""
+    if isinstance(source, Scene):
+        found = critical_friction(source, mu_max)
+        if given.sensitivity:
+            moves = threshold_moves(source, found)
+            shown = threshold_moves_text(source, moves)
     else:
-        found = critical_friction(read_scene(given.scene), mu_max)
+        found = critical(source, mu_max)
+    if given.csv is not None:
+        write_thresholds(given.csv, found)
+    if given.pdf is not None:
+        mus = np.linspace(0.0, found.mu_end, SHOWN).tolist()
+        draw(given.pdf, given.scene, sweep(source, mus), [p.mu for p in found.points])
     where = ("squeal.commands.critical_friction", ("numpy",))
+    more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
     return Answer(
-        lambda: data(found) | {"provenance": provenance(given.scene, *where)},
-        lambda: text(found),
+        lambda: data(found) | more | {"provenance": provenance(given.scene, *where)},
+        lambda: text(found) + shown,
     )
 
 

@@ -6,19 +6,29 @@ import argparse
 import sys
 from typing import Any
 
-from squeal.commands.base import Answer, Command, Parser, table
-from squeal.commands.plain import (
-    eigenvalue_data,
+import numpy as np
+
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options
+from squeal.commands.plain import read_if_plain, refuse_sensitivity, value_of
+from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
+from squeal.commands.sweep import (
+    Step,
+    draw,
     eigenvalue_rows,
     eigenvalue_table,
-    eigenvalue_text,
-    read_if_plain,
-    value_of,
+    sweep,
+    sweep_range,
+    sweep_rows,
+    sweep_text,
+    write_eigenvalues,
+    write_sweep,
 )
-from squeal.errors import InputError
 from squeal.provenance import provenance
-from squeal.scene import read_scene
-from squeal.sliding import Analysis, analyse, swept
+from squeal.scene import Scene, read_scene
+from squeal.sliding import Analysis, analyse, article_linearisation
+from squeal.stability import PlainSystem, Spectrum, complex_eigenvalues, judge
+
+MODULE = "squeal.commands.eigenvalues"
 
 
 def options(parser: Parser) -> None:
@@ -29,19 +39,16 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--at", metavar="MU", help="plain systems M, C, K(mu) only: value of mu (0 if left out)"
     )
-
-
-def sweep_rows(analyses: list[tuple[float, Analysis | None]]) -> list[dict[str, Any]]:
-    """A row for each mu; eigenvalues and verdict are null where the branch does not reach it."""
-    return [
-        {
-            "mu": mu,
-            "contact": None if a is None else a.contact,
-            "eigenvalues": None if a is None else eigenvalue_rows(a.spectrum),
-            "verdict": None if a is None else a.judgement.verdict,
-        }
-        for mu, a in analyses
-    ]
+    parser.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="how each eigenvalue moves with each parameter of a scene",
+    )
+    file_options(
+        parser,
+        csv="write the eigenvalues, or those of the sweep, to FILE",
+        pdf="draw them into FILE",
+    )
 
 
 def data(analysis: Analysis) -> dict[str, Any]:
@@ -82,62 +89,115 @@ def text(analysis: Analysis) -> str:
     )
 
 
-def sweep_text(analyses: list[tuple[float, Analysis | None]]) -> str:
-    """The sweep for people: frequencies, largest growth rate and verdict at each mu."""
-    rows = [("  mu", "contact", "frequencies, Hz", "largest real, 1/s", "verdict")]
-    for mu, a in analyses:
-        if a is None:
-            rows.append((f"  {mu:.6g}", "-", "-", "-", "no equilibrium on the branch"))
-            continue
-        eigenvalues = a.spectrum.eigenvalues
-        frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in eigenvalues[::2])
-        growth = max(e.value.real for e in eigenvalues)
-        rows.append((f"  {mu:.6g}", a.contact, frequencies, f"{growth:.6g}", a.judgement.verdict))
-    return "sweep of mu along the branch\n" + table(rows)
+def beside_text(origin: Analysis) -> str:
+    """The linearisation about the origin for people."""
+    frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in origin.spectrum.eigenvalues[::2])
+    growth = origin.spectrum.dominant.growth_rate
+    return (
+        f"beside it, about the origin in full contact (the article's linearisation): "
+        f"{origin.judgement.verdict}, {frequencies} Hz, largest real part {growth:.6g} 1/s"
+    )
 
 
-def sweep_range(given: str) -> list[float]:
-    """The values of mu that A:B:N names. Raises InputError."""
-    parts = given.split(":")
-    try:
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-    except (ValueError, IndexError):
-        low, high, count = 0.0, -1.0, 0
-    if len(parts) != 3 or not 0.0 <= low < high <= 1e3 or not 2 <= count <= 100_000:
-        raise InputError(
-            f"--mu {given}: is not allowed; it must be A:B:N with 0 <= A < B <= 1000 and a whole "
-            "number N from 2 to 100000"
-        )
-    return [low + (high - low) * i / (count - 1) for i in range(count)]
+def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | None) -> Answer:
+    """The answer for a plain system."""
+    at = value_of(given.at, system)
+    M, C, K = matrices = system(at)
+    spectrum, judgement = complex_eigenvalues(*matrices), judge(*matrices)
+    steps = sweep(system, mus) if mus else []
+    write(given, spectrum, steps, None)
+    found = {
+        "name": system.name,
+        system.parameter: at,
+        "M": M.tolist(),
+        "C": (np.zeros_like(M) if C is None else C).tolist(),
+        "K": K.tolist(),
+        "eigenvalues": eigenvalue_rows(spectrum),
+        "verdict": judgement.verdict,
+        "criterion": str(judgement),
+    }
+    parts = [
+        f"{system.name}, {system.parameter} = {at:g}",
+        eigenvalue_table(spectrum),
+        f"verdict: {judgement}",
+    ]
+    return Answer(
+        lambda: (
+            found
+            | ({"sweep": sweep_rows(steps, contact=False)} if steps else {})
+            | {"provenance": provenance(given.scene, MODULE, ("numpy",))}
+        ),
+        lambda: "\n\n".join(parts + ([sweep_text(steps, system.parameter)] if steps else [])),
+    )
+
+
+def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -> Answer:
+    """The answer for a scene."""
+    analysis = analyse(scene)
+    origin = None if scene.model == "B3" else article_linearisation(scene)
+    steps = sweep(scene, mus) if mus else []
+    moves = eigenvalue_moves(scene, analysis) if given.sensitivity else None
+    write(given, analysis.spectrum, steps, origin)
+
+    def full() -> dict[str, Any]:
+        found = data(analysis)
+        if origin is not None:
+            found["origin"] = {
+                "K": origin.matrices.K.tolist(),
+                "eigenvalues": eigenvalue_rows(origin.spectrum),
+                "verdict": origin.judgement.verdict,
+            }
+        if steps:
+            found["sweep"] = sweep_rows(steps, contact=True)
+        if moves is not None:
+            found["sensitivity"] = moves
+        return found | {"provenance": provenance(scene.source, MODULE, ("numpy",))}
+
+    def shown() -> str:
+        parts = [text(analysis)]
+        if origin is not None:
+            parts.append(beside_text(origin))
+        if steps:
+            parts.append("sweep of mu along the branch\n" + sweep_text(steps))
+        if moves is not None:
+            parts.append(eigenvalue_moves_text(scene, analysis, moves))
+        return "\n\n".join(parts)
+
+    return Answer(full, shown)
+
+
+def write(
+    given: argparse.Namespace,
+    spectrum: Spectrum,
+    steps: list[Step],
+    origin: Analysis | None,
+) -> None:
+    """Write the files that are asked for: of the sweep if there is one."""
+    if given.csv is not None:
+        if steps:
+            write_sweep(given.csv, steps)
+        else:
+            write_eigenvalues(given.csv, spectrum)
+    if given.pdf is not None and steps:
+        draw(given.pdf, given.scene, steps)
+    elif given.pdf is not None:
+        from squeal.figures.sweep import draw_eigenvalues
+
+        beside = None if origin is None else origin.spectrum.values
+        draw_eigenvalues(given.pdf, given.scene.name, spectrum.values, beside)
 
 
 def run(given: argparse.Namespace) -> Answer:
-    """Read the scene, find its equilibrium, analyse it."""
+    """Read the scene or plain system and analyse it."""
     mus = sweep_range(given.mu) if given.mu else None
     system = read_if_plain(given.scene)
-    at = value_of(given.at, system)
+    value_of(given.at, system)
+    if given.sensitivity:
+        refuse_sensitivity(given.scene, system)
+    check_files(given)
     if system is not None:
-        return Answer(
-            lambda: (
-                eigenvalue_data(system, at, mus)
-                | {"provenance": provenance(given.scene, "squeal.commands.eigenvalues", ("numpy",))}
-            ),
-            lambda: eigenvalue_text(system, at, mus),
-        )
-    scene = read_scene(given.scene)
-    analysis = analyse(scene)
-    sweep = swept(scene, mus) if mus else None
-
-    def full() -> dict[str, Any]:
-        where = provenance(scene.source, "squeal.commands.eigenvalues", ("numpy",))
-        return (
-            data(analysis) | ({"sweep": sweep_rows(sweep)} if sweep else {}) | {"provenance": where}
-        )
-
-    def shown() -> str:
-        return text(analysis) + ("\n\n" + sweep_text(sweep) if sweep else "")
-
-    return Answer(full, shown)
+        return of_plain(given, system, mus)
+    return of_scene(given, read_scene(given.scene), mus)
 
 
 COMMAND = Command(

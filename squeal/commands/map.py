@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from squeal.angle_map import Axis, StabilityMap, angle_axes, stability_map
-from squeal.commands.base import Answer, Command, Parser, table
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
 from squeal.errors import InputError
-from squeal.files import check_writable, write_csv
+from squeal.files import write_csv
 from squeal.pad import PARAMETERS
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
@@ -27,8 +27,7 @@ def options(parser: Parser) -> None:
             metavar="NAME:LOW:HIGH",
             help=f"{name} parameter and its range ({default}:0:pi if left out)",
         )
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the verdicts to FILE")
-    parser.add_argument("--pdf", type=Path, metavar="FILE", help="draw the map into FILE")
+    file_options(parser, csv="write the verdicts to FILE", pdf="draw the map into FILE")
 
 
 def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
@@ -91,10 +90,7 @@ def run(given: argparse.Namespace) -> Answer:
     """Read the scene, compute the map, write what is asked."""
     scene = read_scene(given.scene)
     wanted = axes(given, scene)
-    for option in ("csv", "pdf"):
-        path = getattr(given, option)
-        if path is not None:
-            check_writable(path, f"--{option}")
+    check_files(given)
     found = stability_map(scene, wanted)
     if given.csv is not None:
         write_map(given.csv, found)

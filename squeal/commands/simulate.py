@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.commands.base import Answer, Command, Parser, table
-from squeal.files import check_writable, write_csv
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.files import write_csv
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
 from squeal.scene.schema import COORDINATES
@@ -21,7 +21,7 @@ SHOWN_EVENTS = 20
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the history to FILE")
+    file_options(parser, csv="write the history to FILE")
     parser.add_argument(
         "--integrator",
         choices=("auto", "heyoka", "scipy"),
@@ -127,12 +127,11 @@ def run(given: argparse.Namespace) -> Answer:
     """Read the scene, simulate it, write the history if asked."""
     scene = read_scene(given.scene, "simulate")
     task = scene
-    if given.csv is not None:
-        check_writable(given.csv, "--csv")
-        if not scene.wants("history"):
-            if scene.pad.F_n == 0.0:
-                read_refusal(given.scene)
-            task = dataclasses.replace(scene, outputs=(*scene.outputs, "history"))
+    check_files(given)
+    if given.csv is not None and not scene.wants("history"):
+        if scene.pad.F_n == 0.0:
+            read_refusal(given.scene)
+        task = dataclasses.replace(scene, outputs=(*scene.outputs, "history"))
     result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
     if given.csv is not None:
         assert result.history is not None

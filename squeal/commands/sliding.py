@@ -9,12 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from squeal.commands.base import Answer, Command, table
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.errors import InputError
+from squeal.files import write_csv
 from squeal.linear import bounds, rank, stiffness
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
 from squeal.sliding import judged_equilibria
 from squeal.states import name
+
+COLUMNS = ("x", "y", "theta", "R_n", "delta", "contact", "verdict")
 
 
 def _finite(value: float) -> float | None:
@@ -87,15 +91,30 @@ def text(found: dict[str, Any]) -> str:
     return "\n\n".join(parts)
 
 
+def options(parser: Parser) -> None:
+    """Options of `squeal sliding`."""
+    file_options(parser, csv="write the equilibria to FILE")
+
+
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     scene = read_scene(given.scene)
+    check_files(given)
+    if given.csv is not None and scene.model == "B3":
+        raise InputError(
+            f"--csv {given.csv}: is not allowed with model B3, which has no equilibria to write; "
+            "a scene of B1 or B2 is allowed"
+        )
     found = data(scene)
+    if given.csv is not None:
+        write_csv(given.csv, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"]))
     where = provenance(scene.source, "squeal.commands.sliding", ("numpy",))
     return Answer(lambda: found | {"provenance": where}, lambda: text(found))
 
 
-COMMAND = Command("sliding", "Eq. (22), the bounds (23a, b) and all sliding equilibria.", run)
+COMMAND = Command(
+    "sliding", "Eq. (22), the bounds (23a, b) and all sliding equilibria.", run, options
+)
 
 if __name__ == "__main__":
     sys.exit(COMMAND.main())

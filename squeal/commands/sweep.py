@@ -1,0 +1,134 @@
+"""Sweeps of mu in the queries: as JSON rows, table, CSV and figure; of scenes and plain systems."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.commands.base import table
+from squeal.errors import InputError
+from squeal.files import write_csv
+from squeal.scene import Scene
+from squeal.sliding import swept
+from squeal.stability import PlainSystem, Spectrum, complex_eigenvalues, verdict
+
+
+@dataclass(frozen=True)
+class Step:
+    """One value of mu; None where the branch does not reach it, contact also for plain systems."""
+
+    mu: float
+    contact: str | None
+    spectrum: Spectrum | None
+    verdict: str | None
+
+
+def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
+    """The eigenvalues at each mu; of a scene along its equilibrium branch."""
+    if isinstance(source, Scene):
+        return [
+            Step(mu, a.contact, a.spectrum, a.judgement.verdict)
+            if a
+            else Step(mu, None, None, None)
+            for mu, a in swept(source, list(mus))
+        ]
+    at = [(mu, source(mu)) for mu in mus]
+    return [Step(mu, None, complex_eigenvalues(*m), verdict(*m)) for mu, m in at]
+
+
+def sweep_range(given: str) -> list[float]:
+    """The values of mu that A:B:N names. Raises InputError."""
+    parts = given.split(":")
+    try:
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except (ValueError, IndexError):
+        low, high, count = 0.0, -1.0, 0
+    if len(parts) != 3 or not 0.0 <= low < high <= 1e3 or not 2 <= count <= 100_000:
+        raise InputError(
+            f"--mu {given}: is not allowed; it must be A:B:N with 0 <= A < B <= 1000 and a whole "
+            "number N from 2 to 100000"
+        )
+    return [low + (high - low) * i / (count - 1) for i in range(count)]
+
+
+def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:
+    """Eigenvalues as JSON rows, sorted by frequency."""
+    return [
+        {
+            "real": e.value.real,
+            "imag": e.value.imag,
+            "frequency_hz": e.frequency_hz,
+            "damping_ratio": e.damping_ratio,
+        }
+        for e in spectrum.eigenvalues
+    ]
+
+
+def eigenvalue_table(spectrum: Spectrum) -> str:
+    """Eigenvalues for people: mode, real part, imaginary part, frequency, damping ratio."""
+    rows = [("  mode", "real, 1/s", "imag, rad/s", "frequency, Hz", "damping ratio")]
+    for i, row in enumerate(eigenvalue_rows(spectrum), 1):
+        rows.append((f"  {i}", *(f"{value:.6g}" for value in row.values())))  # type: ignore[arg-type]
+    return table(rows)
+
+
+def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:
+    """A CSV row for each eigenvalue, with its backward error and condition."""
+    names = ["real", "imag", "frequency_hz", "damping_ratio", "residual", "condition"]
+    pairs = zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
+    write_csv(path, names, ([*row.values(), e.residual, e.condition] for row, e in pairs))
+
+
+def sweep_rows(steps: Sequence[Step], contact: bool) -> list[dict[str, Any]]:
+    """A JSON row for each mu; null where the branch does not reach it."""
+    return [
+        {"mu": s.mu}
+        | ({"contact": s.contact} if contact else {})
+        | {
+            "eigenvalues": None if s.spectrum is None else eigenvalue_rows(s.spectrum),
+            "verdict": s.verdict,
+        }
+        for s in steps
+    ]
+
+
+def sweep_text(steps: Sequence[Step], parameter: str = "mu") -> str:
+    """The sweep for people: frequencies, largest growth rate and verdict at each mu."""
+    rows = [(f"  {parameter}", "contact", "frequencies, Hz", "largest real, 1/s", "verdict")]
+    for s in steps:
+        if s.spectrum is None:
+            rows.append((f"  {s.mu:.6g}", "-", "-", "-", "no equilibrium on the branch"))
+            continue
+        frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in s.spectrum.eigenvalues[::2])
+        growth = f"{s.spectrum.dominant.growth_rate:.6g}"
+        rows.append((f"  {s.mu:.6g}", s.contact or "-", frequencies, growth, s.verdict or ""))
+    return table(rows)
+
+
+def _values(steps: Sequence[Step]) -> np.ndarray:
+    size = max((len(s.spectrum) for s in steps if s.spectrum), default=0)
+    blank = np.full(size, complex(np.nan, np.nan))
+    return np.array([blank if s.spectrum is None else s.spectrum.values for s in steps])
+
+
+def write_sweep(path: Path, steps: Sequence[Step]) -> None:
+    """A CSV row for each mu: contact, verdict, and the eigenvalues sorted by frequency."""
+    values = _values(steps)
+    names = [f"{part}_{i + 1}" for i in range(values.shape[1]) for part in ("real", "imag")]
+    rows = (
+        [s.mu, s.contact, s.verdict, *(float(p) for v in row for p in (v.real, v.imag))]
+        for s, row in zip(steps, values, strict=True)
+    )
+    write_csv(path, ["mu", "contact", "verdict", *names], rows)
+
+
+def draw(path: Path, source: Path, steps: Sequence[Step], thresholds: Sequence[float] = ()) -> None:
+    """The sweep of a scene or system file as a PDF."""
+    from squeal.figures.sweep import draw_sweep
+
+    mus = np.array([s.mu for s in steps])
+    draw_sweep(path, source.name, mus, _values(steps), [s.verdict for s in steps], thresholds)

@@ -1,0 +1,76 @@
+"""Numbers that carry their derivative: exact first derivatives through generic arithmetic.
+
+The module offers `sin`, `cos` and `sqrt`, so that it can be the `ops` of the model's functions.
+Values may be complex: with the complex step they give mixed second derivatives to rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Dual:
+    """A number (or array) and its derivative by one parameter."""
+
+    value: Any
+    slope: Any
+
+    __array_ufunc__ = None  # numpy leaves mixed operations to the methods below
+
+    def __add__(self, other: Any) -> Dual:
+        o = dual(other)
+        return Dual(self.value + o.value, self.slope + o.slope)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other: Any) -> Dual:
+        return self + (-dual(other))
+
+    def __rsub__(self, other: Any) -> Dual:
+        return dual(other) + (-self)
+
+    def __mul__(self, other: Any) -> Dual:
+        o = dual(other)
+        return Dual(self.value * o.value, self.slope * o.value + self.value * o.slope)
+
+    def __truediv__(self, other: Any) -> Dual:
+        o = dual(other)
+        ratio = self.value / o.value
+        return Dual(ratio, (self.slope - ratio * o.slope) / o.value)
+
+    def __rtruediv__(self, other: Any) -> Dual:
+        return dual(other) / self
+
+    def __pow__(self, power: int) -> Dual:
+        return Dual(self.value**power, power * self.value ** (power - 1) * self.slope)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def dual(x: Any) -> Dual:
+    """x itself, or a constant."""
+    return x if isinstance(x, Dual) else Dual(x, 0.0)
+
+
+def sin(x: Any) -> Dual:
+    """Sine of a number or dual number."""
+    x = dual(x)
+    return Dual(np.sin(x.value), np.cos(x.value) * x.slope)
+
+
+def cos(x: Any) -> Dual:
+    """Cosine of a number or dual number."""
+    x = dual(x)
+    return Dual(np.cos(x.value), -np.sin(x.value) * x.slope)
+
+
+def sqrt(x: Any) -> Dual:
+    """Square root of a number or dual number."""
+    x = dual(x)
+    root = np.sqrt(x.value)
+    return Dual(root, x.slope / (2 * root))
