@@ -12,6 +12,8 @@ from squeal.report.layout import (
     FIGURES,
     HISTORY_FIGURES,
     IDENTIFICATION_FILES,
+    LOCI_FIGURES,
+    STUDY_FIGURES,
     TABLES,
 )
 from squeal.sources import sources
@@ -162,7 +164,30 @@ rule stability:
         "{PYTHON} -m squeal.stability_study {SCENES} > {output}"
 
 
-rule chapter_figure:
+rule loci:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
+        package=sources("squeal.loci"),
+    output:
+        "results/loci.json",
+    shell:
+        "{PYTHON} -m squeal.loci {input.scenes} > {output}"
+
+
+rule loci_figure:
+    input:
+        results="results/loci.json",
+        package=lambda wildcards: sources(f"squeal.figures.{wildcards.name}"),
+    output:
+        pdf="figures/{name}.pdf",
+        text="figures/{name}.txt",
+    wildcard_constraints:
+        name="|".join(LOCI_FIGURES),
+    shell:
+        "{PYTHON} -m squeal.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
+
+
+rule study_figure:
     input:
         results="results/stability.json",
         package=sources("squeal.figures.stability"),
@@ -170,7 +195,7 @@ rule chapter_figure:
         pdf="figures/{name}.pdf",
         text="figures/{name}.txt",
     wildcard_constraints:
-        name="|".join(CHAPTER_FIGURES),
+        name="|".join(STUDY_FIGURES),
     shell:
         "{PYTHON} -m squeal.figures.stability {input.results} {wildcards.name} --pdf {output.pdf}"
 
@@ -213,13 +238,14 @@ rule identification_tables:
 
 rule chapter_tables:
     input:
-        results="results/stability.json",
+        study="results/stability.json",
+        loci="results/loci.json",
         texts=[f"figures/{name}.txt" for name in CHAPTER_FIGURES],
         package=sources("squeal.report.stability"),
     output:
         GENERATED_CHAPTER,
     shell:
-        "{PYTHON} -m squeal.report.stability {input.results} --figures {input.texts} "
+        "{PYTHON} -m squeal.report.stability {input.study} {input.loci} --figures {input.texts} "
         "--out paper/generated"
 
 

@@ -1,8 +1,8 @@
 """The stability chapter's numbers: `python -m squeal.stability_study FOLDER > stability.json`.
 
-For each of the article's scenes: eigenvalues along the equilibrium branch, thresholds, the friction
-loop at the sliding equilibrium, mode shapes; for some, growth rates fitted to simulations; for the
-spring angles, maps of stability; and the comparison with the literature.
+Advice on each of the article's scenes; maps of stability over the spring angles, and the friction
+loop of a pad that flutters on them; growth rates fitted to simulations; and the comparison with the
+literature. Eigenvalues over friction and mode shapes are those of `squeal.loci`.
 """
 
 from __future__ import annotations
@@ -20,95 +20,17 @@ from squeal.advice import advise
 from squeal.angle_map import NAMES, angle_axes, stability_map
 from squeal.claims.catalogue import CASES
 from squeal.critical import critical_friction
-from squeal.equilibrium import Path as Branch
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files import to_json
 from squeal.growth import fits
 from squeal.linear import bounds
-from squeal.model import PadModel
+from squeal.loci import MU_MAX, branch, loop
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
-from squeal.stability import critical_points, friction_loop, track
 from squeal.stability.literature import literature_rows
 
-MU_MAX = 1.0
-SWEEP = 81
 GROWTH_POINTS = 12
 FINE, COARSE = 240, 90  # points a side of the maps of B3 and of B2
-
-
-def sweep(scene: Scene) -> dict[str, Any]:
-    """Frequencies (Hz) and growth rates (1/s) of the tracked modes along the branch."""
-    path = Branch.of(scene.pad_model, MU_MAX)
-
-    def system(mu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        matrices = path.linearisation(mu)
-        return matrices.M, matrices.C, matrices.K
-
-    end = path.mu_end * (1.0 - 1e-9) if path.fold is not None else path.mu_end
-    tracked = track(system, np.linspace(0.0, end, SWEEP))
-    upper = np.argsort(-tracked.values[0].imag)[:3]  # one of each conjugate pair
-    return {
-        "mu": tracked.mus.tolist(),
-        "frequency_hz": tracked.frequencies_hz[:, upper].T.tolist(),
-        "growth_rate": tracked.values.real[:, upper].T.tolist(),
-        "all_real": tracked.values.real.tolist(),
-        "all_imag": tracked.values.imag.tolist(),
-        "contact_changes": path.breakpoints,
-        "fold": path.fold,
-    }
-
-
-def loop(scene: Scene) -> dict[str, Any]:
-    """The friction loop with the equilibrium held fixed: its critical friction both ways."""
-    found, _ = sliding_equilibrium(scene.pad_model)
-    if found is None:
-        return {"rank_one": False, "reason": "no sliding equilibrium"}
-    q, state = np.array(found.q), found.state
-
-    def frozen(mu: float) -> tuple[np.ndarray, None, np.ndarray]:
-        model = PadModel(scene.model, scene.pad.replace(mu=mu), scene.formulation)
-        return model.mass_matrix, None, -model.jacobian(q, state)
-
-    points = [p for p in critical_points(frozen, 2.0) if p.mu > 0.0]
-    first = points[0].mu if points else None
-    answer = friction_loop(frozen, 1.0)
-    if answer.loop is None:
-        return {"rank_one": False, "reason": answer.reason, "threshold": first}
-    margin = answer.loop.critical_friction(2.0)
-    gains = np.linspace(0.0, MU_MAX, SWEEP)
-    loci = np.asarray(answer.loop.root_locus(gains).loci)
-    return {
-        "rank_one": True,
-        "reason": answer.reason,
-        "threshold": first,
-        "gain_margin": margin,
-        "apart": abs(margin - first) / first if margin and first else 0.0,
-        "gains": gains.tolist(),
-        "loci_real": loci.real.tolist(),
-        "loci_imag": loci.imag.tolist(),
-    }
-
-
-def modes(scene: Scene) -> list[dict[str, Any]]:
-    """Mode shapes at the sliding equilibrium: (x, y, w theta), the largest part one."""
-    from squeal.sliding import analyse
-
-    spectrum = analyse(scene).spectrum
-    lever = np.array([1.0, 1.0, scene.pad.w])
-    shown = []
-    for e in spectrum.eigenvalues[::2]:
-        shape = lever * e.right
-        shape = shape / shape[np.argmax(np.abs(shape))]
-        shown.append(
-            {
-                "frequency_hz": e.frequency_hz,
-                "growth_rate": e.growth_rate,
-                "real": shape.real.tolist(),
-                "imag": shape.imag.tolist(),
-            }
-        )
-    return shown
 
 
 def fluttering(scene: Scene, codes: np.ndarray, angles: np.ndarray) -> Scene | None:
@@ -120,6 +42,14 @@ def fluttering(scene: Scene, codes: np.ndarray, angles: np.ndarray) -> Scene | N
     i, j = places[np.argmin(np.sum((angles[places] - own) ** 2, axis=1))]
     pad = scene.pad.replace(alpha1=float(angles[i]), alpha2=float(angles[j]))
     return dataclasses.replace(scene, pad=pad)
+
+
+def held(scene: Scene) -> dict[str, Any] | None:
+    """Thresholds along the branch and with the equilibrium held, None if there is none."""
+    at, _ = sliding_equilibrium(scene.pad_model)
+    if at is None:
+        return None
+    return {"model": scene.model, "branch": branch(scene), "loop": loop(scene, at)}
 
 
 def growth(name: str, scene: Scene) -> dict[str, Any]:
@@ -203,22 +133,10 @@ def study(folder: Path) -> dict[str, Any]:
     tried = [("b1-a", scenes["b1-a"]), ("b2-c", scenes["b2-c"])]
     if other is not None:
         tried.append(("b2, fluttering angles", other))
-    cases = {}
-    for name, scene in scenes.items():
-        critical = critical_friction(scene)
-        cases[name] = {
-            "mu": scene.pad.mu,
-            "sweep": sweep(scene),
-            "loop": loop(scene),
-            "modes": modes(scene),
-            "thresholds": [dataclasses.asdict(p) for p in critical.points],
-            "end": critical.end,
-            "advice": advise(scene, critical),
-        }
+    advice = {name: advise(scene, critical_friction(scene)) for name, scene in scenes.items()}
     return {
-        "cases": cases,
-        "pad": {"w": b3.pad.w, "h": b3.pad.h},
-        "loop": loop(other) if other is not None else None,
+        "advice": advice,
+        "fluttering": held(other) if other is not None else None,
         "growth": [growth(name, scene) for name, scene in tried],
         "maps": found_maps,
         "literature": literature(),

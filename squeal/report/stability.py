@@ -1,4 +1,4 @@
-"""Tables, sentences and values of the stability chapter, from results/stability.json."""
+"""Tables, sentences and values of the stability chapter, from its two result files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,15 @@ from typing import Any
 
 from squeal.angle_map import NAMES
 from squeal.files import write_text
-from squeal.report.latex import alternative, definitions, long_table, number, percent, typeset
+from squeal.report.latex import (
+    alternative,
+    definitions,
+    long_table,
+    number,
+    percent,
+    tabular,
+    typeset,
+)
 from squeal.report.layout import CHAPTER_FILES
 
 
@@ -34,17 +42,46 @@ def _plain(text: str) -> str:
     return text if text == "none" else rf"\mbox{{${number}$}}"
 
 
-def advice_list(cases: dict[str, Any]) -> str:
+def case_name(name: str) -> str:
+    """Model and case from the name of a scene's file: b1-a becomes B1, case (a)."""
+    model, letter = name.split("-")
+    return f"{model.upper()}, case ({letter})"
+
+
+def threshold_table(scenes: list[dict[str, Any]], fluttering: dict[str, Any] | None) -> str:
+    """Thresholds along the branch, with the equilibrium held, and as gain margins of the loop."""
+    shown = [(case_name(scene["name"]), scene) for scene in scenes]
+    if fluttering is not None:
+        shown.append(("B2, fluttering angles", fluttering))
+    head = ["", r"along the branch, $\mu \le 1$", "equilibrium held", "gain margin", "difference"]
+    groups: dict[str, list[list[str]]] = {}
+    for name, scene in shown:
+        branch, loop = scene["branch"], scene["loop"]
+        events = [f"{number(p['mu'], 6)} {p['kind']}" for p in branch.get("thresholds", [])]
+        held, margins = (
+            [number(mu, 10) for mu in loop.get(key, [])] for key in ("thresholds", "gain_margins")
+        )
+        cells = [", ".join(part) or "none" for part in (events, held, margins)]
+        if "rank_one" not in loop:
+            cells[1:] = ["no equilibrium", "--"]
+        elif not loop["rank_one"]:
+            cells[2] = "not of rank one"
+        apart = loop.get("apart")
+        cells.append("--" if apart is None or not margins else number(apart, 2))
+        groups.setdefault(scene["model"], []).append([name, *cells])
+    return tabular("lllll", head, list(groups.values()))
+
+
+def advice_list(advice: dict[str, str]) -> str:
     """The sentences on each of the article's configurations."""
     lines = [r"\begin{description}"]
-    for name, case in cases.items():
-        model, letter = name.split("-")
-        text = typeset(case["advice"].replace("%", " %").replace("  %", " %"))
-        lines.append(rf"\item[{model.upper()}, case ({letter})] {text}")
+    for name, told in advice.items():
+        text = typeset(told.replace("%", " %").replace("  %", " %"))
+        lines.append(rf"\item[{case_name(name)}] {text}")
     return "\n".join([*lines, r"\end{description}", ""])
 
 
-def values(found: dict[str, Any]) -> dict[str, str]:
+def values(found: dict[str, Any], scenes: list[dict[str, Any]]) -> dict[str, str]:
     """Values that the chapter's text refers to."""
     m = found["maps"]
     told = {
@@ -56,11 +93,10 @@ def values(found: dict[str, Any]) -> dict[str, str]:
             told[f"share.{model}.{name.replace(' ', '-')}"] = percent(m[f"share_{model}"][name])
     told["growth.apart"] = number(max(g["apart"] for g in found["growth"]), 2)
     told["growth.simulations"] = str(sum(len(g["mu"]) for g in found["growth"]))
-    rank_one = [name for name, case in found["cases"].items() if case["loop"]["rank_one"]]
-    told["loop.rank-one"] = ", ".join(rank_one) or "none"
-    loop = found["loop"] or {}
-    for key in ("threshold", "gain_margin", "apart"):
-        told[f"loop.{key}"] = number(loop[key], 6) if loop.get(key) is not None else "none"
+    loops = [scene["loop"] for scene in scenes if scene["loop"].get("rank_one")]
+    told["loop.rank-one"] = str(len(loops))
+    told["loop.scenes"] = str(len(scenes))
+    told["loop.locus-apart"] = number(max((one["locus_apart"] for one in loops), default=0.0), 2)
     rows = found["literature"]
     told["literature.rows"] = str(len(rows))
     told["literature.agree"] = str(sum(row["agrees"] for row in rows))
@@ -78,15 +114,17 @@ def alternatives(files: list[Path]) -> dict[str, str]:
 def main() -> int:
     """Write the chapter's generated files."""
     parser = argparse.ArgumentParser(description="Tables and values of the stability chapter.")
-    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.stability_study")
+    parser.add_argument("study", type=Path, metavar="JSON", help="of squeal.stability_study")
+    parser.add_argument("loci", type=Path, metavar="JSON", help="of squeal.loci")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--figures", type=Path, nargs="+", required=True, metavar="TXT")
     given = parser.parse_args()
-    found = json.loads(given.results.read_text(encoding="utf-8"))
+    found, loci = (json.loads(f.read_text(encoding="utf-8")) for f in (given.study, given.loci))
     texts = (
-        definitions(values(found) | alternatives(given.figures)),
+        definitions(values(found, loci["scenes"]) | alternatives(given.figures)),
         literature_table(found["literature"]),
-        advice_list(found["cases"]),
+        advice_list(found["advice"]),
+        threshold_table(loci["scenes"], found["fluttering"]),
     )
     given.out.mkdir(parents=True, exist_ok=True)
     for name, text in zip(CHAPTER_FILES, texts, strict=True):
