@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,12 +20,11 @@ from squeal.linear import about_origin, spring_directions
 from squeal.model import PadModel
 from squeal.pad import Pad
 from squeal.scene import Scene
-from squeal.stability import VERDICTS, undamped_verdicts
+from squeal.stability import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.states import FULL, LEAD, NONE, STATES, TRAIL
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 NAMES = (*VERDICTS, "beyond a fold")
-ROWS = 16  # of a map worked on at a time: small enough for the cache
 
 
 @dataclass(frozen=True)
@@ -65,21 +63,11 @@ class StabilityMap:
 
 def _angle_rows(pad: Pad, formulation: Formulation, axes: tuple[Axis, Axis]) -> np.ndarray:
     """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
-    contact = about_origin(pad.replace(k1=0.0, k2=0.0), formulation).K
-    mass = (pad.m, pad.m, pad.I)
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
-    first = pad.k1 * np.einsum("in,jn->ijn", a1, a1)
-    second = pad.k2 * np.einsum("in,jn->ijn", a2, a2)
-    second += contact[:, :, None]
-
-    def rows(start: int) -> np.ndarray:
-        part = first[:, :, start : start + ROWS, None]
-        return undamped_verdicts(
-            [(part[i, j] + second[i, j]) / mass[i] for i in range(3) for j in range(3)]
-        )
-
-    with ThreadPoolExecutor(2) as pool:  # numpy lets go of the interpreter while it computes
-        return np.concatenate(list(pool.map(rows, range(0, axes[0].n, ROWS))))
+    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
+    u1, u2 = (unit[:, None] * np.sqrt(k) * a for k, a in ((pad.k1, a1), (pad.k2, a2)))
+    contact = unit[:, None] * about_origin(pad.replace(k1=0.0, k2=0.0), formulation).K * unit
+    return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
 def _pads(pad: Pad, axes: tuple[Axis, Axis]) -> Iterator[tuple[slice, Pad, int]]:

@@ -2,11 +2,13 @@
 
 import dataclasses
 import math
+import time
 
 import mpmath as mp
 import numpy as np
 import pytest
 
+from benchmarks.map import matrices, named
 from squeal.advice import advise
 from squeal.angle_map import NAMES, Axis, angle_axes, stability_map
 from squeal.critical import critical_friction
@@ -61,6 +63,18 @@ def test_b3_map_agrees_with_single_matrices():
         for j, b in enumerate(axes[1].values):
             one = about_origin(scene.pad.replace(alpha1=a, alpha2=b), scene.formulation)
             assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
+
+
+def test_b3_map_is_fast_and_agrees_with_numpy():
+    scene, n = scene_of("b3"), 1000
+    rows = matrices(scene, n)[::20]
+    start = time.perf_counter()
+    theirs, _ = named(np.linalg.eigvals(rows))
+    middle = time.perf_counter()
+    codes = stability_map(scene, angle_axes(n)).codes
+    end = time.perf_counter()
+    assert np.array_equal(codes[::20], theirs)
+    assert end - middle < middle - start  # and eigenvalues of all rows would take 20 times as long
 
 
 def test_b2_map_agrees_with_single_equilibria():

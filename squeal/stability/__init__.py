@@ -4,7 +4,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
 """
 
-from squeal.stability.cubic import VERDICTS, undamped_verdicts
+from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
 from squeal.stability.judgement import Judgement, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
@@ -33,6 +33,7 @@ __all__ = [
     "plain_system",
     "read_plain",
     "sensitivities",
+    "sum_verdicts",
     "sweep",
     "track",
     "undamped_verdicts",

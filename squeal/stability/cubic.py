@@ -10,7 +10,8 @@ errors of the entries of A included; what is smaller than its bound counts as ze
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -167,33 +168,88 @@ def _quick(entries: Sequence[Any], rounding: float) -> NDArray[np.int8]:
     a = d1 + d2 + d3
     b = d1 * d2 + (d1 + d2) * d3 - (p12 + p13 + p23)
     c = d1 * (d2 * d3 - p23) - d2 * p13 - d3 * p12 + (t1 + t2)
-    aa = a * a
-    J2 = aa / 3 - b
-    J3 = a * (aa * (2 / 27) - b / 3) + c
-    disc = 4 * J2 * J2 * J2 - 27 * J3 * J3
-
-    # |J2| <= q2 and |J3| <= q3: the bounds below are generous multiples of the rounding errors
     q1 = np.abs(d1) + np.abs(d2) + np.abs(d3)
     q2 = q1 * q1 + np.abs(p12) + np.abs(p13) + np.abs(p23)
     q3 = q1 * q2 + np.abs(t1) + np.abs(t2)
+
+    def picked(which: Any) -> list[Any]:
+        return [np.broadcast_to(e, which.shape)[which] for e in entries]
+
+    return _settled((a, b, c), (q1, q2, q3), rounding, picked)
+
+
+def _settled(
+    coefficients: tuple[Any, Any, Any],
+    sizes: tuple[Any, Any, Any],
+    rounding: float,
+    picked: Callable[[Any], Sequence[Any]],
+) -> NDArray[np.int8]:
+    """Verdict codes from the coefficients a, b, c; `picked` gives the entries where they decide.
+
+    |J2| <= q2 and |J3| <= q3 of sizes = (q1, q2, q3), and so do a, b, c: bounds of their rounding
+    errors are generous multiples of them.
+    """
+    a, b, c = np.broadcast_arrays(*coefficients)
+    q1, q2, q3 = sizes
+    aa = a * a
+    J2 = aa / 3
+    J2 -= b
+    J3 = aa
+    J3 *= 2 / 27
+    J3 -= b / 3
+    J3 *= a
+    J3 += c
+    disc = J2 * J2
+    disc *= J2
+    disc *= 4
+    disc -= 27 * J3 * J3
+
     unit = 64 * (rounding + 4 * EPS)
-    small = unit * q3
     pair, below = disc < 0.0, c < 0.0
-    real = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
-    verdict = np.where(pair, np.int8(FLUTTER), real)
-    unsettled = (
-        (np.abs(disc) <= (8 * unit) * (q2 * q2 * q2 + q3 * q3))
-        | (np.abs(c) <= small)
-        | (np.abs(b) <= unit * q2)
-        | (np.abs(a) <= unit * q1)
-    )
+    verdict = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
+    verdict[pair] = FLUTTER
+    unsettled = np.abs(disc) <= (8 * unit) * (q2 * q2 * q2 + q3 * q3)
+    for value, size in ((c, q3), (b, q2), (a, q1)):
+        unsettled |= np.abs(value) <= unit * size
     both = pair & below & ~unsettled
     if np.any(both):
         verdict[both] = _faster(both, a, c, J2, J3, disc)
     if np.any(unsettled):
-        rest = [np.broadcast_to(e, unsettled.shape)[unsettled] for e in entries]
-        verdict[unsettled] = code(invariants(rest, rounding))
+        verdict[unsettled] = code(invariants(picked(unsettled), rounding))
     return verdict
+
+
+def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+    """Verdict codes (n1, n2) of the undamped systems A = Q[:, :, k] + u[:, i] u[:, i]'.
+
+    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
+    the coefficients linearly: with P = u u' the trace is tr Q + tr P, the sum of minors
+    b(Q) + u' (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each is the product of
+    a matrix over i with one over k, so that no matrix A is formed but at a boundary.
+    """
+    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
+    cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
+    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
+    rows = np.vstack([np.ones(u.shape[1]), np.einsum("in,jn->ijn", u, u).reshape(9, -1)]).T
+    of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
+    of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
+    squares = np.sum(u * u, axis=0)
+    size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
+    step = max(1, CHUNK // Q.shape[2])
+
+    def part(start: int) -> NDArray[np.int8]:
+        own = slice(start, start + step)
+
+        def picked(which: Any) -> list[Any]:
+            i, k = np.nonzero(which)
+            i = i + start
+            return [Q[m, n, k] + u[m, i] * u[n, i] for m in range(3) for n in range(3)]
+
+        values = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
+        return _settled(values, (size, size**2, size**3), rounding, picked)
+
+    with ThreadPoolExecutor(2) as pool:  # numpy lets go of the interpreter while it computes
+        return np.concatenate(list(pool.map(part, range(0, u.shape[1], step))))
 
 
 def undamped_verdicts(entries: Sequence[ArrayLike], rounding: float = 4 * EPS) -> NDArray[np.int8]:

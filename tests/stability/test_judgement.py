@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from squeal.stability import VERDICTS, judge, undamped_verdicts, verdict
+from squeal.stability import VERDICTS, judge, sum_verdicts, undamped_verdicts, verdict
 from squeal.stability.cubic import code, invariants
 from tests.stability.conftest import exact_squares, exact_verdict, random_pad
 
@@ -180,3 +180,24 @@ def test_map_and_single_verdicts_agree_at_the_boundary(mode_coupling, rng):
     slow = [int(code(invariants([float(x) for x in m.ravel()]))) for m in matrices]
     assert codes.tolist() == slow
     assert [VERDICTS[c] for c in codes] == [verdict(I3, None, m) for m in matrices]
+
+
+@pytest.mark.parametrize("spread", [1.0, 1e3])
+def test_verdicts_of_sums_are_those_of_the_matrices(rng, spread):
+    Q = rng.normal(size=(3, 3, 40)) + 2.0 * np.eye(3)[:, :, None]
+    Q *= spread ** rng.uniform(-1.0, 1.0, 40)
+    u = rng.normal(size=(3, 30)) * spread ** rng.uniform(-0.5, 0.5, 30)
+    A = np.moveaxis(Q[:, :, None, :] + np.einsum("ai,bi->abi", u, u)[..., None], (2, 3), (0, 1))
+    codes = sum_verdicts(Q, u)
+    assert np.array_equal(codes, _growths(A))
+    assert len(np.unique(codes)) == 3
+
+
+def test_verdicts_of_sums_at_the_boundary(rng):
+    # symmetric and of rank two or one, or with a double root: on a boundary everywhere
+    u = rng.normal(size=(3, 25))
+    for Q in (np.einsum("an,bn->abn", u, u), np.zeros((3, 3, 25)), np.eye(3)[:, :, None] + 0 * u):
+        assert np.all(sum_verdicts(Q, u) == VERDICTS.index("marginal"))
+        lower = Q - 1e-6 * np.eye(3)[:, :, None]
+        falls = np.linalg.eigvalsh(np.moveaxis(lower, 2, 0)).min() < -0.5e-6
+        assert np.all(sum_verdicts(lower, 0 * u) == VERDICTS.index("divergence")) == falls
