@@ -9,6 +9,7 @@ from squeal.report.layout import (
     CASES,
     CHAPTER_FIGURES,
     CHAPTER_FILES,
+    EXTREME_FILES,
     FIGURES,
     HISTORY_FIGURES,
     IDENTIFICATION_FILES,
@@ -24,6 +25,7 @@ ALL_FIGURES = [f"figures/fig{i:02}.{kind}" for i in FIGURES for kind in ("pdf", 
 CHAPTER = [f"figures/{name}.{kind}" for name in CHAPTER_FIGURES for kind in ("pdf", "txt")]
 GENERATED = [f"paper/generated/{name}" for name in TABLES]
 GENERATED_IDENTIFICATION = [f"paper/generated/{name}" for name in IDENTIFICATION_FILES]
+GENERATED_EXTREME = [f"paper/generated/{name}" for name in EXTREME_FILES]
 GENERATED_CHAPTER = [f"paper/generated/{name}" for name in CHAPTER_FILES]
 STEM = {f"{number:02}": stem for stem, number in HISTORY_FIGURES.items()}
 
@@ -50,6 +52,7 @@ rule everything_but_pdf:
         GENERATED_CHAPTER,
         "figures/robustness.pdf",
         GENERATED_IDENTIFICATION,
+        GENERATED_EXTREME,
 
 
 rule simulate:
@@ -236,6 +239,25 @@ rule identification_tables:
         "--robustness {input.robustness} --caption {input.caption} --out paper/generated"
 
 
+rule extreme:
+    input:
+        package=sources("squeal.extreme.__main__"),
+    output:
+        "results/extreme.json",
+    shell:
+        "{PYTHON} -m squeal.extreme > {output}"
+
+
+rule extreme_tables:
+    input:
+        results="results/extreme.json",
+        package=sources("squeal.report.extreme"),
+    output:
+        GENERATED_EXTREME,
+    shell:
+        "{PYTHON} -m squeal.report.extreme {input.results} --out paper/generated"
+
+
 rule chapter_tables:
     input:
         study="results/stability.json",
@@ -269,6 +291,7 @@ rule paper:
     input:
         "paper/report.tex",
         "paper/references.bib",
+        "paper/extreme.tex",
         "paper/identification.tex",
         "paper/stability.tex",
         GENERATED,

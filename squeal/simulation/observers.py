@@ -93,14 +93,10 @@ def _peak(signal: Signal, times: np.ndarray, i: int, best: float) -> tuple[float
     return at, best
 
 
-def _refined(signal: Signal, nodes: np.ndarray) -> tuple[float, float]:
-    """Least and greatest value of a smooth signal over [nodes[0], nodes[-1]]."""
-    t = _sampled(nodes)
-    values = signal(t)
-    top, bottom = int(np.nanargmax(values)), int(np.nanargmin(values))
-    _, high = _peak(signal, t, top, float(values[top]))
-    _, low = _peak(lambda at: -signal(at), t, bottom, float(-values[bottom]))
-    return -low, high
+def _beyond(values: np.ndarray, i: int) -> float:
+    """A bound on the maximum next to the greatest sample i: a peak between two samples rises above
+    the higher one by less than that one rises above the lower."""
+    return float(2.0 * values[i] - np.nanmin(values[max(i - 1, 0) : i + 2]))
 
 
 class Extrema(Observer):
@@ -110,26 +106,37 @@ class Extrema(Observer):
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
-        self._range: dict[str, tuple[float, float] | None] = dict.fromkeys(model.law.signal_names)
+        # greatest values of each signal and of its negative
+        self._tops = np.full((2, 2), -np.inf)
 
     def leg(self, leg: Leg) -> None:
-        for i, signal_name in enumerate(self._model.law.signal_names):
-            if signal_name == "delta" and not any(leg.contact):
-                continue
-            if not any(leg.contact):
-                low = high = 0.0
-            else:
-                low, high = _refined(
-                    lambda t, i=i: signals(self._model, leg, t)[i],  # type: ignore[misc]
-                    leg.nodes,  # type: ignore[arg-type]
-                )
-            before = self._range[signal_name]
-            if before is not None:
-                low, high = min(low, before[0]), max(high, before[1])
-            self._range[signal_name] = (low, high)
+        if not any(leg.contact):
+            forces = np.array([name != "delta" for name in self._model.law.signal_names])
+            self._tops[:, forces] = np.maximum(self._tops[:, forces], 0.0)
+            return
+        t = _sampled(leg.nodes)  # type: ignore[arg-type]
+        values = signals(self._model, leg, t)
+        for way, sign in enumerate((1.0, -1.0)):
+            for which in (0, 1):
+                rising = sign * values[which]
+                i, top = int(np.nanargmax(rising)), self._tops[way, which]
+                if _beyond(rising, i) > top:
+                    _, peak = _peak(
+                        lambda at, n=which, s=sign: s * signals(self._model, leg, at)[n],  # type: ignore[misc]
+                        t,
+                        i,
+                        float(rising[i]),
+                    )
+                    self._tops[way, which] = max(top, peak)
 
     def result(self) -> dict[str, Any]:
-        return {"extrema": self._range}
+        ranges = zip(self._model.law.signal_names, *self._tops, strict=True)
+        return {
+            "extrema": {
+                name: (float(-low), float(high)) if np.isfinite(high) else None
+                for name, high, low in ranges
+            }
+        }
 
 
 def signals(model: PadModel, leg: Leg, t: np.ndarray) -> np.ndarray:

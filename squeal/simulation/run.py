@@ -119,11 +119,14 @@ def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
 def _late(model: PadModel, state: np.ndarray, contact: State, edge: int) -> bool:
     """True if the other edge has passed its switching surface in the same instant as `edge`.
 
-    Its crossing then lies behind the located one by rounding and would not be seen again.
+    Its crossing then lies behind the located one by rounding and would not be seen again: its gap
+    is as far beyond zero as that of the located edge, which rounding may leave just before it.
     """
     other = 1 - edge
-    gap, rate = model.gaps(_place(model, state))[other], _gap_rates(model, state)[other]
-    return bool(gap > 0.0 and rate > 0.0) if contact[other] else bool(gap < 0.0 and rate < 0.0)
+    gaps, rates = model.gaps(_place(model, state)), _gap_rates(model, state)
+    located, beyond = (gaps[e] if contact[e] else -gaps[e] for e in (edge, other))
+    rate = rates[other] if contact[other] else -rates[other]
+    return bool(beyond >= min(located, 0.0) and rate > 0.0)
 
 
 def _check(model: PadModel, leg: Leg, units: Units) -> None:
@@ -134,12 +137,12 @@ def _check(model: PadModel, leg: Leg, units: Units) -> None:
     ):
         if edge != leg.edge and (gap > margin if touches else gap < -margin):
             raise ComputationError(
-                f"a contact change was missed before t = {leg.t1 * units.time:.9g} s; "
+                f"a contact change was missed before t = {float(leg.t1) * units.time:.9g} s; "
                 "ask for a smaller tolerance"
             )
     if leg.limit is not None:
         raise ComputationError(
-            f"{leg.limit} at t = {leg.t1 * units.time:.9g} s; the model ends there"
+            f"{leg.limit} at t = {float(leg.t1) * units.time:.9g} s; the model ends there"
         )
 
 
@@ -156,7 +159,7 @@ def integrate(
     Returns the final time and state, the number of steps and the number of contact changes.
     """
     dense = any(o.dense for o in observers)
-    contact = first_state(model, state)
+    contact = first_state(model, np.asarray(state, dtype=float))
     t, steps, changes = 0.0, 0, 0
 
     def change(edge: int) -> None:
@@ -171,7 +174,7 @@ def integrate(
         _check(model, leg, units)
         if leg.edge is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
             raise ComputationError(
-                f"no progress beyond t = {leg.t1 * units.time:.9g} s; a spring may have "
+                f"no progress beyond t = {float(leg.t1) * units.time:.9g} s; a spring may have "
                 "collapsed to zero length there"
             )
         for o in observers:
