@@ -248,14 +248,25 @@ rule extreme:
         "{PYTHON} -m squeal.extreme > {output}"
 
 
+rule accuracy:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
+        package=sources("squeal.predictability"),
+    output:
+        "results/accuracy.json",
+    shell:
+        "{PYTHON} -m squeal.predictability {input.scenes} > {output}"
+
+
 rule extreme_tables:
     input:
         results="results/extreme.json",
+        accuracy="results/accuracy.json",
         package=sources("squeal.report.extreme"),
     output:
         GENERATED_EXTREME,
     shell:
-        "{PYTHON} -m squeal.report.extreme {input.results} --out paper/generated"
+        "{PYTHON} -m squeal.report.extreme {input.results} {input.accuracy} --out paper/generated"
 
 
 rule chapter_tables:

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from squeal.contact import Formulation
+from squeal.contact import CONSISTENT, Formulation
+from squeal.errors import ComputationError
 from squeal.files import to_json
+from squeal.identify.objective import judge_one
+from squeal.identify.space import STOP, Numbers
 from squeal.identify.write import write_scenes
 
 DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
@@ -22,28 +26,51 @@ DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
 
 @dataclass(frozen=True)
 class Search:
-    """A finished search: formulation, seed, starts and pads tried, cost and numbers of its best."""
+    """A finished search: formulation, seed, starts and pads tried; of its best pad the number of
+    claims kept, the cost and the numbers."""
 
     formulation: Formulation
     seed: int
     starts: int
     pads: int
+    kept: int
     cost: float
     numbers: dict[str, float]
 
 
-def from_state(file: Path) -> Search:
-    """The best pad of a state file, its numbers rounded."""
-    kept = json.loads(file.read_text(encoding="utf-8"))
-    best = kept["best"][0]
-    return Search(
-        Formulation(*kept["formulation"]),
-        kept["seed"],
-        kept["starts"],
-        kept["pads"],
-        best["cost"],
-        {name: float(f"{value:.{DIGITS}g}") for name, value in best["numbers"].items()},
+def departure(numbers: Numbers) -> float:
+    """How far a pad is from the plain one: uniform, k1 = k2, k3 = k4 (logarithms of the ratios)."""
+    ratios = (numbers["inertia"], numbers["k2"], numbers["k4"] / numbers["k3"])
+    return sum(abs(math.log(ratio)) for ratio in ratios)
+
+
+def kept(numbers: Numbers, formulation: Formulation) -> int:
+    """How many claims a pad keeps, over the horizon and over twice that time."""
+    try:
+        runs = [judge_one(numbers, formulation, stop=stop) for stop in (STOP, 2 * STOP)]
+    except ComputationError:
+        return 0
+    return sum(
+        all(j.verdict == "reproduced" for j in together) for together in zip(*runs, strict=True)
     )
+
+
+def from_state(file: Path) -> Search:
+    """The pad of a state file that keeps the most claims, of several the plainest."""
+    state = json.loads(file.read_text(encoding="utf-8"))
+    formulation = Formulation(*state["formulation"])
+    found = []
+    for entry in state["best"]:
+        numbers = {n: float(f"{value:.{DIGITS}g}") for n, value in entry["numbers"].items()}
+        found.append((-kept(numbers, formulation), departure(numbers), entry["cost"], numbers))
+    most, _, cost, numbers = min(found, key=lambda row: row[:2])
+    return Search(formulation, state["seed"], state["starts"], state["pads"], -most, cost, numbers)
+
+
+def preference(search: Search) -> tuple[int, int, float]:
+    """Most claims first; of equals the more consistent formulation, then the plainer pad."""
+    switches = zip(vars(search.formulation).values(), vars(CONSISTENT).values(), strict=True)
+    return -search.kept, sum(a != b for a, b in switches), departure(search.numbers)
 
 
 def read_searches(file: Path) -> list[Search]:
@@ -60,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("states", type=Path, nargs="+", metavar="STATE")
     parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes")
     given = parser.parse_args(arguments)
-    found = sorted((from_state(file) for file in given.states), key=lambda search: search.cost)
+    found = sorted((from_state(file) for file in given.states), key=preference)
     print(to_json([asdict(search) for search in found]), end="")
     if given.scenes is not None:
         write_scenes(found[0].numbers, found[0].formulation, given.scenes)

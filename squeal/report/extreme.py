@@ -1,4 +1,4 @@
-"""Table and values of the section on stiff and extreme cases, from results/extreme.json."""
+"""Tables and values of the section on accuracy, stiff and extreme cases."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal.files import write_text
-from squeal.report.latex import definitions, long_table, number, typeset
+from squeal.report.latex import definitions, long_table, number, tabular, typeset
 from squeal.report.layout import EXTREME_FILES
 
 
@@ -40,15 +40,56 @@ def values(cases: list[dict[str, Any]]) -> dict[str, str]:
     return told
 
 
+def accuracy_table(scenes: dict[str, dict[str, Any]]) -> str:
+    """One row a simulated scene: error, effort, growth of errors, horizon."""
+    rows = []
+    for name, a in scenes.items():
+        model, case = name.upper().split("-")
+        horizon = "--" if a["horizon"] is None else number(1e3 * a["horizon"], 3)
+        rows.append(
+            [
+                f"{model} ({case.lower()})",
+                number(a["error"], 2),
+                f"{a['steps']}",
+                f"{a['changes']}",
+                number(1e3 * a["run_time"], 2),
+                number(a["growth"], 3),
+                number(1e-3 * a["exponent"], 2),
+                horizon,
+            ]
+        )
+    head = ["scene", "error", "steps", "changes", "run time, ms", "growth"]
+    return tabular("lrrrrrrr", [*head, "exponent, 1/ms", "horizon, ms"], [rows[:4], rows[4:]])
+
+
+def accuracy_values(scenes: dict[str, dict[str, Any]]) -> dict[str, str]:
+    """Values that the text on accuracy refers to."""
+    reach = [a["horizon"] / a["stop"] for a in scenes.values() if a["horizon"] is not None]
+    worst = max(a["error"] for a in scenes.values())
+    least = min([*reach, *(a["measured"] for a in scenes.values())])
+    return {
+        "accuracy.worst": number(worst, 2),
+        "accuracy.reach": number(least, 3),
+        "accuracy.within": "all are" if least >= 2.0 else "not all are",
+        "accuracy.stop": number(1e3 * next(iter(scenes.values()))["stop"], 4),
+    }
+
+
 def main() -> int:
     """Write the section's generated files."""
     parser = argparse.ArgumentParser(description="Table and values of the extreme cases.")
     parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.extreme")
+    parser.add_argument("accuracy", type=Path, metavar="JSON", help="of squeal.predictability")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     given = parser.parse_args()
     cases = json.loads(given.results.read_text(encoding="utf-8"))["cases"]
     given.out.mkdir(parents=True, exist_ok=True)
-    texts = (definitions(values(cases)), extreme_table(cases))
+    scenes = json.loads(given.accuracy.read_text(encoding="utf-8"))["scenes"]
+    texts = (
+        definitions(values(cases) | accuracy_values(scenes)),
+        extreme_table(cases),
+        accuracy_table(scenes),
+    )
     for name, text in zip(EXTREME_FILES, texts, strict=True):
         write_text(given.out / name, text)
     return 0

@@ -29,5 +29,5 @@ TABLES = (
 """Files that the report reads from paper/generated."""
 IDENTIFICATION_FILES = ("identification-values.tex", "formulations.tex", "ranges.tex")
 """Files that the section on identification reads from paper/generated."""
-EXTREME_FILES = ("extreme-values.tex", "extreme.tex")
+EXTREME_FILES = ("extreme-values.tex", "extreme.tex", "accuracy.tex")
 """Files that the section on extreme cases reads from paper/generated."""
