@@ -5,6 +5,7 @@ identified anew at any time.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +15,10 @@ from squeal.pad import Pad
 SCENES = Path(__file__).parent / "scenes"
 
 
-def random_pad(seed, **fixed):
+def random_pad(seed: int, **fixed: Any) -> Pad:
     """A plausible dimensionless pad (w = m = k1 = 1), all parameters of B1 and B2 given."""
     r = np.random.default_rng(seed)
-    values = {
+    values: dict[str, Any] = {
         "m": 1.0,
         "w": 1.0,
         "h": r.uniform(0.1, 1.0),

@@ -1,0 +1,213 @@
+"""Random pads through the whole chain, against 50 digits and the literal equations.
+
+`python -m benchmarks.random_pads [--pads 1000] [--workers 2]` prints the largest differences of
+equilibria, stiffness matrices, eigenvalues and thresholds, and every verdict that is not the exact
+one. Each pad has units of its own, so that no number is of a usual size.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections import Counter
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+
+from squeal.contact import FORMULATION_CHOICES, Formulation
+from squeal.critical import CriticalFriction, critical_friction
+from squeal.equilibrium import Path, sliding_equilibrium
+from squeal.errors import ComputationError
+from squeal.scene import Scene
+from squeal.sliding import analyse
+from squeal.stability import CriticalPoint, verdict
+from squeal.states import EDGE_NAMES
+from tests.conftest import random_pad
+from tests.exact import Exact, discriminant
+from tests.stability.conftest import exact_verdict
+
+MU_MAX = 1.0
+SAMPLED = 5  # values of mu at which the verdict is compared, besides the middles between thresholds
+APART = 1e-3  # of the spectral radius: eigenvalues closer than this are near a coalescence
+AT_CHANGE = 1e-12  # of mu: a threshold so close to a change of contact is that change
+
+
+@dataclass
+class Pad:
+    """What was found for one pad; differences are relative, see `examine`."""
+
+    seed: int
+    model: str
+    end: str = "no steady sliding"
+    equilibrium: float = 0.0
+    stiffness: float = 0.0
+    eigenvalues: float = 0.0
+    apart: float = 1.0
+    thresholds: list[tuple[str, float]] = field(default_factory=list)
+    verdicts: int = 0
+    wrong: list[str] = field(default_factory=list)
+
+
+def scene_of(seed: int) -> Scene:
+    """Model B1 or B2, the latter in the consistent formulation or in any, by turns."""
+    r = np.random.default_rng([seed, 1])
+    mass, length, time = 10.0 ** r.uniform([-2.0, -2.0, -4.0], [1.0, 0.0, -2.0])
+    pad = random_pad(seed).scaled(mass, length, time)
+    if seed % 2:
+        return Scene("B1", pad)
+    chosen: Any = [str(r.choice(options)) for options in FORMULATION_CHOICES.values()]
+    return Scene("B2", pad, Formulation(*chosen) if seed % 4 else Formulation())
+
+
+def _relative(found: Any, exact: Any, scale: Any) -> float:
+    """Largest difference of two vectors or matrices over a common scale."""
+    return float(max(abs(mp.mpf(float(a)) - b) for a, b in zip(found, exact, strict=True)) / scale)
+
+
+def _compare_spectrum(scene: Scene, pad: Pad) -> None:
+    """Equilibrium, stiffness, eigenvalues and verdict at the scene's friction."""
+    at, _ = sliding_equilibrium(scene.pad_model)
+    if at is None:
+        return
+    found, exact, mu, w = analyse(scene), Exact(scene, at.state), scene.pad.mu, scene.pad.w
+    q = exact.equilibrium(at.q, mu)
+    lever = (1, 1, mp.mpf(w))
+    size = max(abs(v * f) for v, f in zip(q, lever, strict=True))
+    pad.equilibrium = _relative(np.array(at.q) * [1, 1, w], [q[0], q[1], w * q[2]], size)
+    if any((gap < 0) != touches for gap, touches in zip(exact.gaps(q), at.state, strict=True)):
+        pad.wrong.append("contact state")
+    K = exact.stiffness(q, mu)
+    balanced = [K[i, j] / (lever[i] * lever[j]) for i in range(3) for j in range(3)]
+    unit = np.array([1.0, 1.0, 1.0 / w])
+    ours = (unit[:, None] * found.matrices.K * unit).ravel()
+    pad.stiffness = _relative(ours, balanced, max(abs(k) for k in balanced))
+    squares = exact.squares(q, mu)
+    roots = [mp.sqrt(-s) for s in squares]
+    expected = np.array([complex(r) for root in roots for r in (root, -root)])
+    radius = np.abs(expected).max()
+    distance = np.abs(found.spectrum.values[:, None] - expected) / radius
+    pad.eigenvalues = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
+    pairs = itertools.combinations(expected, 2)
+    pad.apart = float(min(abs(a - b) for a, b in pairs) / radius)
+    pad.verdicts += 1
+    if found.judgement.verdict != exact_verdict(squares):
+        pad.wrong.append(f"verdict at mu = {mu:g}")
+
+
+def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
+    """Relative distance of a threshold from the nearest exact one of any kind that is possible."""
+    near = [p for p in path.points if abs(float(p.z[3]) - point.mu) <= AT_CHANGE * point.mu]
+    mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
+    z, state = path.at(mu)
+    exact, q = Exact(scene, state), path.branch.statics.to_si(z)
+    changed = [e for p in near for e in range(len(EDGE_NAMES)) if p.state[e] != state[e]]
+    if changed:
+        conditions = [lambda q, _: exact.gaps(q)[changed[0]]]
+    elif point.kind == "fold":
+        conditions = [lambda q, mu: mp.det(exact.stiffness(q, mu))]
+    else:
+        conditions = [
+            lambda q, mu: discriminant(exact.cubic(q, mu)),
+            lambda q, mu: exact.cubic(q, mu)[2],
+        ]
+    found = []
+    for condition in conditions:
+        try:
+            found.append(abs(exact.critical(condition, q, mu)[1] - mp.mpf(point.mu)))
+        except ArithmeticError:
+            continue
+    return float(min(found) / point.mu) if found else np.inf
+
+
+def _told(critical: CriticalFriction, mu: float) -> str:
+    """The verdict at mu that the list of thresholds tells."""
+    kinds = [point.kind for point in critical.points if point.mu < mu]
+    last = kinds[-1] if kinds else critical.at_zero
+    return "marginal" if last == "restabilised" else last
+
+
+def _compare_branch(scene: Scene, pad: Pad) -> None:
+    """Thresholds, and verdicts between them, along the branch."""
+    try:
+        critical = critical_friction(scene, MU_MAX)
+    except ComputationError:
+        return
+    path = Path.of(scene.pad_model, MU_MAX)
+    pad.end = critical.end
+    for point in critical.points:
+        pad.thresholds.append((point.kind, _distance(scene, path, point)))
+        if not point.converged:
+            pad.wrong.append(f"threshold at {point.mu:g} not converged")
+    marks = [0.0, *(point.mu for point in critical.points), path.mu_end]
+    mus = {(a + b) / 2 for a, b in itertools.pairwise(marks) if b > a}
+    mus |= set((path.mu_end * (np.arange(SAMPLED) + 0.5) / SAMPLED).tolist())
+    for mu in sorted(mus):
+        z, state = path.at(mu)
+        exact = Exact(scene, state)
+        q = exact.equilibrium(path.branch.statics.to_si(z), mu)
+        told = exact_verdict(exact.squares(q, mu))
+        matrices = path.linearisation(mu)
+        pad.verdicts += 2
+        if told != _told(critical, mu):
+            pad.wrong.append(f"verdict at mu = {mu:g} by the thresholds")
+        if told != verdict(matrices.M, None, matrices.K):
+            pad.wrong.append(f"verdict at mu = {mu:g}")
+
+
+def examine(seed: int) -> Pad:
+    """Compare one pad.
+
+    Equilibria are measured by their largest coordinate (rotation as w theta), stiffness by the
+    largest entry, eigenvalues by the spectral radius, thresholds by mu; `apart` is the least
+    distance of two exact eigenvalues.
+    """
+    scene = scene_of(seed)
+    pad = Pad(seed, scene.model)
+    try:
+        _compare_spectrum(scene, pad)
+        _compare_branch(scene, pad)
+    except ArithmeticError as error:
+        pad.wrong.append(str(error))
+    return pad
+
+
+def summary(pads: Iterable[Pad]) -> str:
+    """The largest differences and all that is wrong, in lines."""
+    pads = list(pads)
+    apart = [p for p in pads if p.apart > APART]
+    close = [p for p in pads if p.apart <= APART]
+    thresholds = [(kind, apart, p) for p in pads for kind, apart in p.thresholds]
+    lines = [
+        f"{len(pads)} pads, {sum(p.model == 'B1' for p in pads)} of model B1",
+        f"equilibria differ by {max(p.equilibrium for p in pads):.1e}, "
+        f"stiffness by {max(p.stiffness for p in pads):.1e}",
+        f"eigenvalues by {max((p.eigenvalues for p in apart), default=0.0):.1e} of the spectral "
+        f"radius; of {len(close)} pads with two of them closer than {APART:g} by "
+        f"{max((p.eigenvalues for p in close), default=0.0):.1e}",
+    ]
+    for kind, count in sorted(Counter(kind for kind, *_ in thresholds).items()):
+        worst = max((a, p.seed) for k, a, p in thresholds if k == kind)
+        lines.append(f"{count} x {kind}: by {worst[0]:.1e} of mu (seed {worst[1]})")
+    wrong = [f"seed {p.seed}: {', '.join(p.wrong)}" for p in pads if p.wrong]
+    lines.append(f"{sum(p.verdicts for p in pads)} verdicts; wrong: {len(wrong)}")
+    return "\n".join([*lines, *wrong])
+
+
+def main() -> None:
+    """Examine random pads and print a summary."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pads", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--workers", type=int, default=2)
+    given = parser.parse_args()
+    seeds = range(given.first, given.first + given.pads)
+    with ProcessPoolExecutor(given.workers) as pool:
+        print(summary(pool.map(examine, seeds, chunksize=5)))
+
+
+if __name__ == "__main__":
+    main()
