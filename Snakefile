@@ -14,7 +14,6 @@ from squeal.report.layout import (
     HISTORY_FIGURES,
     IDENTIFICATION_FILES,
     LOCI_FIGURES,
-    STUDY_FIGURES,
     TABLES,
 )
 from squeal.sources import sources
@@ -73,10 +72,9 @@ rule map:
         scene=f"{SCENES}/b3.yaml",
         package=sources("squeal.quasi_static"),
     output:
-        cells="results/map.csv",
-        summary="results/map.json",
+        "results/map.json",
     shell:
-        "{PYTHON} -m squeal.quasi_static {input.scene} --csv {output.cells} --summary {output.summary}"
+        "{PYTHON} -m squeal.quasi_static {input.scene} > {output}"
 
 
 rule eigenvalues:
@@ -146,15 +144,14 @@ rule history:
 
 rule quasi_static:
     input:
-        cells="results/map.csv",
-        summary="results/map.json",
+        map="results/map.json",
         cases=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
         package=sources("squeal.figures.maps"),
     output:
         pdf="figures/fig13.pdf",
         text="figures/fig13.txt",
     shell:
-        "{PYTHON} -m squeal.figures.maps {input.cells} {input.summary} --mark {input.cases} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.figures.maps {input.map} --mark {input.cases} --pdf {output.pdf}"
 
 
 rule stability:
@@ -190,17 +187,37 @@ rule loci_figure:
         "{PYTHON} -m squeal.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
 
 
-rule study_figure:
+rule angles:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*(f"b2-{case}" for case in CASES), "b3"]),
+        package=sources("squeal.angle_study"),
+    output:
+        "results/angles.json",
+    shell:
+        "{PYTHON} -m squeal.angle_study {SCENES} > {output}"
+
+
+rule angle_maps:
+    input:
+        angles="results/angles.json",
+        map="results/map.json",
+        package=sources("squeal.figures.angle_maps"),
+    output:
+        pdf="figures/maps.pdf",
+        text="figures/maps.txt",
+    shell:
+        "{PYTHON} -m squeal.figures.angle_maps {input.angles} {input.map} --pdf {output.pdf}"
+
+
+rule growth_figure:
     input:
         results="results/stability.json",
-        package=sources("squeal.figures.stability"),
+        package=sources("squeal.figures.growth"),
     output:
-        pdf="figures/{name}.pdf",
-        text="figures/{name}.txt",
-    wildcard_constraints:
-        name="|".join(STUDY_FIGURES),
+        pdf="figures/growth.pdf",
+        text="figures/growth.txt",
     shell:
-        "{PYTHON} -m squeal.figures.stability {input.results} {wildcards.name} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.figures.growth {input.results} --pdf {output.pdf}"
 
 
 rule identified:
@@ -273,13 +290,15 @@ rule chapter_tables:
     input:
         study="results/stability.json",
         loci="results/loci.json",
+        angles="results/angles.json",
+        map="results/map.json",
         texts=[f"figures/{name}.txt" for name in CHAPTER_FIGURES],
         package=sources("squeal.report.stability"),
     output:
         GENERATED_CHAPTER,
     shell:
-        "{PYTHON} -m squeal.report.stability {input.study} {input.loci} --figures {input.texts} "
-        "--out paper/generated"
+        "{PYTHON} -m squeal.report.stability {input.study} {input.loci} {input.angles} {input.map} "
+        "--figures {input.texts} --out paper/generated"
 
 
 rule tables:

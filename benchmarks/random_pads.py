@@ -113,6 +113,7 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
         conditions = [
             lambda q, mu: discriminant(exact.cubic(q, mu)),
             lambda q, mu: exact.cubic(q, mu)[2],
+            exact.lead,
         ]
     found = []
     for condition in conditions:
@@ -140,6 +141,8 @@ def _compare_branch(scene: Scene, pad: Pad) -> None:
     pad.end = critical.end
     for point in critical.points:
         pad.thresholds.append((point.kind, _distance(scene, path, point)))
+        if pad.thresholds[-1][1] > 1e-9:
+            pad.wrong.append(f"{point.kind} at mu = {point.mu:g}")
         if not point.converged:
             pad.wrong.append(f"threshold at {point.mu:g} not converged")
     marks = [0.0, *(point.mu for point in critical.points), path.mu_end]

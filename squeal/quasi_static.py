@@ -1,24 +1,27 @@
-"""Map of the quasi-static sliding motion of model B3 over the two spring angles (Fig. 13)."""
+"""Map of the quasi-static sliding motion of model B3 over the two spring angles (Fig. 13).
+
+`python -m squeal.quasi_static SCENE.yaml > map.json`
+"""
 
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from squeal.files import to_json, write_csv, write_text
+from squeal.files import to_json
 from squeal.linear import bounds
+from squeal.outline import Outline, outline
 from squeal.pad import Pad
 from squeal.provenance import provenance
 from squeal.scene import read_scene
 
-COLUMNS = ("alpha1", "alpha2", "as_printed", "sign_aware")
+READINGS = ("as_printed", "sign_aware")
+ENDS = ((0.0, math.pi), (0.0, math.pi))
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,7 @@ class QuasiStaticMap:
     @property
     def share(self) -> dict[str, float]:
         """Share of the map where each reading holds."""
-        return {
-            "as_printed": float(self.as_printed.mean()),
-            "sign_aware": float(self.sign_aware.mean()),
-        }
+        return {name: float(getattr(self, name).mean()) for name in READINGS}
 
 
 def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
@@ -49,44 +49,35 @@ def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
     return QuasiStaticMap(angles, np.asarray(found.as_printed), np.asarray(found.sign_aware))
 
 
-def write(found: QuasiStaticMap, path: Path) -> None:
-    """Write the map as CSV, one line a cell, with 0 and 1 for false and true."""
-    angles = found.angles.tolist()
-    rows = (
-        (a, b, int(found.as_printed[i, j]), int(found.sign_aware[i, j]))
-        for i, a in enumerate(angles)
-        for j, b in enumerate(angles)
-    )
-    write_csv(path, COLUMNS, rows)
+def quasi_static_outlines(pad: Pad, found: QuasiStaticMap) -> dict[str, Outline]:
+    """Each reading's region (code 1) and its boundary."""
 
+    def traced(name: str) -> Outline:
+        def at(angles: np.ndarray) -> np.ndarray:
+            return np.asarray(getattr(bounds(pad, angles), name)).astype(int)
 
-def read(path: Path) -> QuasiStaticMap:
-    """Read what `write` has written."""
-    with path.open(newline="", encoding="utf-8") as stream:
-        _, *rows = csv.reader(stream)
-    n = math.isqrt(len(rows))
-    table = np.array(rows, dtype=float).reshape(n, n, 4)
-    return QuasiStaticMap(table[0, :, 1], table[:, :, 2] > 0.5, table[:, :, 3] > 0.5)
+        return outline(ENDS, found.angles, found.angles, getattr(found, name).astype(int), at)
+
+    return {name: traced(name) for name in READINGS}
 
 
 def main() -> int:
-    """Compute the map of a scene; write CSV and a JSON summary with the shares."""
+    """Print the map of a scene: shares of its area and traced outlines, as JSON."""
     parser = argparse.ArgumentParser(description="Map Eqs. (23a, b) over the two spring angles.")
     parser.add_argument("scene", type=Path, metavar="SCENE.yaml")
     parser.add_argument("--n", type=int, default=240, help="cells a side")
-    parser.add_argument("--csv", type=Path, required=True, metavar="FILE")
-    parser.add_argument("--summary", type=Path, required=True, metavar="FILE.json")
     given = parser.parse_args()
     scene = read_scene(given.scene)
     found = quasi_static_map(scene.pad, given.n)
-    write(found, given.csv)
-    summary: dict[str, Any] = {
+    outlines = quasi_static_outlines(scene.pad, found)
+    summary = {
         "n": given.n,
         "mu": scene.pad.mu,
         "share": found.share,
+        **{name: one.told() for name, one in outlines.items()},
         "provenance": provenance(given.scene, "squeal.quasi_static", ("numpy",)),
     }
-    write_text(given.summary, to_json(summary) + "\n")
+    print(to_json(summary))
     return 0
 
 

@@ -1,8 +1,8 @@
 """The stability chapter's numbers: `python -m squeal.stability_study FOLDER > stability.json`.
 
-Advice on each of the article's scenes; maps of stability over the spring angles, and the friction
-loop of a pad that flutters on them; growth rates fitted to simulations; and the comparison with the
-literature. Eigenvalues over friction and mode shapes are those of `squeal.loci`.
+Advice on each of the article's scenes; the friction loop of a pad that flutters; growth rates
+fitted to simulations; and the comparison with the literature. Eigenvalues over friction and mode
+shapes are those of `squeal.loci`, maps those of `squeal.angle_study`.
 """
 
 from __future__ import annotations
@@ -23,19 +23,20 @@ from squeal.critical import critical_friction
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files import to_json
 from squeal.growth import fits
-from squeal.linear import bounds
 from squeal.loci import MU_MAX, branch, loop
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
 from squeal.stability.literature import literature_rows
 
 GROWTH_POINTS = 12
-FINE, COARSE = 240, 90  # points a side of the maps of B3 and of B2
+POINTS = 90  # a side of the map on which a fluttering pad is sought
 
 
-def fluttering(scene: Scene, codes: np.ndarray, angles: np.ndarray) -> Scene | None:
+def fluttering(scene: Scene) -> Scene | None:
     """The scene with the fluttering angles of a map that lie nearest to its own."""
-    places = np.argwhere(codes == NAMES.index("flutter"))
+    axes = angle_axes(POINTS)
+    angles = axes[0].values
+    places = np.argwhere(stability_map(scene, axes).codes == NAMES.index("flutter"))
     if not len(places):
         return None
     own = np.array([scene.pad.alpha1, scene.pad.alpha2])
@@ -63,35 +64,6 @@ def growth(name: str, scene: Scene) -> dict[str, Any]:
         "predicted": [[f.predicted.real, f.predicted.imag] for f in found],
         "fitted": [[f.fitted.real, f.fitted.imag] for f in found],
         "apart": max((f.deviation for f in found), default=0.0),
-    }
-
-
-def maps(b2: Scene, b3: Scene) -> dict[str, Any]:
-    """Maps over the spring angles, side by side, and the shares of their areas."""
-    fine, coarse = angle_axes(FINE), angle_axes(COARSE)
-    angles = coarse[0].values
-    limits = bounds(b2.pad, np.meshgrid(angles, angles, indexing="ij"))
-    of_b2 = stability_map(b2, coarse)
-    settled = (of_b2.codes == NAMES.index("stable")) | (of_b2.codes == NAMES.index("marginal"))
-    fine_limits = bounds(b2.pad, np.meshgrid(fine[0].values, fine[0].values, indexing="ij"))
-    of_b3 = stability_map(b3, fine)
-    exists = of_b2.codes != NAMES.index("beyond a fold")
-    return {
-        "fine": fine[0].values.tolist(),
-        "coarse": angles.tolist(),
-        "as_printed": fine_limits.as_printed.astype(int).tolist(),
-        "sign_aware": fine_limits.sign_aware.astype(int).tolist(),
-        "b2": of_b2.codes.tolist(),
-        "b3": of_b3.codes.tolist(),
-        "share_b2": of_b2.share,
-        "share_b3": of_b3.share,
-        "share_as_printed": float(np.mean(fine_limits.as_printed)),
-        "share_sign_aware": float(np.mean(fine_limits.sign_aware)),
-        "share_exists": float(np.mean(exists)),
-        "share_quiet": float(np.mean(settled)),
-        # where the printed conditions deny a sliding state that model B2 has and keeps
-        "share_denied": float(np.mean(settled & ~limits.as_printed)),
-        "share_wrongly_allowed": float(np.mean(~settled & limits.as_printed)),
     }
 
 
@@ -127,9 +99,7 @@ def study(folder: Path) -> dict[str, Any]:
         for model in ("b1", "b2")
         for case in CASES
     }
-    b3 = read_scene(folder / "b3.yaml")
-    found_maps = maps(scenes["b2-c"], b3)
-    other = fluttering(scenes["b2-c"], np.array(found_maps["b2"]), np.array(found_maps["coarse"]))
+    other = fluttering(scenes["b2-c"])
     tried = [("b1-a", scenes["b1-a"]), ("b2-c", scenes["b2-c"])]
     if other is not None:
         tried.append(("b2, fluttering angles", other))
@@ -138,7 +108,6 @@ def study(folder: Path) -> dict[str, Any]:
         "advice": advice,
         "fluttering": held(other) if other is not None else None,
         "growth": [growth(name, scene) for name, scene in tried],
-        "maps": found_maps,
         "literature": literature(),
         "provenance": provenance(
             None, "squeal.stability_study", ("numpy", "scipy", "heyoka", "control")

@@ -81,6 +81,16 @@ class Exact:
         scaled = [mp.mpf(1), -a / size, b / size**2, -c / size**3]
         return [size * s for s in mp.polyroots(scaled, maxsteps=500, extraprec=200)]
 
+    def lead(self, q: Any, mu: Any) -> Any:
+        """By how much a pair grows faster than any real mode. Raises ArithmeticError without."""
+        squares = self.squares(q, mu)
+        small = mp.mpf(10) ** -25 * max(abs(s) for s in squares)
+        pairs = [abs(mp.re(mp.sqrt(-s))) for s in squares if abs(mp.im(s)) > small]
+        real = [mp.sqrt(-mp.re(s)) for s in squares if abs(mp.im(s)) <= small and mp.re(s) < 0]
+        if not pairs or not real:
+            raise ArithmeticError(f"no pair and real mode both grow at mu = {mu}")
+        return max(pairs) - max(real)
+
     def critical(
         self, condition: Callable[[Any, Any], Any], guess: Any, mu: Any
     ) -> tuple[mp.matrix, Any]:

@@ -1,7 +1,6 @@
 """The stability chapter: growth rates, maps, advice and what reaches the report."""
 
 import dataclasses
-import math
 import time
 
 import mpmath as mp
@@ -9,14 +8,16 @@ import numpy as np
 import pytest
 
 from benchmarks.map import matrices, named
+from squeal import angle_study
 from squeal.advice import advise
 from squeal.angle_map import NAMES, Axis, angle_axes, stability_map
 from squeal.critical import critical_friction
 from squeal.equilibrium import Path, sliding_equilibrium
-from squeal.figures.stability import FIGURES, drawing
+from squeal.figures import angle_maps, growth
 from squeal.growth import fit
 from squeal.linear import about_origin
 from squeal.loci import examined
+from squeal.quasi_static import quasi_static_map, quasi_static_outlines
 from squeal.report.stability import advice_list, literature_table, threshold_table, values
 from squeal.scene import read_scene
 from squeal.sliding import at_equilibrium
@@ -34,6 +35,20 @@ def scene_of(stem, **changes):
 @pytest.fixture(scope="module")
 def found():
     return study(SCENES)
+
+
+@pytest.fixture(scope="module")
+def maps():
+    """Results of `squeal.angle_study` and `squeal.quasi_static`, on fewer points."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(angle_study, "FINE", 60)
+        patch.setattr(angle_study, "COARSE", 30)
+        angles = angle_study.study(SCENES)
+    pad = scene_of("b3").pad
+    conditions = quasi_static_map(pad, 60)
+    outlines = {k: one.told() for k, one in quasi_static_outlines(pad, conditions).items()}
+    made = {"share": conditions.share, "provenance": angles["provenance"]}
+    return angles, made | outlines
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
@@ -135,29 +150,39 @@ def test_advice_without_an_equilibrium_gives_the_reason():
     assert told.startswith("No steady sliding exists")
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_each_figure_is_drawn_with_a_text(found, name):
-    made = drawing(name, found)
-    assert len(made.alternative) > 60
-    assert made.figure.get_axes()
+def test_each_figure_is_drawn_with_a_text(found, maps):
+    for made in (growth.drawing(found), angle_maps.drawing(*maps)):
+        assert len(made.alternative) > 60
+        assert made.figure.get_axes()
 
 
 def test_growth_figure_shows_the_fits(found):
-    axes = drawing("growth", found).figure.get_axes()[0]
+    axes = growth.drawing(found).figure.get_axes()[0]
     drawn = [line.get_ydata() for line in axes.get_lines() if line.get_marker() != "+"]
     given = [np.array(g["fitted"])[:, 0] / 1e3 for g in found["growth"]]
     assert all(np.array_equal(a, b) for a, b in zip(drawn, given, strict=True))
 
 
-def test_what_reaches_the_report(found):
-    told = values(found, [])
+def test_shares_of_traced_maps(maps):
+    angles, printed = maps
+    for model in ("b2", "b3"):
+        assert sum(angles[f"share_{model}"].values()) == pytest.approx(1.0)
+    share = angles["share"]
+    assert share["full"] + share["partial"] == pytest.approx(share["exists"])
+    assert 1.0 - share["exists"] == pytest.approx(angles["share_b2"]["beyond a fold"])
+    # allowed where nothing is kept + allowed where it is = allowed
+    allowed = share["wrongly_allowed"] + share["quiet"] - share["denied"]
+    assert allowed == pytest.approx(printed["share"]["as_printed"], abs=0.01)
+
+
+def test_what_reaches_the_report(found, maps):
+    told = values(found, [], *maps)
     assert told["literature.rows"] == told["literature.agree"] == str(len(found["literature"]))
-    assert math.isclose(sum(found["maps"]["share_b2"].values()), 1.0)
     assert literature_table(found["literature"]).count(r"\\") == len(found["literature"]) + 2
     assert advice_list(found["advice"]).count(r"\item") == 8
 
 
-def test_threshold_table_tells_each_way_to_find_them(found):
+def test_threshold_table_tells_each_way_to_find_them(found, maps):
     scenes = [examined(SCENES / f"{name}.yaml") for name in ("b1-a", "b2-a")]
     table = threshold_table(scenes, found["fluttering"])
     rows = [line.split(" & ") for line in table.splitlines() if line.endswith(r"\\")][1:]
@@ -167,5 +192,5 @@ def test_threshold_table_tells_each_way_to_find_them(found):
     assert [row[0] for row in rows[1:]] == ["B2, case (a)", "B2, fluttering angles"]
     margin = found["fluttering"]["loop"]["gain_margins"][0]
     assert rows[2][3].startswith(f"${margin:.10g}$")
-    told = values(found, scenes)
+    told = values(found, scenes, *maps)
     assert (told["loop.rank-one"], told["loop.scenes"]) == ("1", "2")

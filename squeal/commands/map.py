@@ -91,7 +91,7 @@ def run(given: argparse.Namespace) -> Answer:
     scene = read_scene(given.scene)
     wanted = axes(given, scene)
     check_files(given)
-    found = stability_map(scene, wanted)
+    found = stability_map(scene, wanted, traced=given.pdf is not None)
     if given.csv is not None:
         write_map(given.csv, found)
     if given.pdf is not None:

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
+from squeal.figures.areas import draw
 from squeal.figures.style import DOUBLE, SINGLE, Drawing, origin, program, save, style
-from squeal.quasi_static import QuasiStaticMap, read
+from squeal.outline import Outline
+from squeal.quasi_static import READINGS
 from squeal.scene import read_scene
 
 if TYPE_CHECKING:
@@ -39,11 +40,9 @@ def _angle_axes(axes: Axes) -> None:
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
 
-def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, marks: Marks, title: str) -> None:
-    """The region as filled outlines, in black as in the article, with cases marked."""
-    x = np.concatenate([[0.0], angles / np.pi, [1.0]])  # carry the outer cells to the border
-    inside = np.pad(holds.astype(float), 1, mode="edge")
-    axes.contourf(x, x, inside.T, levels=[0.5, 1.5], colors=["black"])
+def _region(axes: Axes, found: Outline, marks: Marks, title: str) -> None:
+    """The region within its traced boundary, in black as in the article, with cases marked."""
+    draw(axes, found, ("white", "black"), np.pi)
     for case, (a, b) in marks.items():
         axes.text(
             a / np.pi,
@@ -64,60 +63,54 @@ def _region(axes: Axes, angles: np.ndarray, holds: np.ndarray, marks: Marks, tit
     _angle_axes(axes)
 
 
-def quasi_static_figure(found: QuasiStaticMap, marks: Marks) -> Figure:
+def quasi_static_figure(found: dict[str, Any], marks: Marks) -> Figure:
     """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed."""
+    told = ("(a) as printed", "(b) signs followed")
     with style():
         figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
-        left, right = figure.subplots(1, 2)
-        share = found.share
-        _region(
-            left,
-            found.angles,
-            found.as_printed,
-            marks,
-            f"(a) as printed: {100 * share['as_printed']:.1f} % of the map",
-        )
-        _region(
-            right,
-            found.angles,
-            found.sign_aware,
-            marks,
-            f"(b) signs followed: {100 * share['sign_aware']:.1f} % of the map",
-        )
-        right.set_ylabel("")
+        panels = figure.subplots(1, 2)
+        for axes, name, title in zip(panels, READINGS, told, strict=True):
+            share = f"{100 * found['share'][name]:.1f} % of the map"
+            _region(axes, Outline.of(found[name]), marks, f"{title}: {share}")
+        panels[1].set_ylabel("")
     return figure
 
 
-def alternative_text(found: QuasiStaticMap, mu: float) -> str:
+def alternative_text(found: dict[str, Any]) -> str:
     """The two maps in words."""
-    share = found.share
+    share = found["share"]
     return (
         "Two maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
-        f"coefficient {mu:g}. (a) The conditions (23a) and (23b) as printed hold in the black "
-        f"region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the "
+        f"coefficient {found['mu']:g}. (a) The conditions (23a) and (23b) as printed hold in the "
+        f"black region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the "
         f"stiffness entries followed, they hold on {100 * share['sign_aware']:.1f} % of the map. "
         "Letters mark the article's cases."
     )
 
 
-def drawing(found: QuasiStaticMap, summary: dict[str, Any], marks: Marks) -> Drawing:
-    """The figure, ready to be saved."""
+def drawing(found: dict[str, Any], marks: Marks) -> Drawing:
+    """The figure of `squeal.quasi_static` results, ready to be saved."""
     return Drawing(
         quasi_static_figure(found, marks),
-        alternative_text(found, summary["mu"]),
+        alternative_text(found),
         "Map of the quasi-static sliding motion, model B3",
-        origin("squeal.figures.maps", [summary]),
+        origin("squeal.figures.maps", [found]),
     )
 
 
-_VERDICT_COLOURS = ("#3498DB", "#F2F2F2", "#C8380E", "#6A1B7B", "#000000", "#888888")
-_HATCHES = ("", "", "///", "xxx", "...", "\\\\\\")
+VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C")
+"""Colours of `squeal.angle_map.NAMES`: stable, marginal, flutter, divergence, beyond a fold."""
 
 
 def stability_figure(found: StabilityMap) -> Figure:
-    """Verdict over two parameters; colours for verdicts, hatching in the key as a second cue."""
+    """Verdict over two parameters: areas with the traced curves between them.
+
+    Raises ValueError for a map that was not traced.
+    """
     from squeal.angle_map import NAMES
 
+    if found.outline is None:
+        raise ValueError("only a traced map can be drawn")
     first, second = found.axes
     with style():
         figure = Figure(figsize=(SINGLE, 3.6))
@@ -125,21 +118,14 @@ def stability_figure(found: StabilityMap) -> Figure:
         angles = {first.name, second.name} <= {"alpha1", "alpha2"}
         unit = np.pi if angles else 1.0
         met = [i for i, name in enumerate(NAMES) if found.share[name] > 0.0]
-        x, y = first.values / unit, second.values / unit
-        colours = ListedColormap([_VERDICT_COLOURS[i] for i in range(len(NAMES))])
-        axes.pcolormesh(
-            x, y, found.codes.T, cmap=colours, vmin=-0.5, vmax=len(NAMES) - 0.5, rasterized=True
-        )
-        for i in met[1:]:
-            part = np.isin(found.codes.T, i).astype(float)
-            axes.contourf(x, y, part, levels=[0.5, 1.5], colors="none", hatches=[_HATCHES[i]])
+        draw(axes, found.outline, VERDICT_COLOURS, unit)
+        axes.set_xlim(first.low / unit, first.high / unit)
+        axes.set_ylim(second.low / unit, second.high / unit)
         if angles:
             _angle_axes(axes)
         axes.set_xlabel(f"{first.name}" if not angles else r"spring angle $\alpha_1$ [rad]")
         axes.set_ylabel(f"{second.name}" if not angles else r"spring angle $\alpha_2$ [rad]")
-        handles = [
-            Patch(facecolor=_VERDICT_COLOURS[i], edgecolor="0.4", hatch=_HATCHES[i]) for i in met
-        ]
+        handles = [Patch(facecolor=VERDICT_COLOURS[i], edgecolor="k", linewidth=0.5) for i in met]
         names = [f"{NAMES[i]} ({100 * found.share[NAMES[i]]:.1f} %)" for i in met]
         figure.legend(handles, names, loc="outside upper center", ncols=2)
     return figure
@@ -154,8 +140,7 @@ def draw_stability_map(found: StabilityMap, path: Path) -> None:
 
 
 def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("map", type=Path, metavar="MAP.csv")
-    parser.add_argument("summary", type=Path, metavar="SUMMARY.json")
+    parser.add_argument("map", type=Path, metavar="JSON", help="of squeal.quasi_static")
     parser.add_argument(
         "--mark", type=Path, nargs="*", default=[], metavar="SCENE.yaml", help="cases to mark"
     )
@@ -164,8 +149,7 @@ def _arguments(parser: argparse.ArgumentParser) -> None:
 def _draw(given: argparse.Namespace) -> Drawing:
     pads = {path.stem[-1]: read_scene(path).pad for path in given.mark}
     marks = {letter: (pad.alpha1, pad.alpha2) for letter, pad in pads.items()}
-    summary = json.loads(given.summary.read_text(encoding="utf-8"))
-    return drawing(read(given.map), summary, marks)
+    return drawing(json.loads(given.map.read_text(encoding="utf-8")), marks)
 
 
 if __name__ == "__main__":

@@ -10,9 +10,7 @@ HISTORY_FIGURES = {
 """Number of the figure that shows a scene's history."""
 LOCI_FIGURES = ("coupling", "loci", "modes")
 """Figures of the stability chapter that are drawn from results/loci.json."""
-STUDY_FIGURES = ("growth", "maps")
-"""Those that are drawn from results/stability.json."""
-CHAPTER_FIGURES = (*LOCI_FIGURES, *STUDY_FIGURES)
+CHAPTER_FIGURES = (*LOCI_FIGURES, "growth", "maps")
 """Figures of the stability chapter, which the article has not."""
 CHAPTER_FILES = ("stability-values.tex", "literature.tex", "advice.tex", "thresholds.tex")
 """Files that the chapter reads from paper/generated."""

@@ -1,4 +1,4 @@
-"""Tables, sentences and values of the stability chapter, from its two result files."""
+"""Tables, sentences and values of the stability chapter, from its result files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.angle_map import NAMES
 from squeal.files import write_text
 from squeal.report.latex import (
     alternative,
@@ -81,16 +80,17 @@ def advice_list(advice: dict[str, str]) -> str:
     return "\n".join([*lines, r"\end{description}", ""])
 
 
-def values(found: dict[str, Any], scenes: list[dict[str, Any]]) -> dict[str, str]:
+def values(
+    found: dict[str, Any],
+    scenes: list[dict[str, Any]],
+    angles: dict[str, Any],
+    printed: dict[str, Any],
+) -> dict[str, str]:
     """Values that the chapter's text refers to."""
-    m = found["maps"]
-    told = {
-        f"share.{key}": percent(m[f"share_{key}"])
-        for key in ("as_printed", "sign_aware", "exists", "quiet", "denied", "wrongly_allowed")
-    }
+    told = {f"share.{k}": percent(v) for k, v in (angles["share"] | printed["share"]).items()}
     for model in ("b2", "b3"):
-        for name in NAMES:
-            told[f"share.{model}.{name.replace(' ', '-')}"] = percent(m[f"share_{model}"][name])
+        for name, share in angles[f"share_{model}"].items():
+            told[f"share.{model}.{name.replace(' ', '-')}"] = percent(share)
     told["growth.apart"] = number(max(g["apart"] for g in found["growth"]), 2)
     told["growth.simulations"] = str(sum(len(g["mu"]) for g in found["growth"]))
     loops = [scene["loop"] for scene in scenes if scene["loop"].get("rank_one")]
@@ -114,14 +114,15 @@ def alternatives(files: list[Path]) -> dict[str, str]:
 def main() -> int:
     """Write the chapter's generated files."""
     parser = argparse.ArgumentParser(description="Tables and values of the stability chapter.")
-    parser.add_argument("study", type=Path, metavar="JSON", help="of squeal.stability_study")
-    parser.add_argument("loci", type=Path, metavar="JSON", help="of squeal.loci")
+    for name in ("stability_study", "loci", "angle_study", "quasi_static"):
+        parser.add_argument(name, type=Path, metavar="JSON", help=f"of squeal.{name}")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--figures", type=Path, nargs="+", required=True, metavar="TXT")
     given = parser.parse_args()
-    found, loci = (json.loads(f.read_text(encoding="utf-8")) for f in (given.study, given.loci))
+    files = (given.stability_study, given.loci, given.angle_study, given.quasi_static)
+    found, loci, angles, printed = (json.loads(f.read_text(encoding="utf-8")) for f in files)
     texts = (
-        definitions(values(found, loci["scenes"]) | alternatives(given.figures)),
+        definitions(values(found, loci["scenes"], angles, printed) | alternatives(given.figures)),
         literature_table(found["literature"]),
         advice_list(found["advice"]),
         threshold_table(loci["scenes"], found["fluttering"]),

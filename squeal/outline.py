@@ -1,0 +1,183 @@
+"""Boundaries of a map traced as curves: where between two neighbouring points the code changes.
+
+The place of the change on each edge of the grid is found by bisection, all edges at once, so that
+any boundary is traced alike: flutter, divergence, a fold, a change of contact, an inequality.
+Marching squares then connect the places.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Codes = Callable[[np.ndarray], np.ndarray]
+"""Codes (n,) at points (2, n)."""
+
+Near = Callable[[np.ndarray, np.ndarray], Codes]
+"""Codes between points (2, n) and others close to them, in the order of these pairs."""
+
+HALVINGS = 20  # of an edge: places to a millionth of it
+COARSE = 6  # of them are made before the codes are told from nearby, where they can be
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """Areas of equal code between low and high of two axes, and the curves between them.
+
+    segments (n, 2, 2): line pieces from point to point, between the two codes in sides (n, 2);
+    polygons (m, 4, 2) with their codes (m,) cover the area. Points are (first, second) parameter.
+    """
+
+    segments: np.ndarray
+    sides: np.ndarray
+    polygons: np.ndarray
+    codes: np.ndarray
+
+    @property
+    def curves(self) -> list[tuple[np.ndarray, tuple[int, int]]]:
+        """Segments joined: points (n, 2) of each curve and the codes on its two sides."""
+        ways: dict[tuple[int, ...], dict[Any, list[Any]]] = defaultdict(lambda: defaultdict(list))
+        for (a, b), sides in zip(self.segments.tolist(), np.sort(self.sides).tolist(), strict=True):
+            for start, end in ((tuple(a), tuple(b)), (tuple(b), tuple(a))):
+                ways[tuple(sides)][start].append(end)
+        found = []
+        for (low, high), way in ways.items():
+            ends = [point for point, next_ones in way.items() if len(next_ones) != 2]
+            for start in [*ends, *way]:  # closed curves are what is left after the open ones
+                line = [start]
+                while way[line[-1]]:
+                    here = line[-1]
+                    line.append(way[here].pop())
+                    way[line[-1]].remove(here)
+                if len(line) > 1:
+                    found.append((np.array(line), (low, high)))
+        return found
+
+    def told(self) -> dict[str, Any]:
+        """The outline as plain lists for a result file, lengths to 1e-7."""
+        return {
+            "segments": np.round(self.segments, 7).tolist(),
+            "sides": self.sides.tolist(),
+            "polygons": np.round(self.polygons, 7).tolist(),
+            "codes": self.codes.tolist(),
+        }
+
+    @staticmethod
+    def of(told: dict[str, Any]) -> Outline:
+        """An outline from what `told` gave."""
+        segments, polygons = (np.array(told[key], dtype=float) for key in ("segments", "polygons"))
+        sides, codes = (np.array(told[key], dtype=int) for key in ("sides", "codes"))
+        shapes = segments.reshape(-1, 2, 2), sides.reshape(-1, 2), polygons.reshape(-1, 4, 2)
+        return Outline(*shapes, codes)
+
+    def regrouped(self, group_of: np.ndarray) -> Outline:
+        """The outline of group_of[code] in place of the code."""
+        sides = group_of[self.sides]
+        kept = sides[:, 0] != sides[:, 1]
+        return Outline(self.segments[kept], sides[kept], self.polygons, group_of[self.codes])
+
+    @property
+    def area(self) -> dict[int, float]:
+        """Area of each code that occurs."""
+        x, y = np.moveaxis(self.polygons, -1, 0)
+        ahead = np.roll(x, -1, axis=1) * y - x * np.roll(y, -1, axis=1)
+        areas = np.abs(ahead.sum(axis=1)) / 2
+        return {int(c): float(areas[self.codes == c].sum()) for c in np.unique(self.codes)}
+
+
+def crossings(
+    x: np.ndarray, y: np.ndarray, codes: np.ndarray, at: Codes | None, near: Near | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the code changes on the edges of a grid, as a share of the edge, one half elsewhere.
+
+    codes (n1, n2) at x (n1,) and y (n2,). The results have shapes (n1 - 1, n2) and (n1, n2 - 1)
+    for edges along x and y. Without `at` all shares are one half.
+    """
+    along_x, along_y = np.full((len(x) - 1, len(y)), 0.5), np.full((len(x), len(y) - 1), 0.5)
+    if at is None:
+        return along_x, along_y
+    ix, jx = np.nonzero(codes[1:] != codes[:-1])
+    iy, jy = np.nonzero(codes[:, 1:] != codes[:, :-1])
+    first = np.concatenate([codes[ix, jx], codes[iy, jy]])
+    start = np.array([np.concatenate([x[ix], x[iy]]), np.concatenate([y[jx], y[jy]])])
+    step = np.zeros_like(start)
+    step[0, : len(ix)] = x[ix + 1] - x[ix]
+    step[1, len(ix) :] = y[jy + 1] - y[jy]
+    low, width = np.zeros(len(first)), 1.0
+    for k in range(HALVINGS if len(first) else 0):
+        if k == COARSE and near is not None:
+            at = near(start + low * step, start + (low + width) * step)
+        width /= 2
+        low = low + width * (at(start + (low + width) * step) == first)
+    share = low + width / 2
+    along_x[ix, jx], along_y[iy, jy] = share[: len(ix)], share[len(ix) :]
+    return along_x, along_y
+
+
+def outline(
+    ends: tuple[tuple[float, float], tuple[float, float]],
+    x: np.ndarray,
+    y: np.ndarray,
+    codes: np.ndarray,
+    at: Codes | None = None,
+    near: Near | None = None,
+) -> Outline:
+    """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
+
+    Features smaller than the grid are not seen; corners are cut within one square of it.
+    """
+    along_x, along_y = crossings(x, y, codes, at, near)
+    # the outer points stand for the strips between them and the ends
+    x, y = (np.concatenate([[e[0]], v, [e[1]]]) for e, v in zip(ends, (x, y), strict=True))
+    codes = np.pad(codes, 1, mode="edge")
+    along_x = np.pad(along_x, 1, mode="edge")
+    along_y = np.pad(along_y, 1, mode="edge")
+    mixed = np.zeros((len(x) - 1, len(y) - 1), dtype=bool)
+    for other in (codes[1:, :-1], codes[1:, 1:], codes[:-1, 1:]):
+        mixed |= other != codes[:-1, :-1]
+    runs, run_codes = _runs(x, y, np.where(mixed, -1, codes[:-1, :-1]))
+    i, j = np.nonzero(mixed)
+    left, right, low, high = x[i], x[i + 1], y[j], y[j + 1]
+    corners = np.array([[left, low], [right, low], [right, high], [left, high]])
+    at_corner = np.array([codes[i, j], codes[i + 1, j], codes[i + 1, j + 1], codes[i, j + 1]])
+    share = np.array([along_x[i, j], along_y[i + 1, j], along_x[i, j + 1], along_y[i, j]])
+    places = np.array(
+        [
+            [left + share[0] * (right - left), low],
+            [right, low + share[1] * (high - low)],
+            [left + share[2] * (right - left), high],
+            [left, low + share[3] * (high - low)],
+        ]
+    )  # (edge, coordinate, square): bottom, right, top, left
+    changes = at_corner != np.roll(at_corner, -1, axis=0)
+    count = changes.sum(axis=0)
+    centre = (places * changes[:, None]).sum(axis=0) / count
+    quads = [np.array([corners[k], places[k], centre, places[k - 1]]) for k in range(4)]
+    pieces = np.concatenate([np.moveaxis(q, -1, 0) for q in quads])
+    ends_of = [np.array([places[k], centre])[:, :, changes[k]] for k in range(4)]
+    segments = np.concatenate([np.moveaxis(s, -1, 0) for s in ends_of])
+    beside = np.array([at_corner, np.roll(at_corner, -1, axis=0)])
+    sides = np.concatenate([beside[:, k, changes[k]].T for k in range(4)])
+    return Outline(
+        segments,
+        sides,
+        np.concatenate([runs, pieces]),
+        np.concatenate([run_codes, at_corner.ravel()]),
+    )
+
+
+def _runs(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of one code merged along y into rectangles; squares of code -1 are left out."""
+    boxes, kept = [], []
+    for i, column in enumerate(codes):
+        starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
+        stops = np.append(starts[1:], len(column))
+        for a, b in zip(starts, stops, strict=True):
+            if column[a] >= 0:
+                boxes.append([[x[i], y[a]], [x[i + 1], y[a]], [x[i + 1], y[b]], [x[i], y[b]]])
+                kept.append(column[a])
+    return np.array(boxes).reshape(-1, 4, 2), np.array(kept, dtype=int)
