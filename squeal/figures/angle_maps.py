@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
 from squeal.angle_map import NAMES
@@ -59,7 +60,8 @@ def _panel(
 
 def _key(axes: Axes, entries: list[tuple[str, str]], title: str, top: float) -> None:
     handles = [Patch(facecolor=colour, edgecolor="k", linewidth=0.5) for colour, _ in entries]
-    legend = axes.legend(
+    legend = Legend(
+        axes,
         handles,
         [name for _, name in entries],
         title=title,
@@ -82,7 +84,7 @@ def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
         (b2.regrouped(VERDICT_OF), VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
     ]
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.9))
+        figure = Figure(figsize=(DOUBLE, 5.1))
         grid = figure.subplots(2, 3)
         for axes, (curves, colours, title) in zip(grid.flat, panels, strict=False):
             _panel(axes, curves, found["marks"], colours, title)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squeal.figures.stability import VERDICT_COLOURS
+from squeal.figures.maps import VERDICT_COLOURS
 from squeal.figures.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.stability import VERDICTS
 
