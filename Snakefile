@@ -327,6 +327,7 @@ rule paper:
         GENERATED,
         GENERATED_CHAPTER,
         GENERATED_IDENTIFICATION,
+        GENERATED_EXTREME,
         "figures/robustness.pdf",
         [f"figures/fig{i:02}.pdf" for i in FIGURES],
         [f"figures/{name}.pdf" for name in CHAPTER_FIGURES],
