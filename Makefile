@@ -1,17 +1,19 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make lint     style and types                         make lock   pin newer dependencies
+# make benchmark  speed against other programs
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
 
 BIN := .venv/bin
 ENVIRONMENT := .venv/environment.stamp
 LINTERS := .venv/linters.stamp
+PEERS := .venv/peers.stamp
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint lock clean distclean
+.PHONY: report test lint benchmark lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -25,9 +27,15 @@ lint: $(LINTERS)
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
 
+benchmark: $(PEERS)
+	$(BIN)/python -m benchmarks.precision
+	$(BIN)/python -m benchmarks.batch
+	$(BIN)/python benchmarks/map.py
+
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
@@ -41,6 +49,10 @@ distclean: clean
 
 $(ENVIRONMENT): pyproject.toml requirements/installer.txt requirements/environment.txt
 	@workflow/setup/environment.sh
+	@touch $@
+
+$(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
+	@workflow/setup/environment.sh benchmark
 	@touch $@
 
 $(LINTERS): $(ENVIRONMENT) requirements/lint.txt

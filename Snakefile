@@ -14,6 +14,7 @@ from squeal.report.layout import (
     HISTORY_FIGURES,
     IDENTIFICATION_FILES,
     LOCI_FIGURES,
+    PRECISION_FILES,
     TABLES,
 )
 from squeal.sources import sources
@@ -25,6 +26,7 @@ CHAPTER = [f"figures/{name}.{kind}" for name in CHAPTER_FIGURES for kind in ("pd
 GENERATED = [f"paper/generated/{name}" for name in TABLES]
 GENERATED_IDENTIFICATION = [f"paper/generated/{name}" for name in IDENTIFICATION_FILES]
 GENERATED_EXTREME = [f"paper/generated/{name}" for name in EXTREME_FILES]
+GENERATED_PRECISION = [f"paper/generated/{name}" for name in PRECISION_FILES]
 GENERATED_CHAPTER = [f"paper/generated/{name}" for name in CHAPTER_FILES]
 STEM = {f"{number:02}": stem for stem, number in HISTORY_FIGURES.items()}
 
@@ -52,6 +54,8 @@ rule everything_but_pdf:
         "figures/robustness.pdf",
         GENERATED_IDENTIFICATION,
         GENERATED_EXTREME,
+        "figures/precision.pdf",
+        GENERATED_PRECISION,
 
 
 rule simulate:
@@ -286,6 +290,38 @@ rule extreme_tables:
         "{PYTHON} -m squeal.report.extreme {input.results} {input.accuracy} --out paper/generated"
 
 
+rule precision:
+    input:
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=["b1-b", "b1-c", "b2-c", "b3"]),
+        package=sources("squeal.precision.__main__"),
+    output:
+        "results/precision.json",
+    shell:
+        "{PYTHON} -m squeal.precision {SCENES} > {output}"
+
+
+rule precision_figure:
+    input:
+        results="results/precision.json",
+        package=sources("squeal.figures.precision"),
+    output:
+        pdf="figures/precision.pdf",
+        text="figures/precision.txt",
+    shell:
+        "{PYTHON} -m squeal.figures.precision {input.results} --pdf {output.pdf}"
+
+
+rule precision_tables:
+    input:
+        results="results/precision.json",
+        caption="figures/precision.txt",
+        package=sources("squeal.report.precision"),
+    output:
+        GENERATED_PRECISION,
+    shell:
+        "{PYTHON} -m squeal.report.precision {input.results} {input.caption} --out paper/generated"
+
+
 rule chapter_tables:
     input:
         study="results/stability.json",
@@ -323,11 +359,14 @@ rule paper:
         "paper/references.bib",
         "paper/extreme.tex",
         "paper/identification.tex",
+        "paper/precision.tex",
         "paper/stability.tex",
         GENERATED,
         GENERATED_CHAPTER,
         GENERATED_IDENTIFICATION,
         GENERATED_EXTREME,
+        GENERATED_PRECISION,
+        "figures/precision.pdf",
         "figures/robustness.pdf",
         [f"figures/fig{i:02}.pdf" for i in FIGURES],
         [f"figures/{name}.pdf" for name in CHAPTER_FIGURES],

@@ -26,6 +26,7 @@ SYMBOLS = {
     "F_n": "$F_n/(k_1 w)$",
     "preload": "B2 preload",
     "lift": "B2 lift",
+    "tilt": r"$\theta_0$",
     "first_y": "B1 preload",
 }
 WAYS = {"more": ("^", "#C8380E", -0.2), "less": ("v", "#3498DB", 0.2)}

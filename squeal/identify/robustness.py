@@ -19,8 +19,8 @@ from squeal.identify.stored import read_searches
 from squeal.provenance import provenance
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
-PADS = 512  # in each sample
-LEAST, STEPS = 1e-3, 33  # relative changes of one number: from this to one, so many
+PADS = 256  # in each sample
+LEAST, STEPS = 1e-3, 25  # relative changes of one number: from this to one, so many
 Z = 1.959963984540054  # of a 95 % interval
 
 

@@ -16,13 +16,14 @@ from squeal.contact import Formulation
 from squeal.errors import InputError
 from squeal.files import to_json, write_text
 from squeal.identify.objective import costs, judge_one
-from squeal.identify.space import BOUNDS, DIMENSIONS, START, decode, encode
+from squeal.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, encode
 
 POPULATION = 32
 KEPT = 8  # best pads that a search remembers
 # A start ends when it has not gained this much in so many generations, or has come to a point.
 GAIN, PATIENCE, POINT = 0.003, 60, 0.003
-# Width of the first generation, in shares of the ranges: anywhere, near START, between good pads.
+# Width of the first generation, in shares of the ranges: anywhere, near a known pad, between good
+# ones.
 WIDTHS = (0.3, 0.1, 0.1)
 
 _LOW, _HIGH = np.array(BOUNDS).T
@@ -88,12 +89,14 @@ def _resumed(file: Path | None, wanted: dict[str, Any]) -> _Record:
     return record
 
 
-def _first(record: _Record, random: np.random.Generator) -> tuple[np.ndarray, float]:
+def _first(
+    record: _Record, formulation: Formulation, random: np.random.Generator
+) -> tuple[np.ndarray, float]:
     """Middle and width of a start; what it does depends on its number and the seed alone."""
     kind = record.starts % len(WIDTHS)
     width = WIDTHS[kind]
     if kind == 1:
-        return _to_point(START), width
+        return _to_point(STARTS[formulation.delta_moment]), width
     anywhere = random.uniform(size=len(BOUNDS))
     if kind == 0 or not record.best:
         return anywhere, WIDTHS[0]
@@ -128,7 +131,7 @@ def search(
 
     def one_start() -> None:
         random = np.random.default_rng([seed, record.starts])
-        middle, width = _first(record, random)
+        middle, width = _first(record, formulation, random)
         options = {
             "bounds": [0.0, 1.0],
             "popsize": POPULATION,

@@ -53,11 +53,13 @@ DIMENSIONS = (
     ),
     Dimension("preload", 0.2, 5.0, False, "B2: reaction over F_n at the start"),
     Dimension("lift", 0.0, 3.0, False, "B2: y k1 / F_n at the start"),
+    Dimension("tilt", -3.0, 3.0, False, "theta0 k1 w / F_n beyond 1 or -1; between them level"),
     Dimension("first_y", 0.0, 2.5, False, "B1: -y (k3 + k4) / F_n at the start"),
 )
 BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
 
-# A pad that a coarse search found; every third start of a search sets out from near it.
+# Pads that coarse searches found, by the sign of the reaction's moment; every third start of a
+# search sets out from near one.
 START = {
     "h": 0.35038,
     "inertia": 1.427,
@@ -70,8 +72,25 @@ START = {
     "F_n": 0.0056572,
     "preload": 2.3985,
     "lift": 0.0,
+    "tilt": 0.0,
     "first_y": 0.86407,
 }
+START_REVERSED = {
+    "h": 0.21314,
+    "inertia": 0.66764,
+    "k2": 0.65464,
+    "k3": 0.26385,
+    "k4": 0.18361,
+    "k_c": 0.1486,
+    "L": 1.0908,
+    "mu": 0.468,
+    "F_n": 0.0097776,
+    "preload": 1.872,
+    "lift": 0.0,
+    "tilt": -1.63,
+    "first_y": 0.708,
+}
+STARTS = {"+": START, "-": START_REVERSED}
 
 
 def decode(point: np.ndarray) -> dict[str, float]:
@@ -86,8 +105,14 @@ def encode(numbers: Numbers) -> np.ndarray:
     return np.array([math.log(numbers[d.name]) if d.log else numbers[d.name] for d in DIMENSIONS])
 
 
+def tilt_of(numbers: Numbers) -> float:
+    """theta0 in rad. A level pad is a start of its own kind, so it has a range of its own."""
+    tilt = numbers["tilt"]
+    return math.copysign(max(0.0, abs(tilt) - 1.0), tilt) * numbers["F_n"]
+
+
 def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
-    """The dimensionless pad of a model and a case; theta0 = 0, the plain choice."""
+    """The dimensionless pad of a model and a case."""
     n = numbers
     common = {
         "m": 1.0,
@@ -102,6 +127,7 @@ def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
         "F_n": n["F_n"],
         "alpha1": angles[0],
         "alpha2": angles[1],
+        "theta0": tilt_of(n),
     }
     if model == "B1":
         return Pad(**common, k3=n["k3"], k4=n["k4"])

@@ -18,7 +18,7 @@ from squeal.contact import CONSISTENT, Formulation
 from squeal.errors import ComputationError
 from squeal.files import to_json
 from squeal.identify.objective import judge_one
-from squeal.identify.space import STOP, Numbers
+from squeal.identify.space import STOP, Numbers, tilt_of
 from squeal.identify.write import write_scenes
 
 DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
@@ -39,9 +39,9 @@ class Search:
 
 
 def departure(numbers: Numbers) -> float:
-    """How far a pad is from the plain one: uniform, k1 = k2, k3 = k4 (logarithms of the ratios)."""
+    """How far a pad is from the plain one: level, uniform, k1 = k2, k3 = k4 (logarithms)."""
     ratios = (numbers["inertia"], numbers["k2"], numbers["k4"] / numbers["k3"])
-    return sum(abs(math.log(ratio)) for ratio in ratios)
+    return sum(abs(math.log(ratio)) for ratio in ratios) + (tilt_of(numbers) != 0.0)
 
 
 def kept(numbers: Numbers, formulation: Formulation) -> int:
@@ -62,6 +62,7 @@ def from_state(file: Path) -> Search:
     found = []
     for entry in state["best"]:
         numbers = {n: float(f"{value:.{DIGITS}g}") for n, value in entry["numbers"].items()}
+        numbers["tilt"] *= tilt_of(numbers) != 0.0
         found.append((-kept(numbers, formulation), departure(numbers), entry["cost"], numbers))
     most, _, cost, numbers = min(found, key=lambda row: row[:2])
     return Search(formulation, state["seed"], state["starts"], state["pads"], -most, cost, numbers)

@@ -16,7 +16,7 @@ ANGLES = {
 }
 FIGURE = {("B1", c): 4 + i for i, c in enumerate("abcd")}
 FIGURE |= {("B2", c): 9 + i for i, c in enumerate("abcd")}
-_PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2"]
+_PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "theta0"]
 
 
 def _number(value: float) -> str:
@@ -30,7 +30,7 @@ def _parameters(numbers: Numbers, model: str, angles: tuple[str, str], leave: st
     lines = []
     for name in _PAD:
         value = getattr(si, name)
-        if value is not None and name not in leave.split():
+        if value is not None and name not in leave.split() and (value or name != "theta0"):
             lines.append(f"  {name}: {_number(value)}")
     lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(si.mu)}"]
     if model != "B3":

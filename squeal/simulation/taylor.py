@@ -35,6 +35,11 @@ FAINT = 1e-30
 _NAMES = [f.name for f in fields(Coefficients)]
 
 
+def coefficient_names() -> list[str]:
+    """Names of the runtime parameters of `equations`, in their order."""
+    return _NAMES
+
+
 def equations(
     law: ContactLaw, contact: State
 ) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes .venv hold exactly the locked requirements and this project (editable).
-# `environment.sh lint` adds the linters to it.
+# `environment.sh lint` adds the linters to it, `environment.sh benchmark` the peers.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . workflow/setup/system.sh
@@ -44,10 +44,10 @@ uv() {
     [ -x .venv/bin/uv ] && VIRTUAL_ENV=$PWD/.venv .venv/bin/uv --quiet "$@"
 }
 
-if [ "${1-}" = lint ]; then
-    echo "squeal: installing the linters ..."
-    uv pip install --require-hashes -r requirements/lint.txt ||
-        pip install --require-hashes -r requirements/lint.txt
+if [ -n "${1-}" ]; then
+    echo "squeal: installing requirements/$1.txt ..."
+    uv pip install --require-hashes -r "requirements/$1.txt" ||
+        pip install --require-hashes -r "requirements/$1.txt"
     exit
 fi
 

@@ -1,0 +1,48 @@
+"""`python -m squeal.precision SCENES [--peers] > results/precision.json`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from squeal.extreme.cases import scene_of
+from squeal.files import to_json
+from squeal.precision.linear import sweep_timings
+from squeal.precision.measure import PATIENCE, measure
+from squeal.precision.paths import DEFAULT, peers
+from squeal.provenance import provenance
+from squeal.scene import read_scene
+
+STEMS = ("b1-b", "b1-c", "b2-c")
+STIFF = 1e6  # k3, k4 over k1
+LONG = 5.0  # s: the patience of the benchmark
+
+
+def main() -> int:
+    """Measure and print as JSON."""
+    parser = argparse.ArgumentParser(description="Error against run time.")
+    parser.add_argument("scenes", type=Path, metavar="FOLDER")
+    parser.add_argument("--peers", action="store_true", help="other libraries too")
+    given = parser.parse_args()
+    cases = {
+        f"{s[:2].upper()}, case ({s[-1]})": replace(
+            read_scene(given.scenes / f"{s}.yaml", "simulate"), outputs=()
+        )
+        for s in STEMS
+    }
+    cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
+    paths = DEFAULT | (dict(peers()) if given.peers else {})
+    points = measure(cases, paths, LONG if given.peers else PATIENCE)
+    found = {
+        "points": [asdict(p) for p in points],
+        "linear": [asdict(t) for t in sweep_timings(read_scene(given.scenes / "b3.yaml"))],
+        "provenance": provenance(None, "squeal.precision.__main__", ("numpy", "scipy", "heyoka")),
+    }
+    print(to_json(found), end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
