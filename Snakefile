@@ -266,7 +266,7 @@ rule extreme:
     output:
         "results/extreme.json",
     shell:
-        "{PYTHON} -m squeal.extreme > {output}"
+        "{PYTHON} -m squeal.extreme.__main__ > {output}"
 
 
 rule accuracy:
