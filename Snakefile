@@ -297,7 +297,7 @@ rule precision:
     output:
         "results/precision.json",
     shell:
-        "{PYTHON} -m squeal.precision {SCENES} > {output}"
+        "{PYTHON} -m squeal.precision.__main__ {SCENES} > {output}"
 
 
 rule precision_figure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -9,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.mechanics import gaps, pose
 from squeal.model import PadModel
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Integrator, Leg
@@ -116,25 +118,33 @@ def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
     return model.gaps(moved).imag / step
 
 
-def _late(model: PadModel, state: np.ndarray, contact: State, edge: int) -> bool:
+def _heights(model: PadModel, state: np.ndarray) -> tuple[float, float]:
+    """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
+    x, y, turn = (float(v) for v in state[:3])
+    leading, trailing = gaps(model.c, pose(math, (x, y, turn / model.c.w)))
+    return leading, trailing
+
+
+def _late(
+    model: PadModel, state: np.ndarray, contact: State, edge: int, heights: tuple[float, float]
+) -> bool:
     """True if the other edge has passed its switching surface in the same instant as `edge`.
 
     Its crossing then lies behind the located one by rounding and would not be seen again: its gap
     is as far beyond zero as that of the located edge, which rounding may leave just before it.
     """
     other = 1 - edge
-    gaps, rates = model.gaps(_place(model, state)), _gap_rates(model, state)
-    located, beyond = (gaps[e] if contact[e] else -gaps[e] for e in (edge, other))
-    rate = rates[other] if contact[other] else -rates[other]
-    return bool(beyond >= min(located, 0.0) and rate > 0.0)
+    located, beyond = (heights[e] if contact[e] else -heights[e] for e in (edge, other))
+    if beyond < min(located, 0.0):
+        return False
+    rate = _gap_rates(model, state)[other]
+    return bool((rate if contact[other] else -rate) > 0.0)
 
 
-def _check(model: PadModel, leg: Leg, units: Units) -> None:
+def _check(leg: Leg, heights: tuple[float, float], units: Units) -> None:
     """Refuse a leg that ends at a limit of the model or has missed a contact change."""
     margin = 1e-6
-    for edge, (touches, gap) in enumerate(
-        zip(leg.contact, model.gaps(_place(model, leg.end)), strict=True)
-    ):
+    for edge, (touches, gap) in enumerate(zip(leg.contact, heights, strict=True)):
         if edge != leg.edge and (gap > margin if touches else gap < -margin):
             raise ComputationError(
                 f"a contact change was missed before t = {float(leg.t1) * units.time:.9g} s; "
@@ -171,7 +181,8 @@ def integrate(
 
     while t < stop:
         leg = integrator.advance(contact, t, state, stop, dense)
-        _check(model, leg, units)
+        heights = _heights(model, leg.end)
+        _check(leg, heights, units)
         if leg.edge is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
             raise ComputationError(
                 f"no progress beyond t = {float(leg.t1) * units.time:.9g} s; a spring may have "
@@ -181,7 +192,7 @@ def integrate(
             o.leg(leg)
         t, state, steps = leg.t1, leg.end, steps + leg.steps
         if leg.edge is not None and t < stop:
-            late = _late(model, state, contact, leg.edge)
+            late = _late(model, state, contact, leg.edge, heights)
             change(leg.edge)
             if late:
                 change(1 - leg.edge)
