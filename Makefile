@@ -30,6 +30,7 @@ lint: $(LINTERS)
 benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.precision
 	$(BIN)/python -m benchmarks.batch
+	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
 
 lock: $(ENVIRONMENT)

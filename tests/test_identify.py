@@ -12,16 +12,21 @@ from squeal.identify.objective import cost_of, costs, judge_many, judge_one
 from squeal.identify.space import (
     BOUNDS,
     DIMENSIONS,
+    LENGTH,
+    MASS,
     SPEED_LIMIT,
     START,
+    TIME,
     decode,
     encode,
     scenes_of,
 )
+from squeal.identify.stored import read_searches
 from squeal.identify.write import write_scenes
 from squeal.pad import Model
 from squeal.scene import read_scene
 from squeal.simulation import simulate
+from squeal.sources import ROOT
 
 MEAN = Formulation("mean")
 
@@ -118,3 +123,42 @@ def test_search_stops_resumes_and_refuses_another_search(tmp_path):
     state.write_text("{}")
     with pytest.raises(InputError, match="state"):
         search(MEAN, 1, 0.0, state, 1)
+
+
+@pytest.fixture(scope="module")
+def stored():
+    return read_searches(ROOT.parent / "workflow" / "identified.json")
+
+
+def test_stored_pads_are_of_all_formulations_and_the_best_is_that_of_the_scenes(stored):
+    assert len({search.formulation for search in stored}) == 8
+    best = stored[0]
+    scenes = scenes_of(best.numbers, best.formulation)
+    models: tuple[Model, ...] = ("B1", "B2")
+    for model in models:
+        case = "c"
+        file = ROOT.parent / "workflow" / "scenes" / f"{model.lower()}-{case}.yaml"
+        written = read_scene(file, "simulate").pad
+        wanted = scenes[model][case].pad.scaled(1 / MASS, 1 / LENGTH, 1 / TIME)
+        for name, value in vars(wanted).items():
+            if name != "V":
+                assert getattr(written, name) == pytest.approx(value, rel=1e-6, abs=1e-300), name
+
+
+def test_the_report_says_truly_which_formulations_keep_most(stored):
+    kept = {search.formulation: search.kept for search in stored}
+    printed = min(kept[Formulation("mean", frame, "+")] for frame in ("centre", "frame"))
+    others = [n for f, n in kept.items() if (f.line_force, f.delta_moment) != ("mean", "+")]
+    assert printed > max(others)
+    judged = judge_one(stored[0].numbers, stored[0].formulation)
+    held = {j.claim.id for j in judged if j.verdict == "reproduced"}
+    assert len(held) == stored[0].kept
+    assert "B2-d-trailing" not in held
+
+
+def test_hammering_and_the_statement_on_case_d_do_not_exclude_each_other():
+    # as the report says of the statement that the best pad does not keep
+    pad = START | {"h": 0.13389, "inertia": 1.9912, "k2": 2.4945, "k_c": 2.9869, "L": 1.0146}
+    pad |= {"mu": 0.32352, "F_n": 0.001901, "preload": 3.1418, "lift": 2.9909}
+    held = {j.claim.id for j in judge_one(pad, MEAN) if j.verdict == "reproduced"}
+    assert {"B2-c-hammer", "B2-c-loss", "B2-d-contact", "B2-d-trailing"} <= held
