@@ -12,6 +12,7 @@ from squeal.claims.catalogue import CASES
 from squeal.claims.judging import linear_measures
 from squeal.commands.base import Answer, Command, Parser, table
 from squeal.errors import InputError
+from squeal.identify.stored import read_searches
 from squeal.provenance import provenance
 from squeal.scene import read_scene
 from squeal.sources import ROOT
@@ -55,6 +56,26 @@ def judge_folder(folder: Path) -> list[Judged]:
     )
 
 
+def formulations(folder: Path) -> list[dict[str, Any]]:
+    """What the stored searches found for each formulation, next to the article's scenes."""
+    file = folder.parent / "identified.json"
+    if not file.is_file():
+        return []
+    return [
+        vars(search.formulation) | {"pads": search.pads, "kept": search.kept}
+        for search in read_searches(file)
+    ]
+
+
+def formulations_text(found: list[dict[str, Any]]) -> str:
+    """The same for people, to follow the claims."""
+    if not found:
+        return ""
+    rows = [tuple(key.replace("_", " ") for key in found[0])]
+    rows += [tuple(str(value) for value in row.values()) for row in found]
+    return "\n\nthe most that one pad was found to keep in each formulation\n" + table(rows)
+
+
 def data(judged: list[Judged]) -> dict[str, Any]:
     """The claims as a JSON object."""
     return {
@@ -85,12 +106,15 @@ def text(judged: list[Judged]) -> str:
 
 def run(given: argparse.Namespace) -> Answer:
     """Judge the claims on the article's scenes."""
-    judged = judge_folder(scene_folder(given.scenes))
+    folder = scene_folder(given.scenes)
+    judged, found = judge_folder(folder), formulations(folder)
     return Answer(
         lambda: (
-            data(judged) | {"provenance": provenance(None, "squeal.commands.claims", ("numpy",))}
+            data(judged)
+            | {"formulations": found}
+            | {"provenance": provenance(None, "squeal.commands.claims", ("numpy",))}
         ),
-        lambda: text(judged),
+        lambda: text(judged) + formulations_text(found),
     )
 
 
