@@ -1,6 +1,7 @@
 """Where the time of a full build goes: `python -m benchmarks.build`.
 
-Rebuilds all, one job at a time, and prints the seconds of each rule, from the times that Snakemake writes as jobs begin and end.
+Rebuilds all, one job at a time, and prints the seconds of each rule, told from the moments at
+which Snakemake writes that jobs begin and end.
 """
 
 from __future__ import annotations
