@@ -13,7 +13,7 @@ from pathlib import Path
 
 from squeal.files import write_text
 from squeal.precision.measure import Point, time_at
-from squeal.precision.paths import peers
+from squeal.precision.peers import peers
 from squeal.report.precision import ERROR, OURS
 
 ROOT = Path(__file__).resolve().parent.parent

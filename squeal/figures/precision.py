@@ -21,6 +21,7 @@ LOOKS = {
     "SciPy Radau": ("#000000", "D", ":"),
     "SciPy LSODA": ("#7A7A7A", "<", "-."),
     "CVODE Adams": ("#2E7D32", ">", "--"),
+    "diffrax Dopri8": ("#B8860B", "p", "--"),
 }
 
 

@@ -11,7 +11,8 @@ from squeal.extreme.cases import scene_of
 from squeal.files import to_json
 from squeal.precision.linear import sweep_timings
 from squeal.precision.measure import PATIENCE, measure
-from squeal.precision.paths import DEFAULT, peers
+from squeal.precision.paths import DEFAULT
+from squeal.precision.peers import peers
 from squeal.provenance import provenance
 from squeal.scene import read_scene
 

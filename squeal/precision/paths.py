@@ -6,7 +6,7 @@ their own library; nothing but the sign of a gap at their steps tells them of on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -143,51 +143,9 @@ def _with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
     return hybrid(advance, scene, tolerance)
 
 
-def _with_cvode(scene: Scene, tolerance: float) -> Run:
-    from sksundae.cvode import CVODE
-
-    def advance(
-        rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
-    ) -> tuple[float, np.ndarray, Any, int]:
-        def derivative(_t: float, s: np.ndarray, out: np.ndarray) -> None:
-            out[:] = rhs(s)
-
-        def heights(_t: float, s: np.ndarray, out: np.ndarray) -> None:
-            out[:] = gaps(s)
-
-        heights.terminal = [True, True]  # type: ignore[attr-defined]
-        heights.direction = [1 if touches else -1 for touches in contact]  # type: ignore[attr-defined]
-        solver = CVODE(
-            derivative,
-            method="Adams",
-            rtol=tolerance,
-            atol=tolerance,
-            eventsfn=heights,
-            num_events=2,
-            max_num_steps=10**7,
-        )
-        found = solver.solve(np.array([t, stop]), np.asarray(state, dtype=float))
-        edge = None
-        if found.i_events is not None and len(found.i_events):
-            edge = int(np.flatnonzero(found.i_events[-1])[0])
-            return float(found.t_events[-1]), np.array(found.y_events[-1]), edge, int(found.nfev)
-        return float(found.t[-1]), np.array(found.y[-1]), edge, int(found.nfev)
-
-    return hybrid(advance, scene, tolerance)
-
-
 SCIPY = ("DOP853", "RK45", "Radau", "LSODA")
 DEFAULT: dict[str, Path] = {
     "squeal": ours,
     "squeal, batch": batch,
     **{f"SciPy {method}": partial(_with_scipy, method) for method in SCIPY},
 }
-
-
-def peers() -> Iterator[tuple[str, Path]]:
-    """Paths of the libraries of the benchmark group that are installed."""
-    try:
-        import sksundae.cvode  # noqa: F401
-    except ImportError:
-        return
-    yield "CVODE Adams", _with_cvode
