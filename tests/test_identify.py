@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import pytest
 
@@ -29,6 +30,7 @@ from squeal.simulation import simulate
 from squeal.sources import ROOT
 
 MEAN = Formulation("mean")
+TILTED = Path(__file__).parent / "data" / "tilted-pad.json"
 
 
 def test_points_and_numbers_are_the_same_thing():
@@ -150,6 +152,10 @@ def test_the_report_says_truly_which_formulations_keep_most(stored):
     printed = min(kept[Formulation("mean", frame, "+")] for frame in ("centre", "frame"))
     others = [n for f, n in kept.items() if (f.line_force, f.delta_moment) != ("mean", "+")]
     assert printed > max(others)
+    for one in stored:
+        if (one.formulation.line_force, one.formulation.delta_moment) != ("mean", "+"):
+            held = {j.claim.id: j for j in judge_one(one.numbers, one.formulation)}
+            assert held["B2-c-hammer"].verdict != "reproduced"
     judged = judge_one(stored[0].numbers, stored[0].formulation)
     held = {j.claim.id for j in judged if j.verdict == "reproduced"}
     assert len(held) == stored[0].kept
@@ -162,3 +168,9 @@ def test_hammering_and_the_statement_on_case_d_do_not_exclude_each_other():
     pad |= {"mu": 0.32352, "F_n": 0.001901, "preload": 3.1418, "lift": 2.9909}
     held = {j.claim.id for j in judge_one(pad, MEAN) if j.verdict == "reproduced"}
     assert {"B2-c-hammer", "B2-c-loss", "B2-d-contact", "B2-d-trailing"} <= held
+
+
+def test_a_tilted_start_keeps_the_statement_on_case_d_and_loses_the_one_on_case_a():
+    numbers = json.loads(TILTED.read_text())
+    failing = {j.claim.id for j in judge_one(numbers, MEAN) if j.verdict != "reproduced"}
+    assert failing == {"B2-a-leading", "B2-b-theta"}

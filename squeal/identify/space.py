@@ -58,22 +58,22 @@ DIMENSIONS = (
 )
 BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
 
-# Pads that coarse searches found, by the sign of the reaction's moment; every third start of a
+# Pads that earlier searches found, by the sign of the reaction's moment; every third start of a
 # search sets out from near one.
 START = {
-    "h": 0.35038,
-    "inertia": 1.427,
-    "k2": 1.32432,
-    "k3": 0.43336,
-    "k4": 0.43346,
-    "k_c": 0.50436,
-    "L": 20.37,
-    "mu": 0.67813,
-    "F_n": 0.0056572,
-    "preload": 2.3985,
-    "lift": 0.0,
+    "h": 0.362824,
+    "inertia": 0.988005,
+    "k2": 1.12395,
+    "k3": 0.440564,
+    "k4": 0.462401,
+    "k_c": 0.560735,
+    "L": 23.6471,
+    "mu": 0.743608,
+    "F_n": 0.000316408,
+    "preload": 3.52991,
+    "lift": 1.39419,
     "tilt": 0.0,
-    "first_y": 0.86407,
+    "first_y": 0.861211,
 }
 START_REVERSED = {
     "h": 0.21314,
