@@ -57,7 +57,7 @@ def timed(path: Path, scene: Scene, tolerance: float) -> tuple[Run, float]:
     """A run and its median time in s; slow runs are not repeated."""
     spent: list[float] = []
     run: Run | None = None
-    while len(spent) < 5 and sum(spent) < 0.2:
+    while len(spent) < 5 and sum(spent) < 0.05:
         begun = clock.perf_counter()
         run = path(scene, tolerance)
         spent.append(clock.perf_counter() - begun)
