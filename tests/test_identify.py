@@ -143,7 +143,7 @@ def test_stored_pads_are_of_all_formulations_and_the_best_is_that_of_the_scenes(
         written = read_scene(file, "simulate").pad
         wanted = scenes[model][case].pad.scaled(1 / MASS, 1 / LENGTH, 1 / TIME)
         for name, value in vars(wanted).items():
-            if name != "V":
+            if name != "V" and value is not None:
                 assert getattr(written, name) == pytest.approx(value, rel=1e-6, abs=1e-300), name
 
 
@@ -153,9 +153,13 @@ def test_the_report_says_truly_which_formulations_keep_most(stored):
     others = [n for f, n in kept.items() if (f.line_force, f.delta_moment) != ("mean", "+")]
     assert printed > max(others)
     for one in stored:
-        if (one.formulation.line_force, one.formulation.delta_moment) != ("mean", "+"):
-            verdicts = {j.claim.id: j.verdict for j in judge_one(one.numbers, one.formulation)}
+        verdicts = {j.claim.id: j.verdict for j in judge_one(one.numbers, one.formulation)}
+        f = one.formulation
+        if f.delta_moment == "-" or f == Formulation("integral", "centre", "+"):
             assert verdicts["B2-c-hammer"] != "reproduced"
+        if f == Formulation("integral", "frame", "+"):
+            assert verdicts["B2-c-hammer"] == "reproduced"
+            assert "reproduced" not in (verdicts["B2-b-trailing"], verdicts["B2-d-trailing"])
     judged = judge_one(stored[0].numbers, stored[0].formulation)
     held = {j.claim.id for j in judged if j.verdict == "reproduced"}
     assert len(held) == stored[0].kept
