@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
-from squeal.critical import CriticalFriction, critical_friction
+from squeal.critical import CriticalFriction
 from squeal.errors import ComputationError
 from squeal.pad import PARAMETERS
 from squeal.scene import Scene
+from squeal.sensitivity import first_loss, threshold_sensitivities
 from squeal.sliding import Analysis, analyse
 
 TRIED = ("k1", "k2", "k3", "k4", "k_c", "h", "I", "alpha1", "alpha2", "F_n")
 STEP = 0.02  # of the parameter, of one radian for an angle
-
-
-def _first_loss(critical: CriticalFriction) -> float | None:
-    """The least mu at which stability or the equilibrium is lost, None within the range."""
-    return min((p.mu for p in critical.points if p.kind != "restabilised"), default=None)
 
 
 def _gap(analysis: Analysis) -> float:
@@ -28,45 +25,44 @@ def _gap(analysis: Analysis) -> float:
 
 
 def _changed(scene: Scene, name: str, sign: float) -> Scene:
-    from dataclasses import replace
-
     value = getattr(scene.pad, name)
     step = STEP if PARAMETERS[name].angle else STEP * abs(value)
     return replace(scene, pad=scene.pad.replace(**{name: value + sign * step}))
 
 
-def levers(scene: Scene, mu_max: float) -> list[tuple[str, float]]:
+def levers(scene: Scene, critical: CriticalFriction) -> list[tuple[str, float]]:
     """Parameters by what a rise of STEP does: to the first loss of stability, or, where there is
     none, to the least relative distance of two frequencies; the strongest first."""
-    base = _first_loss(critical_friction(scene, mu_max))
-
-    def measure(task: Scene) -> float:
-        if base is None:
-            return _gap(analyse(task))
-        found = _first_loss(critical_friction(task, mu_max))
-        return mu_max if found is None else found
-
+    values = {name: getattr(scene.pad, name) for name in TRIED}
+    names = [name for name, value in values.items() if value]
+    loss = first_loss(critical)
     effects = []
-    for name in TRIED:
-        value = getattr(scene.pad, name)
-        if value is None or value == 0.0:
-            continue
+    if loss is not None:
         try:
-            up, down = (measure(_changed(scene, name, sign)) for sign in (1.0, -1.0))
-        except ComputationError:
-            continue
-        effects.append((name, (up - down) / 2))
+            slopes = threshold_sensitivities(scene, loss)
+        except ComputationError:  # growth rates change places there, and no matrix turns singular
+            return []
+        for name in names:
+            step = STEP if PARAMETERS[name].angle else STEP * abs(values[name])
+            effects.append((name, step * slopes[name]))
+    else:
+        for name in names:
+            try:
+                up, down = (_gap(analyse(_changed(scene, name, sign))) for sign in (1.0, -1.0))
+            except ComputationError:
+                continue
+            effects.append((name, (up - down) / 2))
     return sorted(effects, key=lambda pair: -abs(pair[1]))
 
 
-def advise(scene: Scene, critical: CriticalFriction, mu_max: float = 2.0) -> str:
+def advise(scene: Scene, critical: CriticalFriction) -> str:
     """Verdict, distance to the nearest threshold, and the strongest lever, in plain sentences."""
     try:
         analysis = analyse(scene)
     except ComputationError as error:
         return f"{str(error)[0].upper()}{str(error)[1:]}."
-    mu, loss = scene.pad.mu, _first_loss(critical)
-    found = levers(scene, mu_max)
+    mu, loss = scene.pad.mu, first_loss(critical)
+    found = levers(scene, critical)
     name, effect = found[0] if found else ("", 0.0)
     what = PARAMETERS[name].meaning if name else ""
     step = f"{STEP:g} rad" if name and PARAMETERS[name].angle else f"{100 * STEP:g} %"
@@ -90,12 +86,10 @@ def advise(scene: Scene, critical: CriticalFriction, mu_max: float = 2.0) -> str
             f"{'widens' if effect > 0 else 'narrows'} that by {100 * abs(effect):.2g} points."
         )
     else:
-        kinds = {p.mu: p for p in critical.points}
-        point = kinds[loss]
-        at = f" at {point.frequency_hz:.0f} Hz" if point.frequency_hz else ""
-        side = "above" if loss > mu else "below"
-        fold = point.kind == "fold"
-        how = "the equilibrium ceases in a fold" if fold else f"{point.kind}{at} sets in"
-        second = f"Stability is first lost at mu = {loss:.3g}, {side} the scene's, where {how}."
+        at = f" at {loss.frequency_hz:.0f} Hz" if loss.frequency_hz else ""
+        side = "above" if loss.mu > mu else "below"
+        fold = loss.kind == "fold"
+        how = "the equilibrium ceases in a fold" if fold else f"{loss.kind}{at} sets in"
+        second = f"Stability is first lost at mu = {loss.mu:.3g}, {side} the scene's, where {how}."
         third = f"Of the parameters tried, {raised} moves this threshold most: by {effect:+.2g}."
     return f"{first} {second} {third}" if np.isfinite(effect) and name else f"{first} {second}"
