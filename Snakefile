@@ -14,6 +14,7 @@ from squeal.report.layout import (
     HISTORY_FIGURES,
     IDENTIFICATION_FILES,
     LOCI_FIGURES,
+    PRECISION_FIGURES,
     PRECISION_FILES,
     TABLES,
 )
@@ -54,7 +55,7 @@ rule everything_but_pdf:
         "figures/robustness.pdf",
         GENERATED_IDENTIFICATION,
         GENERATED_EXTREME,
-        "figures/precision.pdf",
+        [f"figures/{name}.pdf" for name in PRECISION_FIGURES],
         GENERATED_PRECISION,
 
 
@@ -292,10 +293,13 @@ rule extreme_tables:
 
 rule precision:
     input:
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=["b1-b", "b1-c", "b2-c", "b3"]),
+        scenes=expand(
+            f"{SCENES}/{{stem}}.yaml", stem=["b1-b", "b1-c", "b2-a", "b2-b", "b2-c", "b3"]
+        ),
         package=sources("squeal.precision.__main__"),
     output:
         "results/precision.json",
+    threads: workflow.cores  # it measures times: nothing else should run
     shell:
         "{PYTHON} -m squeal.precision.__main__ {SCENES} > {output}"
 
@@ -303,23 +307,26 @@ rule precision:
 rule precision_figure:
     input:
         results="results/precision.json",
-        package=sources("squeal.figures.precision"),
+        package=lambda wildcards: sources(f"squeal.figures.{wildcards.name}"),
     output:
-        pdf="figures/precision.pdf",
-        text="figures/precision.txt",
+        pdf="figures/{name}.pdf",
+        text="figures/{name}.txt",
+    wildcard_constraints:
+        name="|".join(PRECISION_FIGURES),
     shell:
-        "{PYTHON} -m squeal.figures.precision {input.results} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
 
 
 rule precision_tables:
     input:
         results="results/precision.json",
-        caption="figures/precision.txt",
+        texts=[f"figures/{name}.txt" for name in PRECISION_FIGURES],
         package=sources("squeal.report.precision"),
     output:
         GENERATED_PRECISION,
     shell:
-        "{PYTHON} -m squeal.report.precision {input.results} {input.caption} --out paper/generated"
+        "{PYTHON} -m squeal.report.precision {input.results} --figures {input.texts} "
+        "--out paper/generated"
 
 
 rule chapter_tables:
@@ -366,7 +373,7 @@ rule paper:
         GENERATED_IDENTIFICATION,
         GENERATED_EXTREME,
         GENERATED_PRECISION,
-        "figures/precision.pdf",
+        [f"figures/{name}.pdf" for name in PRECISION_FIGURES],
         "figures/robustness.pdf",
         [f"figures/fig{i:02}.pdf" for i in FIGURES],
         [f"figures/{name}.pdf" for name in CHAPTER_FIGURES],

@@ -6,14 +6,38 @@ import math
 import numpy as np
 import pytest
 
+from squeal.errors import ComputationError
 from squeal.extreme.cases import scene_of
 from squeal.extreme.closed_forms import bounce_period, bounce_times, upright
-from squeal.precision.linear import PROGRAMS, distance, exact_values
-from squeal.precision.measure import Point, compare_times, points_of, time_at
+from squeal.figures.linear import linear
+from squeal.figures.precision import precision
+from squeal.linear import about_origin
+from squeal.precision.linear import (
+    PEERS,
+    PROGRAMS,
+    Family,
+    by_halving,
+    distance,
+    exact_coalescence,
+    exact_values,
+)
+from squeal.precision.maps import matrices, named
+from squeal.precision.measure import (
+    Check,
+    Point,
+    Timing,
+    compare_times,
+    confirm,
+    points_of,
+    time_at,
+)
 from squeal.precision.paths import DEFAULT, Run
+from squeal.report.precision import check_values, linear_values, speed_table, values
+from squeal.scene import read_scene
 from squeal.scene.schema import Scene
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import in_natural_units
+from tests.conftest import SCENES
 
 
 @pytest.mark.parametrize("name", DEFAULT)
@@ -87,3 +111,87 @@ def test_eigenvalue_programs_against_closed_form(name):
     assert distance(PROGRAMS[name](M, K), expected) < 1e-14
     assert distance(expected * (1 + 1e-3), expected) == pytest.approx(1e-3, rel=1e-6)
     assert math.isfinite(distance(expected[:, ::-1], expected))
+
+
+def coupled() -> Family:
+    """Two modes of s = 1, 2 that friction couples: they meet at mu = 1/(2 x 0.8)."""
+    K1 = np.zeros((3, 3))
+    K1[0, 1], K1[1, 0] = 0.8, -0.8
+    return Family(np.eye(3), np.diag([1.0, 2.0, 10.0]), K1)
+
+
+def test_threshold_against_closed_form():
+    assert exact_coalescence(coupled(), 0.6250001) == pytest.approx(0.625, abs=1e-15)
+    for program in PEERS.values():
+        for halvings in (0, 10, 30):
+            found = by_halving(coupled(), program, halvings)
+            assert found == pytest.approx(0.625, abs=max(0.005 * 0.5**halvings, 1e-11))
+    quiet = dataclasses.replace(coupled(), K1=np.zeros((3, 3)))
+    assert math.isnan(by_halving(quiet, PEERS["numpy.linalg.eigvals"], 3))
+
+
+def test_verdicts_named_by_eigenvalues():
+    squares = np.array([[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0], [1 + 1j, 1 - 1j, -1e-3]])
+    codes, apart = named(squares.astype(complex))
+    assert codes.tolist() == [1, 3, 2]
+    assert apart == pytest.approx([1 / 3, 1 / 3, 1e-3 / math.sqrt(2)])
+
+
+def test_matrices_of_the_map_are_those_of_the_single_scenes():
+    scene = read_scene(SCENES / "b3.yaml")
+    n = 5
+    stack, angles = matrices(scene, n), (np.arange(n) + 0.5) * math.pi / n
+    for i, j in ((0, 0), (1, 3), (4, 2)):
+        pad = scene.pad.replace(alpha1=angles[i], alpha2=angles[j])
+        one = about_origin(pad, scene.formulation)
+        expected = np.linalg.solve(one.M, one.K)
+        assert stack[i, j] == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
+
+
+def test_the_reference_is_confirmed_or_refused():
+    scene = dataclasses.replace(scene_of("B1", 10.0), outputs=())
+    exact = reference(scene)
+    found = confirm("one", scene, exact, True)
+    assert found.changes == len(exact.times)
+    assert found.order == pytest.approx(0.0, abs=1e-15)
+    assert found.place < 1e-10
+    with pytest.raises(ComputationError, match="other contact changes"):
+        confirm("one", scene, dataclasses.replace(exact, times=exact.times[1:]), False)
+
+
+def test_table_values_and_figures_from_known_results():
+    def point(path: str, seconds: float, **other: float | None) -> Point:
+        known = {"error": 1e-11, "time_error": 1e-10, "missed": 0, "extra": 0} | other
+        return Point("c", path, 1e-8, seconds=seconds, steps=1, **known)  # type: ignore[arg-type]
+
+    points = [
+        point("squeal", 1e-3),
+        point("squeal, batch", 2e-4),
+        point("SciPy DOP853", 0.25),
+        point("SciPy RK45", 0.1, missed=3, extra=2),
+        point("SciPy Radau", 0.1, error=None, time_error=None),
+    ]
+    told = values(points)
+    assert told["precision.least-ratio"] == told["precision.greatest-ratio"] == "$250$"
+    assert told["precision.least-batch"] == "5000"
+    assert (told["precision.missing-runs"], told["precision.runs"]) == ("1", "3")
+    assert (told["precision.own-missing-runs"], told["precision.own-tightest"]) == ("0", "--")
+    assert told["precision.tightest"] == "$10^{-8}$"
+    table = speed_table(points)
+    assert r"SciPy DOP853 & 250 (250) & 0 & 0 \\" in table
+    assert r"SciPy RK45 & -- & 3 & 2 \\" in table  # a run that misses changes is in no race
+    checks = [Check("c", 4, 1e-12, 2e-12, None), Check("d", 0, 3e-12, None, None)]
+    assert check_values(checks)["precision.changes"] == "4"
+    timings = [
+        Timing(task, program, 8, error, seconds)
+        for task in ("map", "threshold")
+        for program, error, seconds in (
+            ("squeal", 1e-15, 1e-3),
+            ("numpy.linalg.eigvals", 1e-12, 2e-2),
+        )
+    ]
+    rows = [dataclasses.asdict(t) for t in timings]
+    assert linear_values(rows)["precision.map-ratio"] == "$20$"
+    found = {"points": [dataclasses.asdict(p) for p in points]}
+    assert [a.get_title() for a in precision(found).axes] == ["c", "c"]
+    assert len(linear(rows).axes) == 2

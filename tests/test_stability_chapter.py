@@ -7,7 +7,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from benchmarks.map import matrices, named
 from squeal import angle_study
 from squeal.advice import advise
 from squeal.angle_map import NAMES, Axis, angle_axes, stability_map
@@ -17,6 +16,7 @@ from squeal.figures import angle_maps, growth
 from squeal.growth import fit
 from squeal.linear import about_origin
 from squeal.loci import examined
+from squeal.precision.maps import matrices, named
 from squeal.quasi_static import quasi_static_map, quasi_static_outlines
 from squeal.report.stability import advice_list, literature_table, threshold_table, values
 from squeal.scene import read_scene

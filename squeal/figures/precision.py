@@ -1,4 +1,4 @@
-"""Work-precision diagrams: error of the final place against run time, one panel a case."""
+"""Work-precision diagrams: error of the final place and of contact times against run time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from squeal.figures.style import DOUBLE, Drawing, origin, program, style
 
@@ -25,38 +26,53 @@ LOOKS = {
 }
 
 
-def _panel(axes: Axes, points: list[dict[str, Any]], title: str) -> None:
+COLUMNS = {
+    "error": "relative error of the final place",
+    "time_error": "error of the contact times, units of time",
+}
+
+
+def _panel(axes: Axes, points: list[dict[str, Any]], error: str, title: str) -> None:
     for path, (colour, marker, line) in LOOKS.items():
-        own = [p for p in points if p["path"] == path and p["error"]]
+        own = [p for p in points if p["path"] == path and p[error]]
         if not own:
             continue
-        x = [p["error"] for p in own]
+        x = [p[error] for p in own]
         y = [1e3 * p["seconds"] for p in own]
         axes.plot(x, y, line, color=colour, linewidth=0.7, zorder=1)
         for p, a, b in zip(own, x, y, strict=True):
             whole = p["missed"] == p["extra"] == 0
             face = colour if whole else "white"
             axes.plot(a, b, marker, color=colour, mfc=face, ms=3.2, mew=0.7, zorder=2)
-        axes.plot([], [], line, marker=marker, color=colour, ms=3.2, linewidth=0.7, label=path)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.invert_xaxis()
+    axes.tick_params(which="minor", length=0)
     axes.set_title(title)
 
 
 def precision(found: dict[str, Any]) -> Figure:
-    """One panel for each case."""
-    cases = list(dict.fromkeys(p["case"] for p in found["points"]))
-    figure = Figure(figsize=(DOUBLE, 4.6))
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, case in zip(grid.flat, cases, strict=True):
-        _panel(axes, [p for p in found["points"] if p["case"] == case], case)
-    for axes in grid[1]:
-        axes.set_xlabel("relative error of the final place")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("run time [ms]")
-    handles, names = grid.flat[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=4)
+    """A row for each case, with the error of the final place and of the contact times."""
+    points = found["points"]
+    cases = list(dict.fromkeys(p["case"] for p in points))
+    figure = Figure(figsize=(DOUBLE, 1.0 + 1.35 * len(cases)))
+    grid = figure.subplots(len(cases), len(COLUMNS), sharex="col", sharey=True, squeeze=False)
+    for row, case in zip(grid, cases, strict=True):
+        own = [p for p in points if p["case"] == case]
+        for axes, error in zip(row, COLUMNS, strict=True):
+            _panel(axes, own, error, case)
+            if not any(p[error] for p in own):
+                axes.text(0.5, 0.5, "no contact changes", ha="center", transform=axes.transAxes)
+        row[0].set_ylabel("run time [ms]")
+    for axes, label in zip(grid[-1], COLUMNS.values(), strict=True):
+        axes.invert_xaxis()
+        axes.set_xlabel(label)
+    present = {p["path"] for p in points}
+    handles: list[Line2D] = []
+    for path, (colour, marker, line) in LOOKS.items():
+        if path in present:
+            looks: Any = {"color": colour, "linestyle": line, "marker": marker, "label": path}
+            handles.append(Line2D([], [], markersize=3.2, linewidth=0.7, **looks))
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
 
 
@@ -67,12 +83,14 @@ def alternative(found: dict[str, Any]) -> str:
     for path in dict.fromkeys(p["path"] for p in points):
         own = [p for p in points if p["path"] == path and p["error"]]
         low, high = (f(1e3 * p["seconds"] for p in own) for f in (min, max))
-        best, lost = min(p["error"] for p in own), sum(p["missed"] > 0 for p in own)
+        best = min(p["error"] for p in own)
+        lost = sum(p["missed"] + p["extra"] > 0 for p in own)
         parts.append(
             f"{path}: {low:.2g} to {high:.2g} ms, least error {best:.1e}, contact changes missed "
-            f"in {lost} of {len(own)} runs"
+            f"or made up in {lost} of {len(own)} runs"
         )
-    return "Work-precision diagrams of four cases. " + "; ".join(parts) + "."
+    cases = len({p["case"] for p in points})
+    return f"Work-precision diagrams of {cases} cases. " + "; ".join(parts) + "."
 
 
 def _draw(given: argparse.Namespace) -> Drawing:

@@ -1,33 +1,54 @@
-"""Error against run time of eigenvalues: a sweep of mu by three programs, against 30 digits."""
+"""Error against run time on the linear side: eigenvalues of a sweep of mu, and its threshold.
+
+The truth has 30 digits. Other libraries find a threshold as their user would: they look for growth
+at equal steps of mu and then halve the interval, each time with the eigenvalues of one matrix.
+"""
 
 from __future__ import annotations
 
-import statistics
-import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from squeal.linear import about_origin
+from squeal.precision.measure import Timing, timed
 from squeal.scene import Scene
-from squeal.stability import complex_eigenvalues
+from squeal.stability import complex_eigenvalues, critical_points, sweep
 
 POINTS = 100
-REPEATS = 5
+HALVINGS = (0, 8, 16, 24, 32, 40)
+GROWING = 1e-7  # real part over spectral radius; a double root has some sqrt(eps)
+
+Program = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Timing:
-    """Greatest error of a program, relative to the spectral radius, and its time for a matrix."""
+class Family:
+    """M and K = K0 + mu K1 of a B3 scene, exact in mu but for one rounding."""
 
-    program: str
-    error: float
-    seconds: float
+    M: np.ndarray
+    K0: np.ndarray
+    K1: np.ndarray
+
+    @staticmethod
+    def of(scene: Scene) -> Family:
+        """The family of a scene's pad."""
+        at_0, at_1 = (about_origin(scene.pad.replace(mu=m), scene.formulation) for m in (0.0, 1.0))
+        return Family(at_0.M, at_0.K, at_1.K - at_0.K)
+
+    def stack(self, mus: np.ndarray) -> np.ndarray:
+        """K at each mu, (n, 3, 3)."""
+        return np.asarray(self.K0 + mus[:, None, None] * self.K1)
 
 
-def _with_squeal(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+def _with_vectors(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return np.array([complex_eigenvalues(M, None, one).values for one in K])
+
+
+def _with_sweep(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+    return sweep(lambda i: (M, None, K[int(i)]), range(len(K)))
 
 
 def _with_numpy(M: np.ndarray, K: np.ndarray) -> np.ndarray:
@@ -49,10 +70,14 @@ def _with_control(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-PROGRAMS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
-    "squeal": _with_squeal,
+PEERS: dict[str, Program] = {
     "numpy.linalg.eigvals": _with_numpy,
     "control.ss().poles()": _with_control,
+}
+PROGRAMS: dict[str, Program] = {
+    "squeal.complex_eigenvalues": _with_vectors,
+    "squeal.stability.sweep": _with_sweep,
+    **PEERS,
 }
 
 
@@ -70,6 +95,22 @@ def exact_values(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
+def exact_coalescence(family: Family, near: float) -> float:
+    """The mu near a guess at which two frequencies coalesce: the discriminant's root, 30 digits."""
+    import mpmath as mp
+
+    with mp.workdps(30):
+        inverse = mp.matrix(family.M.tolist()) ** -1
+        A0, A1 = (inverse * mp.matrix(K.tolist()) for K in (family.K0, family.K1))
+        size = mp.norm(A0)
+
+        def discriminant(mu: object) -> object:
+            s = mp.eig((A0 + mu * A1) / size, left=False, right=False)
+            return mp.re(((s[0] - s[1]) * (s[0] - s[2]) * (s[1] - s[2])) ** 2)
+
+        return float(mp.findroot(discriminant, (near * (1 - 1e-6), near * (1 + 1e-6))))
+
+
 def distance(found: np.ndarray, exact: np.ndarray) -> float:
     """Greatest distance of paired eigenvalues over all rows, relative to the spectral radius."""
     from scipy.optimize import linear_sum_assignment
@@ -81,20 +122,50 @@ def distance(found: np.ndarray, exact: np.ndarray) -> float:
     return worst
 
 
+def by_halving(family: Family, program: Program, halvings: int) -> float:
+    """The first mu in (0, 1) with growth, seen on a grid and then halved; NaN if there is none."""
+
+    def grows(mus: np.ndarray) -> np.ndarray:
+        values = program(family.M, family.stack(mus))
+        return np.asarray(values.real.max(axis=1) > GROWING * np.abs(values).max(axis=1))
+
+    mus = np.linspace(0.0, 1.0, POINTS + 1)
+    seen = np.flatnonzero(grows(mus))
+    if not len(seen) or seen[0] == 0:
+        return np.nan
+    low, high = mus[seen[0] - 1], mus[seen[0]]
+    for _ in range(halvings):
+        middle = (low + high) / 2
+        low, high = (low, middle) if grows(np.array([middle]))[0] else (middle, high)
+    return float(low + high) / 2
+
+
 def sweep_timings(scene: Scene) -> list[Timing]:
-    """The programs on the matrices of a B3 scene for mu from 0 to 1."""
-    found = [
-        about_origin(scene.pad.replace(mu=mu), scene.formulation)
-        for mu in np.linspace(0.0, 1.0, POINTS).tolist()
-    ]
-    M, K = found[0].M, np.array([one.K for one in found])
-    exact = exact_values(M, K)
+    """The programs on the matrices of a B3 scene for mu from 0 to 1; time of one matrix."""
+    family = Family.of(scene)
+    K = family.stack(np.linspace(0.0, 1.0, POINTS))
+    exact = exact_values(family.M, K)
     timings = []
     for name, program in PROGRAMS.items():
-        spent = []
-        for _ in range(REPEATS):
-            begun = clock.perf_counter()
-            values = program(M, K)
-            spent.append((clock.perf_counter() - begun) / POINTS)
-        timings.append(Timing(name, distance(values, exact), statistics.median(spent)))
+        program(family.M, K[:1])  # imports
+        values, seconds = timed(partial(program, family.M, K))
+        timings.append(Timing("sweep", name, POINTS, distance(values, exact), seconds / POINTS))
+    return timings
+
+
+def threshold_timings(scene: Scene) -> list[Timing]:
+    """The first coalescence of a B3 scene in 0 < mu < 1 by our search and by halving."""
+    family = Family.of(scene)
+
+    def ours() -> float:
+        found = critical_points(lambda mu: (family.M, None, family.K0 + mu * family.K1), 1.0)
+        return found[0].mu
+
+    mu, seconds = timed(ours)
+    exact = exact_coalescence(family, mu)
+    timings = [Timing("threshold", "squeal", 0, abs(mu - exact), seconds)]
+    for name, program in PEERS.items():
+        for halvings in HALVINGS:
+            mu, seconds = timed(partial(by_halving, family, program, halvings))
+            timings.append(Timing("threshold", name, halvings, abs(mu - exact), seconds))
     return timings

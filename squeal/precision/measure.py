@@ -5,19 +5,23 @@ from __future__ import annotations
 import math
 import statistics
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.precision.paths import SEVERAL, Path, Run
+from squeal.precision.paths import SEVERAL, Path, with_scipy
 from squeal.scene import Scene
 from squeal.simulation.reference import Reference, error_against, reference
 
+T = TypeVar("T")
 TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
 PATIENCE = 0.4  # s: a path slower than this is not asked for tighter tolerances
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
+OTHER_ORDER = 1e-25  # a tolerance of quad precision with another order and other steps
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,21 @@ class Point:
     steps: int
     missed: int
     extra: int
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Error and median time (s) of a program at a task of the linear side.
+
+    `size` is what was asked of it: matrices of a sweep, points a side of a map, halvings of the
+    interval around a threshold.
+    """
+
+    task: str
+    program: str
+    size: int
+    error: float
+    seconds: float
 
 
 def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int, float | None]:
@@ -53,16 +72,15 @@ def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int, float
     return missed + len(exact) - j, extra + len(found) - i, worst
 
 
-def timed(path: Path, scene: Scene, tolerance: float) -> tuple[Run, float]:
-    """A run and its median time in s; slow runs are not repeated."""
+def timed(task: Callable[[], T]) -> tuple[T, float]:
+    """What a task returns, and its median time in s; slow ones are not repeated."""
     spent: list[float] = []
-    run: Run | None = None
-    while len(spent) < 5 and sum(spent) < 0.05:
+    while True:
         begun = clock.perf_counter()
-        run = path(scene, tolerance)
+        found = task()
         spent.append(clock.perf_counter() - begun)
-    assert run is not None
-    return run, statistics.median(spent)
+        if len(spent) == 50 or sum(spent) > 0.05:
+            return found, statistics.median(spent)
 
 
 def points_of(
@@ -76,7 +94,7 @@ def points_of(
     for tolerance in TOLERANCES:
         try:
             path(first, tolerance)
-            run, seconds = timed(path, scene, tolerance)
+            run, seconds = timed(partial(path, scene, tolerance))
         except (ComputationError, ArithmeticError, ValueError, RuntimeError):
             continue  # a path may give up where a peer's step size or tolerance ends
         missed, extra, worst = compare_times(run.times, exact.times)
@@ -90,16 +108,44 @@ def points_of(
     return found
 
 
+@dataclass(frozen=True)
+class Check:
+    """A reference against another method, and against itself at another order if `order` is set.
+
+    Relative difference of the final place, greatest one of the contact times in natural units.
+    """
+
+    case: str
+    changes: int
+    place: float
+    times: float | None
+    order: float | None
+
+
+def confirm(case: str, scene: Scene, exact: Reference, order: bool) -> Check:
+    """Hold a reference against SciPy's DOP853 at its tightest. Raises ComputationError."""
+    other = with_scipy("DOP853", scene, 1e-14)
+    missed, extra, apart = compare_times(other.times, exact.times)
+    if missed or extra:
+        raise ComputationError(f"{case}: SciPy and quad precision find other contact changes")
+    same = error_against(reference(scene, OTHER_ORDER).place, exact.place) if order else None
+    return Check(case, len(exact.times), error_against(other.place, exact.place), apart, same)
+
+
 def measure(
-    cases: Mapping[str, Scene], paths: Mapping[str, Path], patience: float = PATIENCE
-) -> list[Point]:
+    cases: Mapping[str, Scene],
+    paths: Mapping[str, Path],
+    patience: float = PATIENCE,
+    order: bool = False,
+) -> tuple[list[Point], list[Check]]:
     """All paths on all cases; one that takes longer than `patience` (s) goes no tighter."""
-    points = []
+    points, checks = [], []
     for case, scene in cases.items():
         exact = reference(scene)
+        checks.append(confirm(case, scene, exact, order))
         for name, path in paths.items():
             points += points_of(case, scene, exact, name, path, patience)
-    return points
+    return points, checks
 
 
 def time_at(points: list[Point], case: str, path: str, error: float) -> float | None:

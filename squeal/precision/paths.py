@@ -113,7 +113,8 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
     return Run(np.asarray(state)[:3], np.array(times), steps)
 
 
-def _with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
+def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
+    """A method of `solve_ivp` with terminal events, started anew after each."""
     from scipy.integrate import solve_ivp
 
     def advance(
@@ -147,5 +148,5 @@ SCIPY = ("DOP853", "RK45", "Radau", "LSODA")
 DEFAULT: dict[str, Path] = {
     "squeal": ours,
     "squeal, batch": batch,
-    **{f"SciPy {method}": partial(_with_scipy, method) for method in SCIPY},
+    **{f"SciPy {method}": partial(with_scipy, method) for method in SCIPY},
 }

@@ -29,5 +29,7 @@ IDENTIFICATION_FILES = ("identification-values.tex", "formulations.tex", "ranges
 """Files that the section on identification reads from paper/generated."""
 EXTREME_FILES = ("extreme-values.tex", "extreme.tex", "accuracy.tex")
 """Files that the section on extreme cases reads from paper/generated."""
+PRECISION_FIGURES = ("precision", "linear")
+"""Figures of that section, drawn from results/precision.json."""
 PRECISION_FILES = ("precision-values.tex", "speed.tex", "linear-speed.tex")
 """Files that the section on error against run time reads from paper/generated."""
