@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,8 +20,7 @@ LIMITS = (
 COLLAPSED = 1e-6
 
 
-@dataclass(frozen=True)
-class Leg:
+class Leg(NamedTuple):
     """Smooth motion from t0 to t1 in one contact state, in natural units.
 
     `edge` is the edge whose gap ended the leg (0 leading, 1 trailing), None where the leg ended

@@ -120,8 +120,8 @@ def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
 
 def _heights(model: PadModel, state: np.ndarray) -> tuple[float, float]:
     """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
-    x, y, turn = (float(v) for v in state[:3])
-    leading, trailing = gaps(model.c, pose(math, (x, y, turn / model.c.w)))
+    y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
+    leading, trailing = gaps(model.c, pose(math, (0.0, y, turn / model.c.w)))
     return leading, trailing
 
 

@@ -182,14 +182,15 @@ class TaylorIntegrator:
         else:
             motion = None
             outcome, _, _, steps, _, _ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
-        edge, limit = None, None
-        if outcome not in _ONWARD:
-            event = -int(outcome) - 1
-            if not 0 <= event < 2 + len(LIMITS):
-                raise ComputationError(
-                    f"the motion is not finite after t = {float(t):.9g} natural time units"
-                )
-            edge, limit = (event, None) if event < 2 else (None, LIMITS[event - 2])
+        edge, limit, event = None, None, -int(outcome) - 1
+        if 0 <= event < 2:
+            edge = event
+        elif 2 <= event < 2 + len(LIMITS):
+            limit = LIMITS[event - 2]
+        elif outcome not in _ONWARD:
+            raise ComputationError(
+                f"the motion is not finite after t = {float(t):.9g} natural time units"
+            )
         return Leg(
             contact=contact,
             t0=t,
