@@ -294,7 +294,7 @@ rule extreme_tables:
 rule precision:
     input:
         scenes=expand(
-            f"{SCENES}/{{stem}}.yaml", stem=["b1-b", "b1-c", "b2-a", "b2-b", "b2-c", "b3"]
+            f"{SCENES}/{{stem}}.yaml", stem=["b1-b", "b1-c", "b2-b", "b2-c", "b3"]
         ),
         package=sources("squeal.precision.__main__"),
     output:

@@ -15,7 +15,6 @@ from squeal.linear import about_origin
 from squeal.precision.linear import (
     PEERS,
     PROGRAMS,
-    Family,
     by_halving,
     distance,
     exact_coalescence,
@@ -37,6 +36,7 @@ from squeal.scene import read_scene
 from squeal.scene.schema import Scene
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import in_natural_units
+from squeal.stability import PlainSystem
 from tests.conftest import SCENES
 
 
@@ -113,20 +113,16 @@ def test_eigenvalue_programs_against_closed_form(name):
     assert math.isfinite(distance(expected[:, ::-1], expected))
 
 
-def coupled() -> Family:
-    """Two modes of s = 1, 2 that friction couples: they meet at mu = 1/(2 x 0.8)."""
-    K1 = np.zeros((3, 3))
-    K1[0, 1], K1[1, 0] = 0.8, -0.8
-    return Family(np.eye(3), np.diag([1.0, 2.0, 10.0]), K1)
-
-
 def test_threshold_against_closed_form():
-    assert exact_coalescence(coupled(), 0.6250001) == pytest.approx(0.625, abs=1e-15)
+    # s = 2 +- sqrt(1 - 1.6 mu) meet at mu = 0.625
+    K0, K1 = np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([[0.0, 1.6], [0.0, 0.0]])
+    system = PlainSystem("", "", "mu", np.eye(2), (), (K0, K1))
+    assert exact_coalescence(system, 0.6250001) == pytest.approx(0.625, abs=1e-15)
     for program in PEERS.values():
         for halvings in (0, 10, 30):
-            found = by_halving(coupled(), program, halvings)
+            found = by_halving(system, program, halvings)
             assert found == pytest.approx(0.625, abs=max(0.005 * 0.5**halvings, 1e-11))
-    quiet = dataclasses.replace(coupled(), K1=np.zeros((3, 3)))
+    quiet = dataclasses.replace(system, K=(K0, 0.0 * K1))
     assert math.isnan(by_halving(quiet, PEERS["numpy.linalg.eigvals"], 3))
 
 

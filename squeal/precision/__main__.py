@@ -11,28 +11,15 @@ from squeal.extreme.cases import scene_of
 from squeal.files import to_json
 from squeal.precision.linear import sweep_timings, threshold_timings
 from squeal.precision.maps import map_timings
-from squeal.precision.measure import PATIENCE, Timing, measure
+from squeal.precision.measure import PATIENCE, measure
 from squeal.precision.paths import DEFAULT
 from squeal.precision.peers import peers
 from squeal.provenance import provenance
 from squeal.scene import Scene, read_scene
 
 STEMS = ("b1-b", "b1-c", "b2-b", "b2-c")
-FLUTTERING = "b2-a"  # its angles give the pad of B3 a threshold of flutter
 STIFF = 1e6  # k3, k4 over k1
 LONG = 5.0  # s: the patience of the benchmark
-
-
-def linear_timings(folder: Path) -> list[Timing]:
-    """Sweep, threshold and map of model B3."""
-    scene = read_scene(folder / "b3.yaml")
-    angles = read_scene(folder / f"{FLUTTERING}.yaml").pad
-    turned = scene.pad.replace(alpha1=angles.alpha1, alpha2=angles.alpha2)
-    return [
-        *sweep_timings(scene),
-        *threshold_timings(replace(scene, pad=turned)),
-        *map_timings(scene),
-    ]
 
 
 def main() -> int:
@@ -49,11 +36,13 @@ def main() -> int:
     }
     cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
     paths = DEFAULT | (dict(peers()) if given.peers else {})
+    fig13 = read_scene(given.scenes / "b3.yaml")
+    linear = [*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13)]
     points, checks = measure(cases, paths, LONG if given.peers else PATIENCE, given.peers)
     found = {
         "points": [asdict(p) for p in points],
         "checks": [asdict(c) for c in checks],
-        "linear": [asdict(t) for t in linear_timings(given.scenes)],
+        "linear": [asdict(t) for t in linear],
         "provenance": provenance(None, "squeal.precision.__main__", ("numpy", "scipy", "heyoka")),
     }
     print(to_json(found), end="")

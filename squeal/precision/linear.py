@@ -6,8 +6,8 @@ at equal steps of mu and then halve the interval, each time with the eigenvalues
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -15,32 +15,14 @@ import numpy as np
 from squeal.linear import about_origin
 from squeal.precision.measure import Timing, timed
 from squeal.scene import Scene
-from squeal.stability import complex_eigenvalues, critical_points, sweep
+from squeal.stability import PlainSystem, complex_eigenvalues, critical_points, sweep
+from squeal.stability.literature import literature_system
 
 POINTS = 100
 HALVINGS = (0, 8, 16, 24, 32, 40)
 GROWING = 1e-7  # real part over spectral radius; a double root has some sqrt(eps)
 
 Program = Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True)
-class Family:
-    """M and K = K0 + mu K1 of a B3 scene, exact in mu but for one rounding."""
-
-    M: np.ndarray
-    K0: np.ndarray
-    K1: np.ndarray
-
-    @staticmethod
-    def of(scene: Scene) -> Family:
-        """The family of a scene's pad."""
-        at_0, at_1 = (about_origin(scene.pad.replace(mu=m), scene.formulation) for m in (0.0, 1.0))
-        return Family(at_0.M, at_0.K, at_1.K - at_0.K)
-
-    def stack(self, mus: np.ndarray) -> np.ndarray:
-        """K at each mu, (n, 3, 3)."""
-        return np.asarray(self.K0 + mus[:, None, None] * self.K1)
 
 
 def _with_vectors(M: np.ndarray, K: np.ndarray) -> np.ndarray:
@@ -52,21 +34,22 @@ def _with_sweep(M: np.ndarray, K: np.ndarray) -> np.ndarray:
 
 
 def _with_numpy(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    n = len(K)
-    A = np.zeros((n, 6, 6))
-    A[:, :3, 3:] = np.eye(3)
-    A[:, 3:, :3] = -np.linalg.solve(M, K)
+    n = len(M)
+    A = np.zeros((len(K), 2 * n, 2 * n))
+    A[:, :n, n:] = np.eye(n)
+    A[:, n:, :n] = -np.linalg.solve(M, K)
     return np.asarray(np.linalg.eigvals(A))
 
 
 def _with_control(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     import control
 
-    zero, unit = np.zeros((3, 3)), np.eye(3)
+    n = len(M)
+    zero, unit = np.zeros((n, n)), np.eye(n)
     found = []
     for one in K:
         A = np.block([[zero, unit], [-np.linalg.solve(M, one), zero]])
-        found.append(control.ss(A, np.zeros((6, 1)), np.zeros((1, 6)), 0).poles())
+        found.append(control.ss(A, np.zeros((2 * n, 1)), np.zeros((1, 2 * n)), 0).poles())
     return np.array(found)
 
 
@@ -95,18 +78,17 @@ def exact_values(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
-def exact_coalescence(family: Family, near: float) -> float:
+def exact_coalescence(system: PlainSystem, near: float) -> float:
     """The mu near a guess at which two frequencies coalesce: the discriminant's root, 30 digits."""
     import mpmath as mp
 
     with mp.workdps(30):
-        inverse = mp.matrix(family.M.tolist()) ** -1
-        A0, A1 = (inverse * mp.matrix(K.tolist()) for K in (family.K0, family.K1))
-        size = mp.norm(A0)
+        inverse = mp.matrix(system.M.tolist()) ** -1
+        A0, A1 = (inverse * mp.matrix(K.tolist()) for K in system.K)
 
         def discriminant(mu: object) -> object:
-            s = mp.eig((A0 + mu * A1) / size, left=False, right=False)
-            return mp.re(((s[0] - s[1]) * (s[0] - s[2]) * (s[1] - s[2])) ** 2)
+            s = mp.eig(A0 + mu * A1, left=False, right=False)
+            return mp.re(mp.fprod((a - b) ** 2 for a, b in itertools.combinations(s, 2)))
 
         return float(mp.findroot(discriminant, (near * (1 - 1e-6), near * (1 + 1e-6))))
 
@@ -122,11 +104,11 @@ def distance(found: np.ndarray, exact: np.ndarray) -> float:
     return worst
 
 
-def by_halving(family: Family, program: Program, halvings: int) -> float:
+def by_halving(system: PlainSystem, program: Program, halvings: int) -> float:
     """The first mu in (0, 1) with growth, seen on a grid and then halved; NaN if there is none."""
 
     def grows(mus: np.ndarray) -> np.ndarray:
-        values = program(family.M, family.stack(mus))
+        values = program(system.M, system.K[0] + mus[:, None, None] * system.K[1])
         return np.asarray(values.real.max(axis=1) > GROWING * np.abs(values).max(axis=1))
 
     mus = np.linspace(0.0, 1.0, POINTS + 1)
@@ -142,30 +124,28 @@ def by_halving(family: Family, program: Program, halvings: int) -> float:
 
 def sweep_timings(scene: Scene) -> list[Timing]:
     """The programs on the matrices of a B3 scene for mu from 0 to 1; time of one matrix."""
-    family = Family.of(scene)
-    K = family.stack(np.linspace(0.0, 1.0, POINTS))
-    exact = exact_values(family.M, K)
+    found = [
+        about_origin(scene.pad.replace(mu=mu), scene.formulation)
+        for mu in np.linspace(0.0, 1.0, POINTS).tolist()
+    ]
+    M, K = found[0].M, np.array([one.K for one in found])
+    exact = exact_values(M, K)
     timings = []
     for name, program in PROGRAMS.items():
-        program(family.M, K[:1])  # imports
-        values, seconds = timed(partial(program, family.M, K))
+        program(M, K[:1])  # imports
+        values, seconds = timed(partial(program, M, K))
         timings.append(Timing("sweep", name, POINTS, distance(values, exact), seconds / POINTS))
     return timings
 
 
-def threshold_timings(scene: Scene) -> list[Timing]:
-    """The first coalescence of a B3 scene in 0 < mu < 1 by our search and by halving."""
-    family = Family.of(scene)
-
-    def ours() -> float:
-        found = critical_points(lambda mu: (family.M, None, family.K0 + mu * family.K1), 1.0)
-        return found[0].mu
-
-    mu, seconds = timed(ours)
-    exact = exact_coalescence(family, mu)
+def threshold_timings() -> list[Timing]:
+    """The threshold of the literature's two coupled modes by our search and by halving."""
+    system = literature_system("mode_coupling")
+    mu, seconds = timed(lambda: critical_points(system, 1.0)[0].mu)
+    exact = exact_coalescence(system, mu)
     timings = [Timing("threshold", "squeal", 0, abs(mu - exact), seconds)]
     for name, program in PEERS.items():
         for halvings in HALVINGS:
-            mu, seconds = timed(partial(by_halving, family, program, halvings))
+            mu, seconds = timed(partial(by_halving, system, program, halvings))
             timings.append(Timing("threshold", name, halvings, abs(mu - exact), seconds))
     return timings

@@ -73,7 +73,7 @@ def linear_values(timings: list[dict[str, Any]]) -> dict[str, str]:
     (own,) = of("threshold", OURS)
     return {
         "precision.map-ratio": number(theirs / ours, 3),
-        "precision.threshold-error": number(own["error"], 2),
+        "precision.threshold-error": number(max(own["error"], 2.0**-53), 2),
         "precision.threshold-ms": number(1e3 * own["seconds"], 2),
         "precision.halving-error": number(best["error"], 2),
         "precision.halving-ms": number(1e3 * best["seconds"], 2),
