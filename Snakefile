@@ -5,7 +5,7 @@ import sys
 
 sys.path.insert(0, workflow.basedir)
 
-from squeal.report.layout import (
+from squeal.article.report.layout import (
     CASES,
     CHAPTER_FIGURES,
     CHAPTER_FILES,
@@ -18,7 +18,7 @@ from squeal.report.layout import (
     PRECISION_FILES,
     TABLES,
 )
-from squeal.sources import sources
+from squeal.files.sources import sources
 
 PYTHON = sys.executable
 SCENES = "workflow/scenes"
@@ -75,51 +75,51 @@ rule simulate:
 rule map:
     input:
         scene=f"{SCENES}/b3.yaml",
-        package=sources("squeal.quasi_static"),
+        package=sources("squeal.article.studies.quasi_static"),
     output:
         "results/map.json",
     shell:
-        "{PYTHON} -m squeal.quasi_static {input.scene} > {output}"
+        "{PYTHON} -m squeal.article.studies.quasi_static {input.scene} > {output}"
 
 
 rule eigenvalues:
     input:
         scenes=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
-        package=sources("squeal.report.poles"),
+        package=sources("squeal.article.studies.eigenvalues"),
     output:
         "results/eigenvalues.json",
     shell:
-        "{PYTHON} -m squeal.report.poles {input.scenes} > {output}"
+        "{PYTHON} -m squeal.article.studies.eigenvalues {input.scenes} > {output}"
 
 
 rule judge:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
-        package=lambda wildcards: sources(f"squeal.commands.{wildcards.what}"),
+        package=lambda wildcards: sources(f"squeal.article.commands.{wildcards.what}"),
     output:
         "results/{what}.json",
     wildcard_constraints:
         what="claims|findings",
     shell:
-        "{PYTHON} -m squeal.commands.{wildcards.what} --scenes {SCENES} --json > {output}"
+        "{PYTHON} -m squeal.article.commands.{wildcards.what} --scenes {SCENES} --json > {output}"
 
 
 rule sketch:
     input:
         scene=lambda wildcards: f"{SCENES}/b{int(wildcards.number)}-c.yaml",
-        package=sources("squeal.figures.sketch"),
+        package=sources("squeal.article.figures.sketch"),
     output:
         pdf="figures/fig{number}.pdf",
         text="figures/fig{number}.txt",
     wildcard_constraints:
         number="01|02",
     shell:
-        "{PYTHON} -m squeal.figures.sketch {input.scene} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.sketch {input.scene} --pdf {output.pdf}"
 
 
 rule chart:
     input:
-        package=sources("squeal.figures.charts"),
+        package=sources("squeal.article.figures.charts"),
     output:
         pdf="figures/fig{number}.pdf",
         text="figures/fig{number}.txt",
@@ -128,14 +128,14 @@ rule chart:
     params:
         model=lambda wildcards: "B1" if wildcards.number == "03" else "B2",
     shell:
-        "{PYTHON} -m squeal.figures.charts {params.model} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.charts {params.model} --pdf {output.pdf}"
 
 
 rule history:
     input:
         history=lambda wildcards: f"results/{STEM[wildcards.number]}.csv",
         summary=lambda wildcards: f"results/{STEM[wildcards.number]}.json",
-        package=sources("squeal.figures.histories"),
+        package=sources("squeal.plots.histories"),
     output:
         pdf="figures/fig{number}.pdf",
         text="figures/fig{number}.txt",
@@ -144,108 +144,108 @@ rule history:
     params:
         stem=lambda wildcards: f"results/{STEM[wildcards.number]}",
     shell:
-        "{PYTHON} -m squeal.figures.histories {params.stem} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.plots.histories {params.stem} --pdf {output.pdf}"
 
 
 rule quasi_static:
     input:
         map="results/map.json",
         cases=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
-        package=sources("squeal.figures.maps"),
+        package=sources("squeal.article.figures.quasi_static"),
     output:
         pdf="figures/fig13.pdf",
         text="figures/fig13.txt",
     shell:
-        "{PYTHON} -m squeal.figures.maps {input.map} --mark {input.cases} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.quasi_static {input.map} --mark {input.cases} --pdf {output.pdf}"
 
 
 rule stability:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
-        package=sources("squeal.stability_study"),
+        package=sources("squeal.article.studies.stability"),
     output:
         "results/stability.json",
     shell:
-        "{PYTHON} -m squeal.stability_study {SCENES} > {output}"
+        "{PYTHON} -m squeal.article.studies.stability {SCENES} > {output}"
 
 
 rule loci:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
-        package=sources("squeal.loci"),
+        package=sources("squeal.article.studies.loci"),
     output:
         "results/loci.json",
     shell:
-        "{PYTHON} -m squeal.loci {input.scenes} > {output}"
+        "{PYTHON} -m squeal.article.studies.loci {input.scenes} > {output}"
 
 
 rule loci_figure:
     input:
         results="results/loci.json",
-        package=lambda wildcards: sources(f"squeal.figures.{wildcards.name}"),
+        package=lambda wildcards: sources(f"squeal.article.figures.{wildcards.name}"),
     output:
         pdf="figures/{name}.pdf",
         text="figures/{name}.txt",
     wildcard_constraints:
         name="|".join(LOCI_FIGURES),
     shell:
-        "{PYTHON} -m squeal.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
 
 
 rule angles:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*(f"b2-{case}" for case in CASES), "b3"]),
-        package=sources("squeal.angle_study"),
+        package=sources("squeal.article.studies.angles"),
     output:
         "results/angles.json",
     shell:
-        "{PYTHON} -m squeal.angle_study {SCENES} > {output}"
+        "{PYTHON} -m squeal.article.studies.angles {SCENES} > {output}"
 
 
 rule angle_maps:
     input:
         angles="results/angles.json",
         map="results/map.json",
-        package=sources("squeal.figures.angle_maps"),
+        package=sources("squeal.article.figures.angle_maps"),
     output:
         pdf="figures/maps.pdf",
         text="figures/maps.txt",
     shell:
-        "{PYTHON} -m squeal.figures.angle_maps {input.angles} {input.map} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.angle_maps {input.angles} {input.map} --pdf {output.pdf}"
 
 
 rule growth_figure:
     input:
         results="results/stability.json",
-        package=sources("squeal.figures.growth"),
+        package=sources("squeal.article.figures.growth"),
     output:
         pdf="figures/growth.pdf",
         text="figures/growth.txt",
     shell:
-        "{PYTHON} -m squeal.figures.growth {input.results} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.growth {input.results} --pdf {output.pdf}"
 
 
 rule identified:
     input:
         searches="workflow/identified.json",
-        package=lambda wildcards: sources(f"squeal.identify.{wildcards.what}"),
+        package=lambda wildcards: sources(f"squeal.article.studies.{wildcards.what}"),
     output:
         "results/{what}.json",
     wildcard_constraints:
         what="verify|robustness",
     shell:
-        "{PYTHON} -m squeal.identify.{wildcards.what} {input.searches} > {output}"
+        "{PYTHON} -m squeal.article.studies.{wildcards.what} {input.searches} > {output}"
 
 
 rule robustness_figure:
     input:
         results="results/robustness.json",
-        package=sources("squeal.figures.robustness"),
+        package=sources("squeal.article.figures.robustness"),
     output:
         pdf="figures/robustness.pdf",
         text="figures/robustness.txt",
     shell:
-        "{PYTHON} -m squeal.figures.robustness {input.results} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.robustness {input.results} --pdf {output.pdf}"
 
 
 rule identification_tables:
@@ -253,76 +253,76 @@ rule identification_tables:
         formulations="results/verify.json",
         robustness="results/robustness.json",
         caption="figures/robustness.txt",
-        package=sources("squeal.report.identification"),
+        package=sources("squeal.article.report.identification"),
     output:
         GENERATED_IDENTIFICATION,
     shell:
-        "{PYTHON} -m squeal.report.identification --formulations {input.formulations} "
+        "{PYTHON} -m squeal.article.report.identification --formulations {input.formulations} "
         "--robustness {input.robustness} --caption {input.caption} --out paper/generated"
 
 
 rule extreme:
     input:
-        package=sources("squeal.extreme.__main__"),
+        package=sources("squeal.article.studies.extreme"),
     output:
         "results/extreme.json",
     shell:
-        "{PYTHON} -m squeal.extreme.__main__ > {output}"
+        "{PYTHON} -m squeal.article.studies.extreme > {output}"
 
 
 rule accuracy:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
-        package=sources("squeal.predictability"),
+        package=sources("squeal.article.studies.accuracy"),
     output:
         "results/accuracy.json",
     shell:
-        "{PYTHON} -m squeal.predictability {input.scenes} > {output}"
+        "{PYTHON} -m squeal.article.studies.accuracy {input.scenes} > {output}"
 
 
 rule extreme_tables:
     input:
         results="results/extreme.json",
         accuracy="results/accuracy.json",
-        package=sources("squeal.report.extreme"),
+        package=sources("squeal.article.report.extreme"),
     output:
         GENERATED_EXTREME,
     shell:
-        "{PYTHON} -m squeal.report.extreme {input.results} {input.accuracy} --out paper/generated"
+        "{PYTHON} -m squeal.article.report.extreme {input.results} {input.accuracy} --out paper/generated"
 
 
 rule precision:
     input:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=["b1-c", "b2-c", "b3"]),
-        package=sources("squeal.precision.__main__"),
+        package=sources("squeal.article.studies.precision"),
     output:
         "results/precision.json",
     shell:
-        "{PYTHON} -m squeal.precision.__main__ {SCENES} > {output}"
+        "{PYTHON} -m squeal.article.studies.precision {SCENES} > {output}"
 
 
 rule precision_figure:
     input:
         results="results/precision.json",
-        package=lambda wildcards: sources(f"squeal.figures.{wildcards.name}"),
+        package=lambda wildcards: sources(f"squeal.article.figures.{wildcards.name}"),
     output:
         pdf="figures/{name}.pdf",
         text="figures/{name}.txt",
     wildcard_constraints:
         name="|".join(PRECISION_FIGURES),
     shell:
-        "{PYTHON} -m squeal.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
+        "{PYTHON} -m squeal.article.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
 
 
 rule precision_tables:
     input:
         results="results/precision.json",
         texts=[f"figures/{name}.txt" for name in PRECISION_FIGURES],
-        package=sources("squeal.report.precision"),
+        package=sources("squeal.article.report.precision"),
     output:
         GENERATED_PRECISION,
     shell:
-        "{PYTHON} -m squeal.report.precision {input.results} --figures {input.texts} "
+        "{PYTHON} -m squeal.article.report.precision {input.results} --figures {input.texts} "
         "--out paper/generated"
 
 
@@ -333,11 +333,11 @@ rule chapter_tables:
         angles="results/angles.json",
         map="results/map.json",
         texts=[f"figures/{name}.txt" for name in CHAPTER_FIGURES],
-        package=sources("squeal.report.stability"),
+        package=sources("squeal.article.report.stability"),
     output:
         GENERATED_CHAPTER,
     shell:
-        "{PYTHON} -m squeal.report.stability {input.study} {input.loci} {input.angles} {input.map} "
+        "{PYTHON} -m squeal.article.report.stability {input.study} {input.loci} {input.angles} {input.map} "
         "--figures {input.texts} --out paper/generated"
 
 
@@ -349,11 +349,11 @@ rule tables:
             name=[*HISTORY_FIGURES, "map", "eigenvalues", "claims", "findings"],
         ),
         texts=[f"figures/fig{i:02}.txt" for i in FIGURES],
-        package=sources("squeal.report.build"),
+        package=sources("squeal.article.report.build"),
     output:
         GENERATED,
     shell:
-        "{PYTHON} -m squeal.report.build --results results --scenes {SCENES} "
+        "{PYTHON} -m squeal.article.report.build --results results --scenes {SCENES} "
         "--figures figures --out paper/generated"
 
 

@@ -18,16 +18,16 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from squeal.contact import CONSISTENT
+from squeal.article.identify.space import BOUNDS, decode, pad_of
+from squeal.article.precision.measure import compare_times
+from squeal.article.precision.paths import ours
 from squeal.errors import ComputationError
-from squeal.identify.space import BOUNDS, decode, pad_of
-from squeal.pad import Model, Pad
-from squeal.precision.measure import compare_times
-from squeal.precision.paths import ours
+from squeal.model.contact import CONSISTENT
+from squeal.model.pad import Model, Pad
+from squeal.model.units import natural_units
 from squeal.scene.schema import Scene
-from squeal.simulation.batch import DONE, simulate_many, stack
+from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.reference import reference
-from squeal.units import natural_units
 
 STOP, TOLERANCE, TIGHT = 100.0, 1e-10, 1e-15
 MODELS: tuple[Model, ...] = ("B1", "B2")

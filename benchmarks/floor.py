@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.precision.paths import ours
+from squeal.article.precision.paths import ours
 from squeal.scene import Scene, read_scene
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import first_state, in_natural_units

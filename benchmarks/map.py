@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.angle_map import angle_axes, stability_map
-from squeal.precision.maps import matrices, named
+from squeal.analysis.maps import angle_axes, stability_map
+from squeal.article.precision.maps import matrices, named
 from squeal.scene import read_scene
 
 SCENE = Path(__file__).parent.parent / "workflow" / "scenes" / "b3.yaml"

@@ -11,10 +11,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from squeal.files import write_text
-from squeal.precision.measure import Point, time_at
-from squeal.precision.peers import peers
-from squeal.report.precision import ERROR, OURS
+from squeal.article.precision.measure import Point, time_at
+from squeal.article.precision.peers import peers
+from squeal.article.report.precision import ERROR, OURS
+from squeal.files.writing import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS, FIGURE = ROOT / "results" / "benchmark.json", ROOT / "figures" / "benchmark.pdf"
@@ -23,11 +23,24 @@ RESULTS, FIGURE = ROOT / "results" / "benchmark.json", ROOT / "figures" / "bench
 def main() -> None:
     """Measure, write, draw, print."""
     print(f"peers beside SciPy: {', '.join(name for name, _ in peers()) or 'none installed'}")
-    command = [sys.executable, "-m", "squeal.precision", str(ROOT / "workflow/scenes"), "--peers"]
+    command = [
+        sys.executable,
+        "-m",
+        "squeal.article.precision",
+        str(ROOT / "workflow/scenes"),
+        "--peers",
+    ]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     RESULTS.parent.mkdir(exist_ok=True)
     write_text(RESULTS, text)
-    draw = [sys.executable, "-m", "squeal.figures.precision", str(RESULTS), "--pdf", str(FIGURE)]
+    draw = [
+        sys.executable,
+        "-m",
+        "squeal.article.figures.precision",
+        str(RESULTS),
+        "--pdf",
+        str(FIGURE),
+    ]
     subprocess.run(draw, check=True)
     points = [Point(**p) for p in json.loads(text)["points"]]
     for case in dict.fromkeys(p.case for p in points):

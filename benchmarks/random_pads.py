@@ -18,14 +18,14 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.contact import FORMULATION_CHOICES, Formulation
-from squeal.critical import CriticalFriction, critical_friction
+from squeal.analysis.critical import CriticalFriction, critical_friction
+from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.states import EDGE_NAMES
 from squeal.scene import Scene
-from squeal.sliding import analyse
 from squeal.stability import CriticalPoint, verdict
-from squeal.states import EDGE_NAMES
 from tests.conftest import random_pad
 from tests.exact import Exact, discriminant
 from tests.stability.conftest import exact_verdict

@@ -15,41 +15,39 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.angle_map import Axis, angle_axes, stability_map
-    from squeal.critical import critical_friction
+    from squeal.analysis.critical import critical_friction
+    from squeal.analysis.eigenvalues import analyse, article_linearisation, swept
+    from squeal.analysis.maps import Axis, angle_axes, stability_map
+    from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
     from squeal.equilibrium import find_all, sliding_equilibrium
     from squeal.errors import ComputationError, InputError
-    from squeal.linear import about_origin, bounds, linearise, stiffness
-    from squeal.scene import Scene, read_scene
-    from squeal.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+    from squeal.model.linear import about_origin, linearise, spring_stiffness
+    from squeal.scene import Scene, read_plain, read_scene
     from squeal.simulation import Simulation, simulate
-    from squeal.sliding import analyse, article_linearisation, swept
     from squeal.stability import (
         complex_eigenvalues,
         critical_points,
         friction_loop,
         judge,
-        read_plain,
         track,
         verdict,
     )
 
 _HOME = {
-    "squeal.angle_map": ("Axis", "angle_axes", "stability_map"),
-    "squeal.critical": ("critical_friction",),
+    "squeal.analysis.maps": ("Axis", "angle_axes", "stability_map"),
+    "squeal.analysis.critical": ("critical_friction",),
     "squeal.equilibrium": ("find_all", "sliding_equilibrium"),
     "squeal.errors": ("ComputationError", "InputError"),
-    "squeal.linear": ("about_origin", "bounds", "linearise", "stiffness"),
-    "squeal.scene": ("Scene", "read_scene"),
-    "squeal.sensitivity": ("eigenvalue_sensitivities", "threshold_sensitivities"),
+    "squeal.model.linear": ("about_origin", "linearise", "spring_stiffness"),
+    "squeal.scene": ("Scene", "read_plain", "read_scene"),
+    "squeal.analysis.sensitivity": ("eigenvalue_sensitivities", "threshold_sensitivities"),
     "squeal.simulation": ("Simulation", "simulate"),
-    "squeal.sliding": ("analyse", "article_linearisation", "swept"),
+    "squeal.analysis.eigenvalues": ("analyse", "article_linearisation", "swept"),
     "squeal.stability": (
         "complex_eigenvalues",
         "critical_points",
         "friction_loop",
         "judge",
-        "read_plain",
         "track",
         "verdict",
     ),
@@ -65,7 +63,6 @@ __all__ = [
     "analyse",
     "angle_axes",
     "article_linearisation",
-    "bounds",
     "complex_eigenvalues",
     "critical_friction",
     "critical_points",
@@ -78,8 +75,8 @@ __all__ = [
     "read_scene",
     "simulate",
     "sliding_equilibrium",
+    "spring_stiffness",
     "stability_map",
-    "stiffness",
     "swept",
     "threshold_sensitivities",
     "track",

@@ -2,6 +2,6 @@
 
 import sys
 
-from squeal.cli import main
+from squeal.commands.cli import main
 
 sys.exit(main())

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.pad import Pad
+from squeal.model.pad import Pad
 
-SCENES = Path(__file__).parent / "scenes"
+ROOT = Path(__file__).parent.parent
+SCENES = ROOT / "tests" / "scenes"
 
 
 def random_pad(seed: int, **fixed: Any) -> Pad:

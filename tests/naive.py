@@ -6,8 +6,8 @@ the corrections that the scene's formulation names), without any of the package'
 
 import mpmath as mp
 
-from squeal.contact import Formulation
-from squeal.pad import Pad
+from squeal.model.contact import Formulation
+from squeal.model.pad import Pad
 
 mp.mp.dps = 50
 

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from squeal.errors import BEYOND, ComputationError, InputError
-from squeal.files import check_writable, to_json
+from squeal.files.writing import check_writable, to_json
 
 
 @dataclass(frozen=True)

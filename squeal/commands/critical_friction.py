@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.critical import CriticalFriction, critical_friction
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
 from squeal.commands.plain import critical, read_if_plain, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw, sweep
-from squeal.critical import CriticalFriction, critical_friction
 from squeal.errors import InputError
-from squeal.files import write_csv
-from squeal.provenance import provenance
+from squeal.files.provenance import provenance
+from squeal.files.writing import write_csv
 from squeal.scene import Scene, read_scene
 
 SHOWN = 301  # values of mu in the figure

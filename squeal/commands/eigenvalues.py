@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options
 from squeal.commands.plain import read_if_plain, refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
@@ -23,10 +24,10 @@ from squeal.commands.sweep import (
     write_eigenvalues,
     write_sweep,
 )
-from squeal.provenance import provenance
+from squeal.files.provenance import provenance
 from squeal.scene import Scene, read_scene
-from squeal.sliding import Analysis, analyse, article_linearisation
-from squeal.stability import PlainSystem, Spectrum, complex_eigenvalues, judge
+from squeal.scene.system import PlainSystem
+from squeal.stability import Spectrum, complex_eigenvalues, judge
 
 MODULE = "squeal.commands.eigenvalues"
 
@@ -181,7 +182,7 @@ def write(
     if given.pdf is not None and steps:
         draw(given.pdf, given.scene, steps)
     elif given.pdf is not None:
-        from squeal.figures.sweep import draw_eigenvalues
+        from squeal.plots.sweep import draw_eigenvalues
 
         beside = None if origin is None else origin.spectrum.values
         draw_eigenvalues(given.pdf, given.scene.name, spectrum.values, beside)

@@ -6,14 +6,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from squeal.angle_map import Axis, StabilityMap, angle_axes, stability_map
+from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
 from squeal.errors import InputError
-from squeal.files import write_csv
-from squeal.pad import PARAMETERS
-from squeal.provenance import provenance
+from squeal.files.provenance import provenance
+from squeal.files.values import Keys, angle, number
+from squeal.files.writing import write_csv
+from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene, read_scene
-from squeal.scene.values import Keys, angle, number
 
 MOST_POINTS = 4000
 
@@ -77,7 +77,7 @@ def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
 
 def write_map(path: Path, found: StabilityMap) -> None:
     """A CSV row for each point: both parameters and the verdict."""
-    from squeal.angle_map import NAMES
+    from squeal.analysis.maps import NAMES
 
     first, second = (axis.values.tolist() for axis in found.axes)
     rows = (
@@ -95,7 +95,7 @@ def run(given: argparse.Namespace) -> Answer:
     if given.csv is not None:
         write_map(given.csv, found)
     if given.pdf is not None:
-        from squeal.figures.maps import draw_stability_map
+        from squeal.plots.maps import draw_stability_map
 
         draw_stability_map(found, given.pdf)
     head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"

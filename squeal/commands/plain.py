@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from squeal.critical import CriticalFriction
+from squeal.analysis.critical import CriticalFriction
 from squeal.errors import InputError
-from squeal.scene.document import read_document
-from squeal.scene.values import Keys
-from squeal.stability import PlainSystem, critical_points, plain_system, verdict
+from squeal.files.document import read_document
+from squeal.files.values import Keys
+from squeal.scene.system import PlainSystem, plain_system
+from squeal.stability import critical_points, verdict
 
 
 def read_if_plain(path: Path) -> PlainSystem | None:

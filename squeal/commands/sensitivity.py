@@ -6,16 +6,16 @@ import cmath
 import math
 from typing import Any
 
-from squeal.commands.base import table
-from squeal.critical import CriticalFriction
-from squeal.pad import PARAMETERS, Pad
-from squeal.scene import Scene
-from squeal.sensitivity import (
+from squeal.analysis.critical import CriticalFriction
+from squeal.analysis.eigenvalues import Analysis
+from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
     first_loss,
     threshold_sensitivities,
 )
-from squeal.sliding import Analysis
+from squeal.commands.base import table
+from squeal.model.pad import PARAMETERS, Pad
+from squeal.scene import Scene
 
 DEGREE = math.pi / 180
 

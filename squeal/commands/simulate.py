@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
-from squeal.files import write_csv
-from squeal.provenance import provenance
+from squeal.files.provenance import provenance
+from squeal.files.writing import write_csv
 from squeal.scene import Scene, read_scene
 from squeal.scene.schema import COORDINATES
 from squeal.simulation import Simulation, simulate

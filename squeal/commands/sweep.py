@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.eigenvalues import swept
 from squeal.commands.base import table
 from squeal.errors import InputError
-from squeal.files import write_csv
+from squeal.files.writing import write_csv
 from squeal.scene import Scene
-from squeal.sliding import swept
-from squeal.stability import PlainSystem, Spectrum, complex_eigenvalues, verdict
+from squeal.scene.system import PlainSystem
+from squeal.stability import Spectrum, complex_eigenvalues, verdict
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ def write_sweep(path: Path, steps: Sequence[Step]) -> None:
 
 def draw(path: Path, source: Path, steps: Sequence[Step], thresholds: Sequence[float] = ()) -> None:
     """The sweep of a scene or system file as a PDF."""
-    from squeal.figures.sweep import draw_sweep
+    from squeal.plots.sweep import draw_sweep
 
     mus = np.array([s.mu for s in steps])
     draw_sweep(path, source.name, mus, _values(steps), [s.verdict for s in steps], thresholds)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.equilibrium.statics import Statics
-from squeal.model import PadModel
-from squeal.states import EDGE_NAMES, State
+from squeal.model.equations import PadModel
+from squeal.model.states import EDGE_NAMES, State
 
 MOST_STEPS = 4000
 

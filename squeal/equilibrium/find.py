@@ -8,8 +8,8 @@ import numpy as np
 
 from squeal.equilibrium.branch import follow
 from squeal.equilibrium.statics import Statics
-from squeal.model import PadModel
-from squeal.states import FULL, LEAD, TRAIL, State
+from squeal.model.equations import PadModel
+from squeal.model.states import FULL, LEAD, TRAIL, State
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import numpy as np
 from squeal.equilibrium.branch import Branch, Point, follow
 from squeal.equilibrium.find import Equilibrium, least_at_zero, record
 from squeal.errors import ComputationError
-from squeal.linear import Linearisation, linearise
-from squeal.model import PadModel
-from squeal.states import State
+from squeal.model.equations import PadModel
+from squeal.model.linear import Linearisation, linearise
+from squeal.model.states import State
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.mechanics import pose
-from squeal.model import PadModel, net_loads
-from squeal.states import State
-from squeal.units import Units, natural_units
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.mechanics import pose
+from squeal.model.states import State
+from squeal.model.units import Units, natural_units
 
 _STEP = 1e-200
 

@@ -6,9 +6,10 @@ import math
 from pathlib import Path
 from typing import Any, Literal
 
-from squeal.contact import FORMULATION_CHOICES, Formulation
-from squeal.pad import MODELS, PARAMETERS, Model, Pad
-from squeal.scene.document import read_document
+from squeal.files.document import read_document
+from squeal.files.values import Keys, angle, choice, mapping, number, shown
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.pad import MODELS, PARAMETERS, Model, Pad
 from squeal.scene.schema import (
     COORDINATES,
     DEFAULT_OUTPUTS,
@@ -19,7 +20,6 @@ from squeal.scene.schema import (
     Damping,
     Scene,
 )
-from squeal.scene.values import Keys, angle, choice, mapping, number, shown
 
 KEYS = [
     "model",

@@ -1,13 +1,13 @@
-"""The scene: one validated, immutable request. Parameters are described in `squeal.pad`."""
+"""The scene: one validated, immutable request. Parameters are described in `squeal.model.pad`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from squeal.contact import CONSISTENT, Formulation
-from squeal.model import PadModel
-from squeal.pad import Model, Pad
+from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.equations import PadModel
+from squeal.model.pad import Model, Pad
 
 OUTPUTS = ("events", "shares", "extrema", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")

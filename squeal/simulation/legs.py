@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from squeal.states import State
+from squeal.model.states import State
 
 # Where the model ends: what has happened when a limit is reached.
 LIMITS = (

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.model import PadModel
+from squeal.model.equations import PadModel
+from squeal.model.states import State, name, names
+from squeal.model.units import Units
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
-from squeal.states import State, name, names
-from squeal.units import Units
 
 
 class Observer:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.model.states import State
 from squeal.scene.schema import Scene
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate
-from squeal.states import State
 
 TOLERANCE = 1e-30
 
@@ -49,7 +49,7 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
         number = hy.real128
     except (ImportError, AttributeError):
         raise ComputationError("quad precision needs heyoka on a machine that has it") from None
-    from squeal.simulation.taylor import TaylorIntegrator
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
 
     units, model, first, stop = in_natural_units(scene)
     changes = ChangeTimes()

@@ -10,13 +10,13 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.mechanics import gaps, pose
-from squeal.model import PadModel
+from squeal.model.equations import PadModel
+from squeal.model.mechanics import gaps, pose
+from squeal.model.states import State, name
+from squeal.model.units import Units, natural_units
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
-from squeal.states import State, name
-from squeal.units import Units, natural_units
 
 Backend = Literal["auto", "heyoka", "scipy"]
 
@@ -59,7 +59,7 @@ def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Inte
     """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
     if backend != "scipy":
         try:
-            from squeal.simulation.taylor import TaylorIntegrator
+            from squeal.simulation.integrators.taylor import TaylorIntegrator
         except ImportError:
             if backend == "heyoka":
                 raise ComputationError(
@@ -67,7 +67,7 @@ def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Inte
                 ) from None
         else:
             return TaylorIntegrator(model, tolerance)
-    from squeal.simulation.stand_in import SciPyIntegrator
+    from squeal.simulation.integrators.with_scipy import SciPyIntegrator
 
     return SciPyIntegrator(model, tolerance)
 

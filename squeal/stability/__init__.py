@@ -9,7 +9,6 @@ from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sw
 from squeal.stability.judgement import Judgement, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Matrices, System
-from squeal.stability.plain import PlainSystem, plain_system, read_plain
 from squeal.stability.sensitivity import sensitivities
 from squeal.stability.thresholds import CriticalPoint, critical_points
 from squeal.stability.tracking import TrackedModes, track
@@ -22,7 +21,6 @@ __all__ = [
     "Judgement",
     "LoopAnswer",
     "Matrices",
-    "PlainSystem",
     "Spectrum",
     "System",
     "TrackedModes",
@@ -30,8 +28,6 @@ __all__ = [
     "critical_points",
     "friction_loop",
     "judge",
-    "plain_system",
-    "read_plain",
     "sensitivities",
     "sum_verdicts",
     "sweep",

@@ -1,0 +1,1 @@
+"""Answers about a scene: eigenvalues, thresholds, maps, sensitivities, advice."""

@@ -1,0 +1,56 @@
+"""Critical friction: where a pad's stability changes along its equilibrium branch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.analysis.damping import damping_matrix
+from squeal.equilibrium import Path
+from squeal.model.linear import about_origin
+from squeal.scene import Scene
+from squeal.stability import CriticalPoint, Matrices, critical_points, verdict
+
+
+@dataclass(frozen=True)
+class CriticalFriction:
+    """Every change of the verdict in 0 < mu <= mu_max, sorted by mu.
+
+    `at_zero` is the verdict without friction; `mu_end` how far the branch reaches and `end` why it
+    stops there.
+    """
+
+    at_zero: str
+    points: tuple[CriticalPoint, ...]
+    mu_end: float
+    end: str
+
+
+def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
+    """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
+
+    The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
+    the last entry. Raises ComputationError if there is no equilibrium without friction.
+    """
+    C = damping_matrix(scene)
+    if scene.model == "B3":
+
+        def at_origin(mu: float) -> Matrices:
+            matrices = about_origin(scene.pad.replace(mu=mu), scene.formulation)
+            return matrices.M, C, matrices.K
+
+        points = critical_points(at_origin, mu_max)
+        return CriticalFriction(
+            verdict(*at_origin(0.0)), tuple(points), mu_max, f"mu = {mu_max:g} is reached"
+        )
+    path = Path.of(scene.pad_model, mu_max)
+
+    def on_branch(mu: float) -> Matrices:
+        matrices = path.linearisation(mu)
+        return matrices.M, C, matrices.K
+
+    found = critical_points(on_branch, path.mu_end, path.breakpoints)
+    if path.fold is not None:
+        close = 1e-9 * path.fold
+        found = [point for point in found if point.mu < path.fold - close]
+        found.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
+    return CriticalFriction(verdict(*on_branch(0.0)), tuple(found), path.mu_end, path.end)

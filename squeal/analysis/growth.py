@@ -1,0 +1,97 @@
+"""Growth rates of the nonlinear models, fitted to a simulation, beside the linearisation's."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.analysis.eigenvalues import at_equilibrium
+from squeal.equilibrium import Equilibrium, Path
+from squeal.model.equations import PadModel
+from squeal.scene import Scene
+from squeal.simulation.legs import Leg
+from squeal.simulation.observers import Observer
+from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from squeal.stability import complex_eigenvalues
+
+DISPLACEMENT = 1e-6  # of the motion's natural length: small enough to be linear
+PERIODS = 8
+SAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One eigenvalue (rad/s) at mu, and what the start of a simulation shows in its place."""
+
+    mu: float
+    predicted: complex
+    fitted: complex
+
+    @property
+    def deviation(self) -> float:
+        """|fitted - predicted| over |predicted|."""
+        return abs(self.fitted - self.predicted) / abs(self.predicted)
+
+
+class _Motion(Observer):
+    """The motion at equally spaced natural times; `changed` tells that a contact changed."""
+
+    dense = True
+
+    def __init__(self, times: np.ndarray) -> None:
+        self.times, self.states, self.changed = times, np.full((len(times), 6), np.nan), False
+
+    def leg(self, leg: Leg) -> None:
+        here = (self.times >= leg.t0) & (self.times <= leg.t1)
+        assert leg.dense is not None
+        self.states[here] = leg.dense(self.times[here])
+
+    def change(self, *_: object) -> None:
+        self.changed = True
+
+
+def fit(scene: Scene, at: Equilibrium) -> Fit | None:
+    """Start a simulation beside an equilibrium in its fastest growing mode and fit the eigenvalue.
+
+    With y the left vector of lambda, a(t) = y' (M u' + (lambda M + C) u) obeys a' = lambda a for
+    the linear motion u, so log a is fitted by a line. None if a contact change ends the motion
+    too early or no mode vibrates.
+    """
+    pad = scene.pad.replace(mu=at.mu)
+    model = PadModel(scene.model, pad, scene.formulation)
+    matrices = at_equilibrium(model, at)
+    mode = complex_eigenvalues(matrices.M, matrices.C, matrices.K).dominant
+    if mode.value.imag == 0.0:
+        return None
+    period = 2 * np.pi / abs(mode.value.imag)
+    task = dataclasses.replace(
+        scene, pad=pad, initial=(*at.q, 0.0, 0.0, 0.0), stop=PERIODS * period, samples=2
+    )
+    units, scaled, start, stop = in_natural_units(task)
+    shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))
+    size = DISPLACEMENT * np.max(np.abs(start[:3])) / np.max(np.abs(shape[:3]))
+    motion = _Motion(np.linspace(0.0, stop, SAMPLES))
+    integrator = make_integrator(scaled, 1e-15, "auto")
+    integrate(scaled, integrator, units, start + size * shape, stop, [motion])
+    if motion.changed:
+        return None
+    u = units.to_si(motion.states - start)
+    lam, M, C, y = mode.value, matrices.M, matrices.C, mode.left
+    a = (u[:, 3:] @ M.T + u[:, :3] @ (lam * M + C).T) @ y.conj()
+    t = motion.times * units.time
+    slopes = [np.polyfit(t, part, 1)[0] for part in (np.log(np.abs(a)), np.unwrap(np.angle(a)))]
+    return Fit(at.mu, lam, complex(slopes[0], slopes[1]))
+
+
+def fits(scene: Scene, mus: np.ndarray) -> list[Fit]:
+    """Fits along the branch from mu = 0, where it reaches and no contact change interferes."""
+    path = Path.of(scene.pad_model, float(np.max(mus)))
+    found = []
+    for mu in mus:
+        at = path.equilibrium(float(mu))
+        one = fit(scene, at) if at is not None else None
+        if one is not None:
+            found.append(one)
+    return found

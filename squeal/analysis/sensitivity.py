@@ -1,0 +1,159 @@
+"""What moves the eigenvalues and thresholds of a pad: exact derivatives by its parameters.
+
+A parameter changes the matrices directly and by shifting the equilibrium about which they are
+taken; both are in the derivatives below. Damping matrices are held fixed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.analysis.critical import CriticalFriction
+from squeal.analysis.damping import damping_matrix
+from squeal.analysis.eigenvalues import Analysis
+from squeal.equilibrium import Path
+from squeal.errors import ComputationError
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.mechanics import coefficients, gaps, pose
+from squeal.model.pad import PARAMETERS
+from squeal.model.states import FULL, State
+from squeal.numerics import dual
+from squeal.numerics.dual import Dual
+from squeal.scene import Scene
+from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
+
+_STEP = 1e-200
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Derivatives by one parameter p, SI units per unit of p.
+
+    loads (3,): of (Fx, Fy, M) at a fixed place; q (3,): of the equilibrium; M, K (3, 3): of the
+    matrices about the moving equilibrium; gaps (2,): of the edges' gaps there.
+    """
+
+    loads: np.ndarray
+    q: np.ndarray
+    M: np.ndarray
+    K: np.ndarray
+    gaps: np.ndarray
+
+
+def parameters(model: PadModel) -> tuple[str, ...]:
+    """Names of the parameters that a model's equilibria and matrices depend on."""
+    return tuple(
+        name
+        for name, p in PARAMETERS.items()
+        if model.name in p.models and name != "V" and getattr(model.pad, name) is not None
+    )
+
+
+def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool = False) -> Change:
+    """Derivatives by the parameter `name` about q (3,) in a contact state, exact to rounding.
+
+    `held` keeps q where it is, as B3 does. Where the balance is singular (a fold) the equilibrium
+    moves infinitely fast and only `loads` is finite.
+    """
+    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})  # type: ignore[arg-type]
+    c = coefficients(dual, pad, model.law.absolute_gap)
+
+    def slopes(at: np.ndarray, dq: np.ndarray) -> np.ndarray:
+        place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
+        loads = net_loads(dual, c, model.law, place, state)  # type: ignore[arg-type]
+        return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
+
+    loads = slopes(q, np.zeros(3))
+    K = -model.jacobian(q, state)
+    try:
+        dq = np.zeros(3) if held else np.linalg.solve(K, loads)
+    except np.linalg.LinAlgError:
+        dq = np.full(3, np.inf)
+    shifted = np.asarray(q, dtype=complex)[:, None] + 1j * _STEP * np.eye(3)
+    dM = np.diag([float(name == "m"), float(name == "m"), float(name == "I")])
+    at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
+    edges = [float(dual.dual(g).slope) for g in gaps(c, at)]
+    return Change(loads, dq, dM, -slopes(shifted, dq).imag / _STEP, np.array(edges))
+
+
+def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.ndarray]:
+    """d lambda/dp (6,) for each parameter p, in the order of the analysis' eigenvalues.
+
+    rad/s per unit of p in SI units, with all other parameters (I too) and the damping matrix held
+    fixed; infinite at a coalescence, see `squeal.stability.sensitivities`. Where an edge only just
+    touches, the derivative is that within the present contact state.
+    """
+    model, q = scene.pad_model, np.array(analysis.q)
+    m = analysis.matrices
+    found = {}
+    for name in parameters(model):
+        by = change(model, q, analysis.state, name, held=scene.model == "B3")
+        found[name] = sensitivities(m.M, m.C, m.K, dM=by.M, dK=by.K, spectrum=analysis.spectrum)
+    return found
+
+
+def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, float]:
+    """d mu_c/dp of a threshold on the branch for each parameter p but mu.
+
+    With y, x the left and right null vectors at the threshold, y'(dK - s dM)x = 0 keeps a double
+    root s (flutter) or a zero one (divergence), y'dF = 0 a fold; a change of contact keeps the
+    gap at zero, and with damping the pair stays on the imaginary axis. Raises ComputationError
+    where none of these holds, for an exchange of growth rates.
+    """
+    path = Path.of(scene.pad_model, point.mu * (1 + 1e-6)) if scene.model != "B3" else None
+    if path is None:
+        q, state = np.zeros(3), FULL
+    else:
+        z, state = path.at(min(point.mu, path.mu_end))
+        q = path.branch.statics.to_si(z)
+    model = PadModel(scene.model, scene.pad.replace(mu=point.mu), scene.formulation)
+    names = parameters(model)
+    by = {name: change(model, q, state, name, held=path is None) for name in names}
+    if path is not None and any(abs(b - point.mu) <= 1e-12 * point.mu for b in path.breakpoints):
+        edge = int(np.argmin(np.abs(model.gaps(q))))
+        rate = {name: by[name].gaps[edge] for name in names}
+    else:
+        rate = _rates(model, q, state, damping_matrix(scene), point, by)
+    return {name: -rate[name] / rate["mu"] + 0.0 for name in names if name != "mu"}
+
+
+def _rates(
+    model: PadModel,
+    q: np.ndarray,
+    state: State,
+    C: np.ndarray,
+    point: CriticalPoint,
+    by: dict[str, Change],
+) -> dict[str, float]:
+    """What must not change at a threshold, differentiated by each parameter."""
+    M, K = model.mass_matrix, -model.jacobian(q, state)
+    if point.kind == "fold":
+        y, _ = _null(K, M)
+        return {name: float(y @ one.loads) for name, one in by.items()}
+    if C.any():
+        spectrum = complex_eigenvalues(M, C, K)
+        k = int(np.argmin(np.abs(spectrum.values.real) - 1e-9 * np.abs(spectrum.values.imag)))
+        return {
+            name: float(sensitivities(M, C, K, dM=one.M, dK=one.K, spectrum=spectrum)[k].real)
+            for name, one in by.items()
+        }
+    s = 0.0 if point.kind == "divergence" else (2 * np.pi * point.frequency_hz) ** 2
+    y, x = _null(K - s * M, M)
+    scale = np.linalg.norm(K)
+    if np.abs(y @ (K - s * M) @ x) > 1e-6 * scale * np.linalg.norm(x) * np.linalg.norm(y):
+        raise ComputationError(f"the threshold at mu = {point.mu:.9g} is no coalescence")
+    return {name: float(y @ (one.K - s * one.M) @ x) for name, one in by.items()}
+
+
+def _null(matrix: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left and right null vectors of a singular matrix, found in mass-normalised coordinates."""
+    unit = 1.0 / np.sqrt(np.diag(M))
+    U, _, rows = np.linalg.svd(unit[:, None] * matrix * unit)
+    return unit * U[:, -1], unit * rows[-1]
+
+
+def first_loss(critical: CriticalFriction) -> CriticalPoint | None:
+    """The first threshold at which stability or the equilibrium is lost, None if there is none."""
+    return next((p for p in critical.points if p.kind != "restabilised"), None)

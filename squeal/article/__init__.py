@@ -1,0 +1,1 @@
+"""The companion of the article: its claims, findings, studies, figures and report."""

@@ -1,0 +1,7 @@
+"""The article's statements about its results, each as a measurement with a margin and a verdict."""
+
+from squeal.article.claims.catalogue import CLAIMS, Claim
+from squeal.article.claims.judging import Judged, judge_claims
+from squeal.article.claims.measures import Case, batch_case, measure
+
+__all__ = ["CLAIMS", "Case", "Claim", "Judged", "batch_case", "judge_claims", "measure"]

@@ -1,0 +1,122 @@
+"""`squeal identify`: search for the pad that reproduces most of the article's statements."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from squeal.article.identify import Found, search
+from squeal.article.identify.write import write_scenes
+from squeal.commands.base import Answer, Command, Parser, table
+from squeal.errors import InputError
+from squeal.files.provenance import provenance
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal identify`."""
+    for key, choices in FORMULATION_CHOICES.items():
+        parser.add_argument(
+            f"--{key.replace('_', '-')}", choices=choices, default=choices[0], help="formulation"
+        )
+    parser.add_argument("--seed", default="1", metavar="N", help="whole number (1 if left out)")
+    parser.add_argument("--minutes", default="10", metavar="M", help="how long (10 if left out)")
+    parser.add_argument("--starts", metavar="N", help="so many starts, however long they take")
+    parser.add_argument(
+        "--state",
+        type=Path,
+        metavar="FILE",
+        help="keep the finished starts in FILE and go on after them",
+    )
+    parser.add_argument(
+        "--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes into FOLDER"
+    )
+
+
+def _number(given: str, option: str, low: float, whole: bool = False) -> float:
+    try:
+        value = float(int(given)) if whole else float(given)
+    except ValueError:
+        value = math.nan
+    if not low <= value <= 1e9:
+        kind = "a whole number" if whole else "a number"
+        raise InputError(f"{option} {given}: is not allowed; it must be {kind} of at least {low:g}")
+    return value
+
+
+def data(found: Found) -> dict[str, Any]:
+    """The best pad as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
+    return {
+        "numbers": found.numbers,
+        "cost": found.cost,
+        "reproduced": found.reproduced,
+        "starts": found.starts,
+        "pads": found.pads,
+        "claims": [
+            {"id": j.claim.id, "verdict": j.verdict, "margin": j.margin} for j in found.judged
+        ],
+    }
+
+
+def text(found: Found) -> str:
+    """The same for people."""
+    rows = [(f"  {name}", f"{value:.6g}") for name, value in found.numbers.items()]
+    failing = [
+        (f"  {j.claim.id}", f"{j.margin:+.3g}", j.measured)
+        for j in found.judged
+        if j.verdict != "reproduced"
+    ]
+    return "\n".join(
+        [
+            f"{found.pads} pads from {found.starts} starts; best pad (w = m = k1 = 1)",
+            table(rows),
+            f"{found.reproduced} of {len(found.judged)} claims reproduced; not so",
+            table(failing, right=False) if failing else "  none",
+        ]
+    )
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Search, and write the scenes if asked."""
+    formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
+    seed = int(_number(given.seed, "--seed", 0, whole=True))
+    seconds = 60 * _number(given.minutes, "--minutes", 0.0)
+    starts = None
+    if given.starts is not None:
+        starts, seconds = int(_number(given.starts, "--starts", 1, whole=True)), math.inf
+    if given.scenes is not None and not given.scenes.is_dir():
+        raise InputError(f"--scenes {given.scenes}: is no folder; an existing folder is allowed")
+    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
+    if given.scenes is not None:
+        write_scenes(found.numbers, formulation, given.scenes)
+    return Answer(
+        lambda: (
+            data(found)
+            | {
+                "provenance": provenance(
+                    None, "squeal.article.commands.identify", ("cma", "heyoka", "numpy")
+                )
+            }
+        ),
+        lambda: text(found),
+    )
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+COMMAND = Command(
+    "identify",
+    "Search for the pad that reproduces most of the article's statements.",
+    run,
+    options,
+    scene=False,
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())

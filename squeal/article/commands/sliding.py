@@ -1,0 +1,121 @@
+"""`squeal sliding`: Eq. (22), the bounds (23a, b), and all sliding equilibria."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.eigenvalues import judged_equilibria
+from squeal.article.equations import bounds, stiffness
+from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.errors import InputError
+from squeal.files.provenance import provenance
+from squeal.files.writing import write_csv
+from squeal.model.linear import rank
+from squeal.model.states import name
+from squeal.scene import Scene, read_scene
+
+COLUMNS = ("x", "y", "theta", "R_n", "delta", "contact", "verdict")
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def data(scene: Scene) -> dict[str, Any]:
+    """The answer as a JSON object; a bound is null where K21 = 0 and friction is not bounded."""
+    pad = scene.pad
+    K = stiffness(pad)
+    limits = bounds(pad)
+    found: dict[str, Any] = {
+        "K": K.tolist(),
+        "determinant": float(np.linalg.det(K)),
+        "rank": rank(pad, K),
+        "printed_K33_singular": rank(pad, stiffness(pad, printed=True)) < 3,
+        "bound_23a": _finite(limits.bound_23a),
+        "bound_23b": _finite(limits.bound_23b),
+        "holds_as_printed": bool(limits.as_printed),
+        "holds_sign_aware": bool(limits.sign_aware),
+    }
+    if scene.model != "B3":
+        found["equilibria"] = [
+            {
+                "x": e.q[0],
+                "y": e.q[1],
+                "theta": e.q[2],
+                "R_n": e.R_n,
+                "delta": e.delta,
+                "contact": name(scene.model, e.state),
+                "verdict": judgement.verdict,
+            }
+            for e, judgement in judged_equilibria(scene)
+        ]
+    return found
+
+
+def text(found: dict[str, Any]) -> str:
+    """The same for people."""
+    K = [[f"{v:.6g}" for v in row] for row in found["K"]]
+    rank_word = "singular" if found["rank"] < 3 else "regular"
+
+    def bound(key: str) -> str:
+        return "none (K21 = 0)" if found[key] is None else f"mu < {found[key]:.6g}"
+
+    yes = {True: "yes", False: "no"}
+    parts = [
+        "K of Eq. (22), N/m, N and N m\n" + table([("  ", *row) for row in K]),
+        (
+            f"rank {found['rank']} ({rank_word}); with K33 as printed "
+            f"{'singular' if found['printed_K33_singular'] else 'regular'}"
+        ),
+        (
+            f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
+            f"hold as printed: {yes[found['holds_as_printed']]}, "
+            f"signs followed: {yes[found['holds_sign_aware']]}"
+        ),
+    ]
+    if "equilibria" in found:
+        rows = [("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")]
+        for e in found["equilibria"]:
+            numbers = (f"{e[key]:.6g}" for key in ("x", "y", "theta", "R_n", "delta"))
+            first, *rest = numbers
+            rows.append((f"  {first}", *rest, e["contact"], e["verdict"]))
+        parts.append(
+            "sliding equilibria, least potential energy first\n" + table(rows)
+            if found["equilibria"]
+            else "no sliding equilibrium was found: no steady sliding exists near the pad"
+        )
+    return "\n\n".join(parts)
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal sliding`."""
+    file_options(parser, csv="write the equilibria to FILE")
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Read the scene and answer."""
+    scene = read_scene(given.scene)
+    check_files(given)
+    if given.csv is not None and scene.model == "B3":
+        raise InputError(
+            f"--csv {given.csv}: is not allowed with model B3, which has no equilibria to write; "
+            "a scene of B1 or B2 is allowed"
+        )
+    found = data(scene)
+    if given.csv is not None:
+        write_csv(given.csv, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"]))
+    where = provenance(scene.source, "squeal.article.commands.sliding", ("numpy",))
+    return Answer(lambda: found | {"provenance": where}, lambda: text(found))
+
+
+COMMAND = Command(
+    "sliding", "Eq. (22), the bounds (23a, b) and all sliding equilibria.", run, options
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())

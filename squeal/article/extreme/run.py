@@ -1,0 +1,164 @@
+"""Runs the cases of the suite and holds each outcome against the truth."""
+
+from __future__ import annotations
+
+import math
+import resource
+import tempfile
+import time as clock
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from squeal.article.extreme.cases import PERIODS, Case
+from squeal.errors import ComputationError, InputError
+from squeal.model.equations import PadModel
+from squeal.scene import Scene, read_scene
+from squeal.simulation import Simulation, simulate
+from squeal.simulation.reference import error_against, reference
+from squeal.simulation.run import in_natural_units
+
+RIGHT = 1e-9  # greatest relative error of a right answer
+LONG = 100  # how many times longer the long runs are with --long
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a case: `right`, `refused` or `warned` as it should be, else `wrong`.
+
+    error: relative, None where there is no number to compare; steps and contact changes of the run;
+    run_time in s, of the simulation alone; told: what the error is measured against, or what the
+    program said.
+    """
+
+    group: str
+    name: str
+    outcome: Literal["right", "refused", "warned", "wrong"]
+    error: float | None
+    steps: int
+    changes: int
+    run_time: float
+    told: str
+
+
+def _place(scene: Scene, found: Simulation) -> np.ndarray:
+    units, *_ = in_natural_units(scene)
+    return units.to_scaled(np.array(found.final[1:]))[:3]
+
+
+def _against_quad(case: Case, found: Simulation) -> tuple[float, str]:
+    exact = reference(case.scene)
+    if len(exact.times) != found.contact_changes:
+        return math.inf, f"{len(exact.times)} contact changes in quad precision"
+    return error_against(_place(case.scene, found), exact.place), "quad precision"
+
+
+def in_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
+    """The same motion in other units."""
+    place = np.array([length, length, 1.0])
+    initial = np.array(scene.initial) / np.concatenate([place, place / time])
+    assert scene.stop is not None
+    return replace(
+        scene,
+        pad=scene.pad.scaled(mass, length, time),
+        initial=tuple(initial.tolist()),
+        stop=scene.stop / time,
+    )
+
+
+def _against_units(case: Case, found: Simulation) -> tuple[float, str]:
+    other = in_units(case.scene, *case.units)
+    place = _place(other, simulate(other))
+    return error_against(place, _place(case.scene, found)), "the same pad in other units"
+
+
+def _drift(case: Case, found: Simulation, before: int) -> tuple[float, str]:
+    scene = case.scene
+    model = PadModel(scene.model, scene.pad, scene.formulation)
+    energies = []
+    for state in (scene.initial, found.final[1:]):
+        q, rates = np.array(state[:3]), np.array(state[3:])
+        energies.append(float(model.energy(q, rates, model.state_at(q))))
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    told = f"drift of energy; peak memory grew by {max(grown, 0.0):.0f} MB"
+    return abs(energies[1] / energies[0] - 1.0), told
+
+
+def _refused(case: Case) -> Outcome:
+    begun = clock.perf_counter()
+    try:
+        if case.text:
+            with tempfile.TemporaryDirectory() as folder:
+                file = Path(folder) / "scene.yaml"
+                file.write_text(case.text, encoding="utf-8")
+                read_scene(file, "simulate")
+        else:
+            simulate(case.scene)
+        told, right = "not refused", False
+    except (ComputationError, InputError) as error:
+        told = str(error).split("scene.yaml: ")[-1]
+        right = case.words in told
+        if case.time is not None:
+            said = float(told.split("t = ")[1].split(" ")[0])
+            right = right and math.isclose(said, case.time, rel_tol=1e-6)
+    spent = clock.perf_counter() - begun
+    words = "refused" if right else "wrong"
+    return Outcome(case.group, case.name, words, None, 0, 0, spent, told)  # type: ignore[arg-type]
+
+
+def _ended(case: Case, told: str) -> Outcome:
+    """A run that the model ended unasked: right if quad precision says the same."""
+    try:
+        reference(case.scene)
+        alike = False
+    except ComputationError as failure:
+        alike = str(failure) == told
+    words: Literal["refused", "wrong"] = "refused" if alike else "wrong"
+    return Outcome(case.group, case.name, words, None, 0, 0, 0.0, told)
+
+
+def run_case(case: Case) -> Outcome:
+    """Run a case and hold its outcome against the truth."""
+    if case.truth == "refusal":
+        return _refused(case)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    outcome: Literal["right", "warned", "wrong"] = "right"
+    error: float | None = None
+    try:
+        found = simulate(case.scene)
+    except ComputationError as failure:
+        return _ended(case, str(failure))
+    if case.truth == "warning":
+        told = "sliding holds, as it must"
+        right = found.sliding_holds is True
+        if case.time is not None and math.isfinite(case.time):
+            lost = found.sliding_lost_at
+            right = lost is not None and math.isclose(lost, case.time, rel_tol=1e-6)
+            told, outcome = f"sliding is lost at t = {lost:.6g} s", "warned"
+    else:
+        if case.truth == "quad":
+            error, told = _against_quad(case, found)
+        elif case.truth == "scaled":
+            error, told = _against_units(case, found)
+        elif case.truth == "energy":
+            error, told = _drift(case, found, before)
+        else:
+            assert case.error is not None
+            error, told = case.error(case.scene, found), "closed form"
+        right = error <= RIGHT
+    if not right:
+        outcome = "wrong"
+    shown = error if error is not None and math.isfinite(error) else None
+    counts = (found.steps, found.contact_changes, found.run_time)
+    return Outcome(case.group, case.name, outcome, shown, *counts, told)
+
+
+def longer(case: Case) -> Case:
+    """A long run a hundred times as long; other cases as they are."""
+    if case.truth != "energy":
+        return case
+    stop = LONG * (case.scene.stop or 0.0)
+    words = case.name.replace(f"{PERIODS}", f"{LONG * PERIODS}")
+    return replace(case, name=words, scene=replace(case.scene, stop=stop))

@@ -1,0 +1,145 @@
+"""Maps over the spring angles side by side, from `studies.angles` and `studies.quasi_static`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.patches import Patch
+
+from squeal.analysis.maps import NAMES
+from squeal.article.studies.angles import CONTACT_OF, VERDICT_OF
+from squeal.numerics.outline import Outline
+from squeal.plots.areas import draw
+from squeal.plots.maps import VERDICT_COLOURS
+from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+
+HOLDS = ("#FFFFFF", "#5A5A5A")
+"""Colours of a condition that fails or holds."""
+CONTACTS = {
+    "full contact": "#CFE6F5",
+    "no equilibrium on the branch": VERDICT_COLOURS[-1],
+    "leading edge": "#F2C14E",
+    "trailing edge": "#7FB77E",
+}
+"""Colours of `squeal.model.states.STATES`, by what they mean here."""
+TICKS = ([0.0, np.pi / 2, np.pi], ["$0$", r"$\pi/2$", r"$\pi$"])
+
+
+def _panel(
+    axes: Axes, found: Outline, marks: dict[str, Any], colours: tuple[str, ...], title: str
+) -> None:
+    draw(axes, found, colours)
+    for case, (a, b) in marks.items():
+        axes.text(
+            a,
+            b,
+            case,
+            ha="center",
+            va="center",
+            fontsize=7,
+            bbox={"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6},
+            clip_on=False,
+            zorder=5,
+        )
+    axes.set_aspect("equal")
+    axes.set_xlim(0.0, np.pi)
+    axes.set_ylim(0.0, np.pi)
+    axes.set_xticks(*TICKS)
+    axes.set_yticks(*TICKS)
+    axes.set_title(title, pad=8.0)
+    axes.set_xlabel(r"$\alpha_1$ [rad]")
+
+
+def _key(axes: Axes, entries: list[tuple[str, str]], title: str, top: float) -> None:
+    handles = [Patch(facecolor=colour, edgecolor="k", linewidth=0.5) for colour, _ in entries]
+    legend = Legend(
+        axes,
+        handles,
+        [name for _, name in entries],
+        title=title,
+        loc="upper left",
+        bbox_to_anchor=(0.0, top),
+        alignment="left",
+    )
+    axes.add_artist(legend)
+
+
+def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
+    """Two readings of (23a, b), verdict on B3, contact and verdict of B2's equilibria."""
+    b2 = Outline.of(found["b2"])
+    contacts = tuple(CONTACTS.values())
+    panels = [
+        (Outline.of(printed["as_printed"]), HOLDS, "(a) (23a, b) as printed"),
+        (Outline.of(printed["sign_aware"]), HOLDS, "(b) (23a, b), signs followed"),
+        (Outline.of(found["b3"]), VERDICT_COLOURS, "(c) verdict, B3 about the origin"),
+        (b2.regrouped(CONTACT_OF), contacts, "(d) contact of B2's equilibrium"),
+        (b2.regrouped(VERDICT_OF), VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
+    ]
+    with style():
+        figure = Figure(figsize=(DOUBLE, 5.1))
+        grid = figure.subplots(2, 3)
+        for axes, (curves, colours, title) in zip(grid.flat, panels, strict=False):
+            _panel(axes, curves, found["marks"], colours, title)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(r"$\alpha_2$ [rad]")
+        last = grid[1, 2]
+        last.axis("off")
+        met = [
+            (VERDICT_COLOURS[k], name)
+            for k, name in enumerate(NAMES[:-1])
+            if found["share_b2"][name] + found["share_b3"][name] > 0.0
+        ]
+        _key(last, [(HOLDS[1], "(23a) and (23b) hold")], "(a), (b)", 1.0)
+        _key(last, met, "(c), (e)", 0.78)
+        _key(last, [(colour, name) for name, colour in CONTACTS.items()], "(d), (e)", 0.4)
+    return figure
+
+
+def drawing(found: dict[str, Any], printed: dict[str, Any]) -> Drawing:
+    """The figure, ready to be saved."""
+    holds, share = printed["share"], found["share"]
+    told = {
+        model: ", ".join(
+            f"{name} {100 * part:.1f} %" for name, part in found[f"share_{model}"].items() if part
+        )
+        for model in ("b2", "b3")
+    }
+    text = (
+        f"Five maps over the two spring angles from 0 to pi at the friction {found['mu']:g}. "
+        f"(a) Conditions (23a, b) as printed hold on {100 * holds['as_printed']:.1f} % of the "
+        f"area, (b) with signs followed on {100 * holds['sign_aware']:.1f} %. (c) Verdict on model "
+        f"B3 about the origin: {told['b3']}. (d) Model B2 slides in full contact on "
+        f"{100 * share['full']:.1f} %, on one edge on {100 * share['partial']:.1f} %. (e) Verdict "
+        f"on the equilibria of model B2: {told['b2']}. Letters mark the article's cases."
+    )
+    made = origin("squeal.article.figures.angle_maps", [found, printed])
+    return Drawing(angle_figure(found, printed), text, "Maps over the spring angles", made)
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "angles", type=Path, metavar="JSON", help="of squeal.article.studies.angles"
+    )
+    parser.add_argument(
+        "map", type=Path, metavar="JSON", help="of squeal.article.studies.quasi_static"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(
+        program(
+            "Draw the maps over the spring angles.",
+            _arguments,
+            lambda given: drawing(
+                *(json.loads(f.read_text(encoding="utf-8")) for f in (given.angles, given.map))
+            ),
+        )
+    )

@@ -1,0 +1,147 @@
+"""Figs. 3 and 8: flow charts of the contact states, from the table that the integrator uses."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.model.pad import CONTACT_MODELS, Model
+from squeal.model.states import FULL, LEAD, MEANINGS, NONE, STATES, TRAIL, State, conditions, name
+from squeal.plots.style import SINGLE, Drawing, colours, origin, program, style
+
+_PLACES: dict[State, tuple[float, float]] = {
+    FULL: (0.0, 1.0),
+    NONE: (0.0, -1.0),
+    LEAD: (-1.35, 0.0),
+    TRAIL: (1.35, 0.0),
+}
+_SIZE = (0.62, 0.24)  # half width and half height of a box
+
+
+def places(model: Model) -> dict[str, tuple[float, float]]:
+    """Where each state's box stands; states that share a name stand at the first one's place."""
+    found: dict[str, tuple[float, float]] = {}
+    for state in STATES:
+        x, y = _PLACES[state]
+        found.setdefault(name(model, state), (x if model == "B1" else 1.35 * x, y))
+    return found
+
+
+def links(model: Model) -> dict[tuple[str, str], int]:
+    """Changes of state (from, to) by name, with the number of gaps that must vanish together."""
+    found: dict[tuple[str, str], int] = {}
+    for condition in conditions():
+        ends = (name(model, condition.source), name(model, condition.target))
+        found[ends] = min(condition.codimension, found.get(ends, 2))
+    return found
+
+
+def _box(axes: Axes, model: Model, label: str, at: tuple[float, float]) -> None:
+    meaning = MEANINGS[model][label].replace(" in contact", "").replace("surface ", "")
+    head = f"state {label}" if model == "B1" else label
+    axes.annotate(
+        f"{head}\n{meaning}",
+        at,
+        ha="center",
+        va="center",
+        linespacing=1.15,
+        bbox={
+            "boxstyle": "round,pad=0.35",
+            "facecolor": "white",
+            "edgecolor": colours(model)[label],
+            "linewidth": 1.6,
+        },
+        zorder=3,
+    )
+
+
+def _arrow(
+    axes: Axes,
+    start: tuple[float, float],
+    stop: tuple[float, float],
+    text: str,
+    together: bool,
+    bow: float,
+) -> None:
+    """An arrow bowed to the left of its way (`bow` in chart units), with its label on the bow."""
+    a, b = np.array(start), np.array(stop)
+    way = (b - a) / np.hypot(*(b - a))
+    left = np.array([-way[1], way[0]])
+    # from box edge to box edge: leave each box where the straight way crosses it
+    reach = min(_SIZE[i] / abs(way[i]) for i in (0, 1) if abs(way[i]) > 1e-9) + 0.12
+    tail, head = a + way * reach + 0.5 * bow * left, b - way * reach + 0.5 * bow * left
+    axes.annotate(
+        "",
+        head,
+        tail,
+        arrowprops={
+            "arrowstyle": "-|>",
+            "connectionstyle": f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}",
+            "linewidth": 0.8,
+            "linestyle": (0, (3, 2)) if together else "-",
+            "color": "0.45" if together else "black",
+            "shrinkA": 0.0,
+            "shrinkB": 0.0,
+        },
+    )
+    if text:
+        middle = (tail + head) / 2.0 + left * (0.5 * bow + 0.14)
+        middle[0] += 0.05 * (len(text) - 3) * left[0]  # longer text needs more room
+        axes.text(float(middle[0]), float(middle[1]), text, ha="center", va="center")
+
+
+def chart(model: Model) -> Figure:
+    """State flow chart of model B1 (Fig. 3) or B2 (Fig. 8)."""
+    where = places(model)
+    with style():
+        figure = Figure(figsize=(SINGLE, 2.5))
+        axes = figure.add_subplot()
+        axes.set_axis_off()
+        axes.set_xlim(-2.15, max(x for x, _ in where.values()) + 0.8)
+        axes.set_ylim(-1.4, 1.4)
+        for label, at in where.items():
+            _box(axes, model, label, at)
+        for (start, stop), gaps in links(model).items():
+            a, b = where[start], where[stop]
+            _arrow(axes, a, b, f"{start}–{stop}", gaps == 2, 0.16)
+    return figure
+
+
+def alternative_text(model: Model) -> str:
+    """The chart in words."""
+    single = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 1]
+    double = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 2]
+    boxes = "; ".join(f"{label}: {meaning}" for label, meaning in MEANINGS[model].items())
+    return (
+        f"State flow chart of model {model}. Boxes: {boxes}. Solid arrows, one edge changes: "
+        f"{', '.join(single)}. Dashed arrows, both edges change in the same instant: "
+        f"{', '.join(double)}."
+    )
+
+
+def drawing(model: Model) -> Drawing:
+    """The chart, ready to be saved."""
+    return Drawing(
+        chart(model),
+        alternative_text(model),
+        f"State flow chart of model {model}",
+        origin("squeal.article.figures.charts"),
+    )
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", choices=CONTACT_MODELS)
+
+
+if __name__ == "__main__":
+    sys.exit(
+        program(
+            "Draw the flow chart of a model's contact states.",
+            _arguments,
+            lambda given: drawing(given.model),
+        )
+    )

@@ -1,0 +1,157 @@
+"""Mode coupling: frequencies and growth rates over mu, from the results of `studies.loci`."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from squeal.article.figures.loci import KILOHERTZ, PER_MS, growths, main, rows, scene_mark, title
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
+LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
+WIDTH_OF_LABEL = 0.12  # of the axis of mu
+
+
+def _modes(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
+    """Curves of each mode (of its conjugate the growth rate too: a real pair has two)."""
+    branch = scene["branch"]
+    mu, real, imag = (np.array(branch[key]) for key in ("mu", "real", "imag"))
+    for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True)):
+        look: dict[str, Any] = {"color": colour, "linestyle": line, "gid": f"mode {k + 1}"}
+        upper.plot(mu, np.abs(imag[2 * k]) / KILOHERTZ, **look)
+        for values in real[2 * k : 2 * k + 2]:
+            lower.plot(mu, values / PER_MS, **look)
+
+
+def _events(scene: dict[str, Any]) -> list[tuple[float, str, str]]:
+    """(mu, label, line style) of all that happens on the branch, sorted."""
+    branch = scene["branch"]
+    state = "state " if scene["model"] == "B1" else ""
+    found = [(c["mu"], f"{state}{c['into']}", ":") for c in branch["contact_changes"]]
+    jumps = {mu for mu, _, _ in found}
+    found += [(p["mu"], p["kind"], "--") for p in branch["thresholds"] if p["mu"] not in jumps]
+    return sorted(found)
+
+
+def _mark_events(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
+    """Verticals through both panels, labelled in the lower one beside the line."""
+    free = 0.0  # labels stand before their line unless another one is there
+    for mu, label, line in _events(scene):
+        for axes in (upper, lower):
+            axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
+        before = mu - free > WIDTH_OF_LABEL
+        lower.annotate(
+            label,
+            (mu, 0.96),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2.0 if before else 2.0, 0.0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right" if before else "left",
+            va="top",
+            bbox={"fc": "w", "ec": "none", "pad": 0.6},
+        )
+        free = mu if before else mu + WIDTH_OF_LABEL
+
+
+def _pair(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
+    branch, equilibrium = scene["branch"], scene["equilibrium"]
+    if "mu" in branch:
+        _modes(scene, upper, lower)
+        _mark_events(scene, upper, lower)
+    else:
+        upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
+    for axes in (upper, lower):
+        axes.axvline(scene["mu"], color="0.7", linewidth=0.6, zorder=0, gid="scene's mu")
+    if "real" in equilibrium:
+        real, imag = (np.array(equilibrium[key]) for key in ("real", "imag"))
+        look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7, "gid": "scene"}
+        mu = np.full(len(real), scene["mu"])
+        inside = imag >= 0.0
+        upper.plot(mu[inside], imag[inside] / KILOHERTZ, scene_mark(scene), **look)
+        lower.plot(mu, real / PER_MS, scene_mark(scene), **look)
+    upper.set_title(title(scene), pad=3.0)
+
+
+def coupling_figure(found: dict[str, Any]) -> Figure:
+    """For each model a row of frequencies over one of growth rates; one column a case."""
+    grid_of = rows(found)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 0.5 + 2.65 * len(grid_of)))
+        grid = figure.subplots(
+            2 * len(grid_of),
+            max(map(len, grid_of)),
+            squeeze=False,
+            sharex=True,
+            sharey="row",
+            gridspec_kw={"height_ratios": [1.7, 1.0] * len(grid_of)},
+        )
+        for i, scenes in enumerate(grid_of):
+            upper, lower = grid[2 * i], grid[2 * i + 1]
+            for scene, above, below in zip(scenes, upper, lower, strict=False):
+                _pair(scene, above, below)
+            upper[0].set_ylim(0.0, 1.07 * max(axes.dataLim.y1 for axes in upper))
+            reach = max(abs(axes.dataLim.intervaly).max() for axes in lower)
+            reach = 1.15 * reach if reach > 0.0 else 1.0
+            lower[0].set_ylim(-reach, reach)
+            upper[0].set_ylabel("frequency [kHz]")
+            lower[0].set_ylabel("growth [1/ms]")
+        grid[0, 0].set_xlim(0.0, 1.0)
+        grid[0, 0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
+        for axes in grid[-1]:
+            axes.set_xlabel(r"friction $\mu$")
+        figure.align_ylabels(grid[:, 0])
+        figure.legend(*_legend(found), loc="outside upper center", ncols=6, columnspacing=1.2)
+    return figure
+
+
+def _legend(found: dict[str, Any]) -> tuple[list[Line2D], list[str]]:
+    entries = [
+        (Line2D([], [], color=colour, linestyle=line), f"mode {k + 1}")
+        for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True))
+    ]
+    look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
+    entries.append((Line2D([], [], color="0.7", marker="o", **look), r"the scene's $\mu$"))
+    if any(not s["equilibrium"].get("on_branch", True) for s in found["scenes"]):
+        entries.append((Line2D([], [], color="0.7", marker="^", **look), "off the branch"))
+    if any(s["branch"].get("contact_changes") for s in found["scenes"]):
+        entries.append((Line2D([], [], color="k", linestyle=":", linewidth=0.7), "contact change"))
+    handles, names = zip(*entries, strict=True)
+    return list(handles), list(names)
+
+
+def alternative_text(found: dict[str, Any]) -> str:
+    """What the figure shows, with what happens on each branch."""
+    told = []
+    for scene in found["scenes"]:
+        if "mu" not in scene["branch"]:
+            told.append(f"{title(scene)}: no branch")
+            continue
+        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene)]
+        told.append(f"{title(scene)}: {', '.join(events) if events else 'no change'}")
+    return (
+        "Frequencies above growth rates of the three modes over friction from 0 to 1 along the "
+        "equilibrium branch, one column a case. Where two frequencies meet, one mode begins to "
+        f"grow and its partner to decay. Events over friction: {'; '.join(told)}. At the scenes' "
+        f"friction {growths(found)}."
+    )
+
+
+def drawing(found: dict[str, Any]) -> Drawing:
+    """The figure of `squeal.article.studies.loci` results, ready to be saved."""
+    return Drawing(
+        coupling_figure(found),
+        alternative_text(found),
+        "Mode coupling over the coefficient of friction",
+        origin("squeal.article.figures.coupling", found["scenes"]),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main("Draw frequencies and growth rates over the coefficient of friction.", drawing))

@@ -1,0 +1,65 @@
+"""Growth rates fitted to simulations, from the results of `squeal.article.studies.stability`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+
+COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
+
+
+def growth_figure(found: dict[str, Any]) -> Figure:
+    """Growth rates and frequencies: predicted by the linearisation, fitted to simulations."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.5))
+        left, right = figure.subplots(1, 2)
+        looks = zip(found["growth"], COLOURS, ("o", "s", "^"), strict=True)
+        for one, colour, marker in looks:
+            mu = np.array(one["mu"])
+            for axes, part, unit in ((left, 0, 1e3), (right, 1, 2e3 * np.pi)):
+                predicted = np.array(one["predicted"])[:, part] / unit
+                fitted = np.array(one["fitted"])[:, part] / unit
+                axes.plot(mu, fitted, marker, mfc="none", mec=colour, ms=5, label=one["name"])
+                axes.plot(mu, predicted, "+", color=colour, ms=4)
+        left.set_ylabel("growth rate [1/ms]")
+        right.set_ylabel("frequency [kHz]")
+        right.set_ylim(bottom=0.0)
+        for axes in (left, right):
+            axes.set_xlabel(r"friction $\mu$")
+        handles, names = left.get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside upper center", ncols=3)
+    return figure
+
+
+def drawing(found: dict[str, Any]) -> Drawing:
+    """The figure, ready to be saved."""
+    text = (
+        "Growth rate and frequency over friction: crosses are predicted, open marks fitted to the "
+        "start of simulations; each cross lies within its mark."
+    )
+    made = origin("squeal.article.figures.growth", [found])
+    return Drawing(growth_figure(found), text, "Growth rates fitted to simulations", made)
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "results", type=Path, metavar="JSON", help="of squeal.article.studies.stability"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(
+        program(
+            "Draw growth rates fitted to simulations.",
+            _arguments,
+            lambda given: drawing(json.loads(given.results.read_text(encoding="utf-8"))),
+        )
+    )

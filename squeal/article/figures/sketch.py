@@ -1,0 +1,258 @@
+"""Figs. 1 and 2: the pad with its springs, drawn from the vectors of Eqs. (1)-(2) of a scene."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Polygon
+
+from squeal.files.provenance import provenance
+from squeal.model.mechanics import Coefficients, coefficients
+from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.scene import Scene, read_scene
+
+SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
+FOOT = 0.42  # drawn length of the contact springs
+_GREY, _BLUE = "0.55", "#3498DB"
+Vector = Any  # (2,) array or tuple of numbers; rows of (2,) for a line
+
+
+def corners(c: Coefficients) -> dict[str, Vector]:
+    """Corners of the pad from its centre over the half length: upper 1, 2 and lower l, t."""
+    return {
+        "1": np.array([c.r1x, c.r1y]) / c.w,
+        "2": np.array([c.r2x, c.r2y]) / c.w,
+        "l": np.array([c.rlx, c.rly]) / c.w,
+        "t": np.array([c.rtx, c.rty]) / c.w,
+    }
+
+
+def towards_ground(c: Coefficients) -> dict[str, Vector]:
+    """Unit vectors from the pad's corners along springs 1 and 2 to their fixed ends."""
+    return {
+        "1": -np.array([c.D1x, c.D1y]) / c.L1,
+        "2": -np.array([c.D2x, c.D2y]) / c.L2,
+    }
+
+
+def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> Vector:
+    """Points of a zigzag spring from start to stop, shape (n, 2)."""
+    along = stop - start
+    side = np.array([-along[1], along[0]]) / np.hypot(*along) * width
+    shares = [0.0, 0.18, *np.linspace(0.22, 0.78, 2 * turns), 0.82, 1.0]
+    offsets = [0.0, 0.0, *np.resize([1.0, -1.0], 2 * turns), 0.0, 0.0]
+    return np.array([start + s * along + o * side for s, o in zip(shares, offsets, strict=True)])
+
+
+def _line(axes: Axes, points: Vector, **more: Any) -> None:
+    given: dict[str, Any] = {"color": "black", "linewidth": 0.8} | more
+    axes.plot(points[:, 0], points[:, 1], **given)
+
+
+def _text(axes: Axes, at: Vector, text: str, **more: Any) -> None:
+    axes.text(float(at[0]), float(at[1]), text, ha="center", va="center", **more)
+
+
+def _arrow(axes: Axes, tail: Vector, head: Vector, text: str, at: Vector, **more: Any) -> None:
+    arrow = {"arrowstyle": "-|>", "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 0.0} | more
+    axes.annotate("", head, tail, arrowprops=arrow)
+    _text(axes, at, text)
+
+
+def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
+    """A dimension line between a and b with its label beside the middle."""
+    line = {"arrowstyle": "<->", "linewidth": 0.6, "color": _GREY, "shrinkA": 0.0, "shrinkB": 0.0}
+    axes.annotate("", a, b, arrowprops=line)
+    _text(axes, (a + b) / 2 + shift, text)
+
+
+def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
+    """Fixed ground: a line across `normal` with hatching behind it."""
+    side = np.array([-normal[1], normal[0]])
+    _line(axes, np.array([at - half * side, at + half * side]), linewidth=1.2)
+    for s in np.linspace(-half, half, 6):
+        foot = at + s * side
+        _line(axes, np.array([foot, foot + 0.07 * (normal + 0.6 * side)]), linewidth=0.5)
+
+
+def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float) -> None:
+    """Spring 1 or 2 with its ground, its stiffness, its free length and its angle."""
+    end = corner + SPRING * way
+    _line(axes, _coil(corner, end))
+    _ground(axes, end, way, 0.16)
+    out = np.array([-way[1], way[0]]) * (1.0 if number == "1" else -1.0)
+    _text(axes, corner + 0.5 * SPRING * way + 0.27 * out, f"$k_{number},\\ L_{number}$")
+    first = number == "1"  # alpha1 counts from +x, alpha2 from -x the other way round
+    reach = np.array([0.36 if first else -0.36, 0.0])
+    _line(axes, np.array([corner, corner + 1.25 * reach]), linewidth=0.5, linestyle=(0, (3, 2)))
+    degrees = math.degrees(angle)
+    span = (0.0, degrees) if first else (180.0 - degrees, 180.0)
+    axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=span[0], theta2=span[1], linewidth=0.6))
+    middle = math.radians(sum(span) / 2 + (-18 if first else 18))
+    _text(
+        axes, corner + 0.43 * np.array([math.cos(middle), math.sin(middle)]), f"$\\alpha_{number}$"
+    )
+
+
+def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
+    """The pad with its centre, coordinates, d, beta and its sizes."""
+    outline = [at["1"], at["2"], at["t"], at["l"]]
+    axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
+    centre, corner = np.zeros(2), at["1"]
+    axes.plot(0.0, 0.0, "o", color="black", markersize=2.5)
+    _line(axes, np.array([centre, corner]), color=_GREY, linewidth=0.7)
+    _line(axes, np.array([centre, (-0.62, 0.0)]), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
+    _text(axes, 0.62 * corner + (0.05, 0.07), "$d$")
+    beta = math.degrees(math.asin(c.h / math.hypot(c.w, c.h)))
+    axes.add_patch(Arc((0, 0), 0.8, 0.8, theta1=180.0 - beta, theta2=180.0, linewidth=0.6))
+    half = math.radians(180.0 - beta / 2)
+    _text(axes, (0.49 * math.cos(half), 0.49 * math.sin(half)), r"$\beta$")
+    _arrow(axes, centre, np.array([0.3, 0.0]), "$x$", np.array([0.36, 0.0]))
+    _arrow(axes, centre, np.array([0.0, 0.24]), "$y$", np.array([0.06, 0.24]))
+    turn = {"arrowstyle": "-|>", "linewidth": 0.9, "connectionstyle": "arc3,rad=0.5"}
+    axes.annotate("", (0.53, 0.17), (0.53, -0.17), arrowprops=turn)
+    _text(axes, (0.7, 0.0), r"$\theta$")
+    far = 1.3
+    _size(
+        axes,
+        np.array([far, at["t"][1]]),
+        np.array([far, at["2"][1]]),
+        "$2h$",
+        np.array([0.12, 0.0]),
+    )
+    for y in (at["t"][1], at["2"][1]):
+        _line(axes, np.array([(1.04, y), (far + 0.04, y)]), color=_GREY, linewidth=0.4)
+
+
+def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
+    """The sliding surface, its speed, the actuation force and the unit vectors."""
+    axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
+    _line(axes, np.array([(-2.0, level), (2.0, level)]), linewidth=1.2)
+    _arrow(
+        axes,
+        np.array([1.45, level - 0.2]),
+        np.array([1.9, level - 0.2]),
+        "$V$",
+        np.array([1.98, level - 0.2]),
+    )
+    top = at["1"][1]
+    _arrow(
+        axes,
+        np.array([0.0, top + 0.48]),
+        np.array([0.0, top]),
+        "$F_n$",
+        np.array([0.12, top + 0.4]),
+    )
+    base = np.array([-1.95, level + 0.16])
+    _arrow(axes, base, base + (0.3, 0.0), r"$\vec{e}_x$", base + (0.4, 0.0))
+    _arrow(axes, base, base + (0.0, 0.3), r"$\vec{e}_y$", base + (0.0, 0.39))
+    y = level - 0.2
+    _size(axes, np.array([-1.0, y]), np.array([1.0, y]), "$2w$", np.array([0.0, -0.09]))
+    for x in (-1.0, 1.0):
+        _line(axes, np.array([(x, at["l"][1]), (x, y - 0.05)]), color=_GREY, linewidth=0.4)
+    _text(axes, (-1.0, level - 0.32), "leading edge", color="0.3")
+    _text(axes, (1.0, level - 0.32), "trailing edge", color="0.3")
+
+
+def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
+    for corner, number, side in (("l", "3", -0.24), ("t", "4", 0.24)):
+        foot = np.array([at[corner][0], level])
+        _line(axes, _coil(at[corner], foot, turns=4))
+        _text(axes, (at[corner] + foot) / 2 + (side, 0.0), f"$k_{number},\\ L_{number}$")
+
+
+def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
+    for x in np.linspace(-0.94, 0.94, 17):
+        points = _coil(np.array([x, at["l"][1]]), np.array([x, level]), turns=2, width=0.02)
+        _line(axes, points, color=_GREY, linewidth=0.5)
+    _text(axes, (-1.13, (at["l"][1] + level) / 2), "$k_c$")
+    foot = np.array([0.36, at["l"][1]])
+    _line(axes, np.array([(0.0, 0.0), (0.0, foot[1] - 0.12)]), color=_GREY, linewidth=0.5)
+    red = {"color": "#C8380E", "linewidth": 1.2}
+    _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.13, -0.33), **red)
+    _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, -0.1), **red)
+    _size(
+        axes,
+        np.array([0.0, foot[1] - 0.07]),
+        foot - (0.0, 0.07),
+        r"$\delta$",
+        np.array([0.0, -0.09]),
+    )
+    for text in axes.texts[-4:]:
+        text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5, "alpha": 0.85})
+
+
+def sketch(scene: Scene) -> Figure:
+    """The pad of a B1 scene (Fig. 1) or B2 scene (Fig. 2).
+
+    The pad, its corners and the directions of springs 1 and 2 are to scale; the springs are drawn
+    shorter than they are, and the tilt theta0 is as in the scene.
+    """
+    c = coefficients(math, scene.pad, scene.model != "B1")
+    at, ways = corners(c), towards_ground(c)
+    level = -c.h / c.w - FOOT
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.3))
+        axes = figure.add_subplot()
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        _surroundings(axes, level, at)
+        if scene.model == "B1":
+            _point_contacts(axes, at, level)
+        _body(axes, c, at)
+        if scene.model != "B1":
+            _line_contact(axes, at, level)
+        for number, angle in (("1", scene.pad.alpha1), ("2", scene.pad.alpha2)):
+            _inclined(axes, number, at[number], ways[number], angle)
+        axes.set_xlim(-2.1, 2.1)
+        axes.set_ylim(level - 0.42, at["1"][1] + 1.08)
+    return figure
+
+
+def alternative_text(scene: Scene) -> str:
+    """The sketch in words."""
+    contact = (
+        "Below, spring k3 stands under the leading edge and spring k4 under the trailing edge."
+        if scene.model == "B1"
+        else "Below, springs of stiffness kc are spread along the lower face; the reaction Rn and "
+        "the friction force Rf act on it at the distance delta from the centre."
+    )
+    return (
+        f"Sketch of model {scene.model}: a rectangular pad of size 2w by 2h with centre "
+        "coordinates x, y and theta, pressed by the force Fn onto a surface that moves at speed V. "
+        "Spring k1 runs from the upper leading corner at the angle alpha1 to the ground, spring k2 "
+        "from the upper trailing corner at alpha2; d and beta place the corners from the centre. "
+        + contact
+    )
+
+
+def drawing(scene: Scene) -> Drawing:
+    """The sketch, ready to be saved."""
+    made = {"provenance": provenance(scene.source, "squeal.model.mechanics", ())}
+    return Drawing(
+        sketch(scene),
+        alternative_text(scene),
+        f"Model {scene.model}",
+        origin("squeal.article.figures.sketch", [made]),
+    )
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.yaml", type=Path)
+
+
+if __name__ == "__main__":
+    sys.exit(
+        program(
+            "Draw the pad of a scene with its springs and symbols.",
+            _arguments,
+            lambda given: drawing(read_scene(given.scene)),
+        )
+    )

@@ -1,0 +1,203 @@
+"""Findings that need single poses or matrices only: no motion is integrated here."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.article.equations import stiffness
+from squeal.model.contact import CONSISTENT, Formulation, LineContact
+from squeal.model.equations import PadModel
+from squeal.model.linear import balanced, linearise
+from squeal.model.mechanics import coefficients, gaps, pose
+from squeal.model.pad import PARAMETERS, Pad
+from squeal.model.states import FULL, LEAD, NONE
+
+PADS = 1000  # random pads for E2
+PATH = 64  # points of the closed path of E4
+
+
+class Measured(NamedTuple):
+    """Numbers of one finding, and one sentence that states them."""
+
+    numbers: dict[str, float]
+    outcome: str
+
+
+def stiffness_entries(pads: list[Pad]) -> Measured:
+    """E1: K of Eq. (22) against the gradient of the spring forces, printed K33 apart."""
+    K33, others = 0.0, 0.0
+    for pad in pads:
+        exact = balanced(pad, linearise(PadModel("B3", pad), np.zeros(3), NONE).K)
+        off = np.abs(balanced(pad, stiffness(pad, printed=True)) - exact) / np.abs(exact).max()
+        K33 = max(K33, off[2, 2] * np.abs(exact).max() / abs(exact[2, 2]))
+        off[2, 2] = 0.0
+        others = max(others, off.max())
+    return Measured(
+        {"K33_off": K33, "others_off": others},
+        f"In the four cases the printed K33 misses the gradient by up to {100 * K33:.3g} % of it; "
+        f"the other eight entries agree to {others:.1e} of the greatest.",
+    )
+
+
+def random_pads(count: int, seed: int = 1) -> list[Pad]:
+    """Pads with random sizes, stiffnesses and angles, reproducibly."""
+    random = np.random.default_rng(seed)
+    angles = random.uniform(0.1, math.pi - 0.1, (count, 2))
+    rest = 10.0 ** random.uniform(-0.7, 0.7, (count, 3))
+    return [
+        Pad(m=1.0, w=1.0, h=h, k1=1.0, k2=k2, k_c=k_c, alpha1=a, alpha2=b, mu=0.0)
+        for (a, b), (h, k2, k_c) in zip(angles, rest, strict=True)
+    ]
+
+
+def singularity() -> Measured:
+    """E2: least over greatest singular value of K, exact and as printed."""
+    ratios = {}
+    for printed in (False, True):
+        values = [
+            np.linalg.svd(balanced(p, stiffness(p, printed)), compute_uv=False)
+            for p in random_pads(PADS)
+        ]
+        ratios[printed] = [v[-1] / v[0] for v in values]
+    exact, median = max(ratios[False]), float(np.median(ratios[True]))
+    return Measured(
+        {"exact_greatest": exact, "printed_median": median},
+        f"Over {PADS} random pads the least singular value of the exact K is at most {exact:.1e} "
+        f"of the greatest; with K33 as printed the median is {median:.2g}.",
+    )
+
+
+def _pressed(pad: Pad, depth: float, tilt: float) -> np.ndarray:
+    """A pose whose edges penetrate by depth + w tilt (leading) and depth - w tilt (trailing)."""
+    y = -pad.y0 - pad.h * (1 - math.cos(tilt)) - depth
+    return np.array([0.0, y, tilt - pad.theta0])
+
+
+def integrand_sign(pad: Pad) -> Measured:
+    """E3: mean of the integrand of Eq. (13) over Rn of Eq. (14c), in full contact."""
+    model = PadModel("B2", pad)
+    q = _pressed(pad, 1e-3 * pad.w, 4e-4)
+    gap_l, gap_t = model.gaps(q)  # y_l - y_cl and y_t - y_cl
+    ratio = float(pad.k_c * (gap_l + gap_t) / 2.0 / model.signals(q, FULL)[0])
+    return Measured(
+        {"ratio": ratio},
+        f"In full contact the mean of the printed integrand is {ratio:.12g} times the Rn of "
+        "Eq. (14c).",
+    )
+
+
+def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
+    """Work of the contact forces on a closed path in partial contact, and their energy there.
+
+    The path is a circle in (y, w theta) without friction, passed through once; its work is found
+    by the trapezoidal rule, which converges geometrically for a closed smooth path.
+    """
+    frictionless = pad.replace(mu=0.0)
+    formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
+    model = PadModel("B2", frictionless, formulation)
+    turn = 2 * math.pi * np.arange(PATH) / PATH
+    depth, radius = 2e-4 * pad.w, 1e-4 * pad.w
+    tilts = (10 * depth + radius * np.cos(turn)) / pad.w
+    level = _pressed(frictionless, 0.0, float(tilts[0]))[1]
+    work = energy = 0.0
+    for angle, tilt in zip(turn, tilts, strict=True):
+        q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
+        at = pose(np, tuple(q))
+        load = model.law.loads(model.c, at, LEAD)
+        step = 2 * math.pi / PATH * radius
+        work += load.y * step * math.cos(angle) - load.moment * step * math.sin(angle) / pad.w
+        energy = max(energy, float(model.law.energy(model.c, at, LEAD)))
+    return float(work), energy
+
+
+def partial_contact_energy(pad: Pad) -> Measured:
+    """E4: energy gained on a closed path in partial contact, without friction."""
+    mean, energy = energy_gained(pad, "mean")
+    integral, _ = energy_gained(pad, "integral")
+    return Measured(
+        {"mean": mean / energy, "integral": integral / energy},
+        f"On one closed path in partial contact with mu = 0 the printed law does the work "
+        f"{mean / energy:+.3g} times the greatest contact energy of the path, the integral law "
+        f"{integral / energy:+.1e}.",
+    )
+
+
+def friction_arm(pad: Pad) -> Measured:
+    """E10: order at which B1's friction moment departs from that at the constant arm h."""
+
+    level = pad.replace(theta0=0.0)
+
+    def departure(scale: float) -> float:
+        model = PadModel("B1", level)
+        at = pose(np, (0.0, -scale * 1e-3 * pad.w, scale * 1e-3))
+        free = PadModel("B1", level.replace(mu=0.0))
+        loads = model.law.loads(model.c, at, FULL)
+        without = free.law.loads(free.c, at, FULL)
+        return abs(float(loads.moment - without.moment - pad.h * loads.x))
+
+    order = math.log2(departure(1.0) / departure(0.5))
+    return Measured(
+        {"order": order},
+        f"Halving the displacement divides the difference of the friction moments by "
+        f"{2**order:.3g}: order {order:.3f}.",
+    )
+
+
+def contact_loss_point(pad: Pad) -> Measured:
+    """E11: contact states told by Eq. (12) that contradict the edge penetrations."""
+    random = np.random.default_rng(2)
+    c = coefficients(math, pad, True)
+    wrong, count = dict.fromkeys((-8, -12, -15), 0), 400
+    for exponent in wrong:
+        for share in random.uniform(-1.5, 1.5, count):
+            tilt = 10.0**exponent
+            y = -pad.y0 + share * pad.w * tilt
+            phi = pad.theta0 + (tilt - pad.theta0)
+            x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
+            told = (x_cl > -pad.w, x_cl >= pad.w)
+            gap = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
+            sure = abs(abs(share) - 1.0) > 1e-3
+            wrong[exponent] += sure and told != (gap[0] < 0.0, gap[1] <= 0.0)
+    shares = {exponent: w / count for exponent, w in wrong.items()}
+    return Measured(
+        {f"wrong_1e{exponent}": share for exponent, share in shares.items()},
+        "States told by Eq. (12) differ from those of the penetrations in "
+        + ", ".join(f"{100 * s:.3g} % (tilt 1e{e} rad)" for e, s in shares.items())
+        + f" of {count} poses each.",
+    )
+
+
+def missing_parameters() -> Measured:
+    """E14: parameters that a scene needs and how many of them the article prints."""
+    needed = {
+        model: [n for n, p in PARAMETERS.items() if p.required and model in p.models]
+        for model in ("B1", "B2")
+    }
+    count = {model: len(names) for model, names in needed.items()}
+    return Measured(
+        {f"{model}_needed": float(n) for model, n in count.items()},
+        f"B1 needs {count['B1']} parameters and B2 {count['B2']}; of these the article prints the "
+        "two spring angles of each case.",
+    )
+
+
+def slope(pad: Pad) -> Measured:
+    """E15: delta of Eq. (17) with the slope (y_t - y_l)/(x_t - x_l) against the contact law."""
+    law = LineContact(CONSISTENT)
+    c = coefficients(math, pad, True)
+    at = pose(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
+    x_l, x_t = (at.arm(rx, ry)[0] for rx, ry in ((c.rlx, c.rly), (c.rtx, c.rty)))
+    gap_l, gap_t = gaps(c, at)
+    half, middle = (x_t - x_l) / 2.0, (x_t + x_l) / 2.0
+    places = middle + half * np.array([-1.0, 1.0]) / math.sqrt(3.0)  # two-point Gauss, exact here
+    pressure = -(gap_l + (places - x_l) * (gap_t - gap_l) / (x_t - x_l))
+    delta = float((places * pressure).sum() / pressure.sum())
+    off = abs(delta - float(law.signals(c, at, FULL)[1])) / pad.w
+    return Measured(
+        {"off": off},
+        f"As extracted the slope is 0/0; with trailing minus leading edge, Eq. (17) meets the "
+        f"contact law to {off:.1e} w.",
+    )

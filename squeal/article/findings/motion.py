@@ -1,0 +1,254 @@
+"""Findings that need the article's cases in motion, their equilibria, or maps over the angles."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.maps import angle_axes, stability_map
+from squeal.analysis.work import contact_work
+from squeal.article.claims import Case, judge_claims, measure
+from squeal.article.claims.judging import Linear
+from squeal.article.equations import stiffness
+from squeal.article.findings.equations import Measured, partial_contact_energy
+from squeal.article.studies.quasi_static import quasi_static_map
+from squeal.equilibrium import sliding_equilibrium
+from squeal.errors import ComputationError
+from squeal.model.contact import LineForce
+from squeal.model.equations import PadModel
+from squeal.model.linear import balanced, rank
+from squeal.model.states import STATES, name, names
+from squeal.scene import Scene
+from squeal.simulation import Simulation, simulate
+
+GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria
+
+
+@dataclasses.dataclass(frozen=True)
+class Study:
+    """The eight scenes by case, simulated once for all findings; `b3` is the scene of Fig. 13."""
+
+    b1: Mapping[str, Scene]
+    b2: Mapping[str, Scene]
+    b3: Scene
+
+    @cached_property
+    def cases(self) -> tuple[dict[str, Case], dict[str, Case]]:
+        """Measures of the cases of B1 and of B2."""
+        return (
+            {case: measure(scene) for case, scene in self.b1.items()},
+            {case: measure(scene) for case, scene in self.b2.items()},
+        )
+
+    @cached_property
+    def runs(self) -> dict[str, Simulation]:
+        """All eight runs with events and histories."""
+        wanted = ("events", "history")
+        scenes = {f"B1-{c}": s for c, s in self.b1.items()}
+        scenes |= {f"B2-{c}": s for c, s in self.b2.items()}
+        return {
+            key: simulate(dataclasses.replace(scene, outputs=wanted))
+            for key, scene in scenes.items()
+        }
+
+    def reproduced(self, b2: Mapping[str, Case]) -> int:
+        """How many claims hold with these measures of the B2 cases."""
+        pads = {case: scene.pad for case, scene in self.b2.items()}
+        share = quasi_static_map(self.b3.pad, GRID).share["as_printed"]
+        linear = Linear({c: rank(p, stiffness(p)) for c, p in pads.items()}, share)
+        judged = judge_claims(self.cases[0], b2, linear)
+        return sum(j.verdict == "reproduced" for j in judged)
+
+
+_OTHER = {
+    "line_force": {"mean": "integral", "integral": "mean"},
+    "delta_from": {"centre": "frame", "frame": "centre"},
+    "delta_moment": {"+": "-", "-": "+"},
+}
+
+
+def flipped(scene: Scene, switch: str) -> Scene:
+    """The scene with one switch of its formulation turned over."""
+    now = getattr(scene.formulation, switch)
+    changed: Any = {switch: _OTHER[switch][now]}
+    return dataclasses.replace(scene, formulation=dataclasses.replace(scene.formulation, **changed))
+
+
+def _place(run: Simulation) -> np.ndarray:
+    assert run.history is not None
+    return np.array([run.history[key] for key in ("x", "y")])
+
+
+def switch_effect(switch: str) -> Callable[[Study], Measured]:
+    """E5, E6: what turning one switch over does to the four B2 runs and to the claims."""
+
+    def found(study: Study) -> Measured:
+        apart, ended, measured = 0.0, [], {}
+        for case, scene in study.b2.items():
+            other = flipped(scene, switch)
+            try:
+                moved = _place(simulate(dataclasses.replace(other, outputs=("history",))))
+                measured[case] = measure(other)
+            except ComputationError:
+                ended.append(case)
+                continue
+            here = _place(study.runs[f"B2-{case}"])
+            size = np.ptp(here, axis=1).max()
+            apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
+        before, after = study.reproduced(study.cases[1]), None
+        text = (
+            f"Turned over in the B2 scenes, the place of the centre at the end changes by up to "
+            f"{apart:.2g} times the range of the motion"
+        )
+        if ended:
+            text += f"; in case {', '.join(ended)} the pad turns over, where the model ends"
+        else:
+            after = study.reproduced(measured)
+            text += f"; {after} instead of {before} claims are reproduced"
+        numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
+        return Measured(numbers | ({} if after is None else {"after": float(after)}), text + ".")
+
+    return found
+
+
+def fed_by_the_law(study: Study) -> Measured:
+    """E4: energy from nothing on a closed path, and what it does to the hammering of case c."""
+    scene = study.b2["c"]
+    path = partial_contact_energy(scene.pad)
+    numbers, text = dict(path.numbers), path.outcome
+    laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the integral law"}
+    for law, words in laws.items():
+        told = dataclasses.replace(scene.formulation, line_force=law)
+        try:
+            works = contact_work(dataclasses.replace(scene, formulation=told))
+            case = measure(dataclasses.replace(scene, formulation=told))
+        except ComputationError as error:
+            text += f" In case c under {words} the model ends: {error}."
+            continue
+        fed = works.fed / works.kinetic
+        numbers |= {f"fed_{law}": fed, f"swings_{law}": float(case.swings)}
+        text += (
+            f" In case c {words} feeds in {works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic "
+            f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
+            f"{case.second.high:.2f} and changes sides {case.swings} times"
+        )
+        text += (
+            f"; {np.mean(works.cycles):+.2g} J from one loss of contact to the next, on average."
+            if len(works.cycles)
+            else "."
+        )
+    return Measured(numbers, text)
+
+
+def static_balance(study: Study) -> Measured:
+    """E7: tilt in case b, and the place of the reaction at its sliding equilibrium."""
+    case, scene = study.cases[1]["b"], study.b2["b"]
+    tilt = case.tilt
+    numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
+    text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
+    plain = scene.pad.replace(y0=0.0, theta0=0.0)
+    told = {"as in the scene": scene.pad_model, "with y0 = theta0 = 0": PadModel("B2", plain)}
+    for i, (words, model) in enumerate(told.items()):
+        found, _ = sliding_equilibrium(model)
+        text += f"Static balance {words} "
+        if found is None:
+            text += "is not possible. "
+        else:
+            numbers[f"delta_{i}"] = found.delta / scene.pad.w
+            text += f"asks for delta/w = {found.delta / scene.pad.w:+.3f}. "
+    return Measured(numbers, text.strip())
+
+
+def states_met(study: Study) -> Measured:
+    """E8: shares of the four states in case d of B1."""
+    shares = study.cases[0]["d"].shares
+    numbers = {name("B1", s): shares.get(s, 0.0) for s in STATES}
+    told = ", ".join(f"{100 * numbers[key]:.2f}" for key in names("B1"))
+    return Measured(
+        {f"state_{k}": v for k, v in numbers.items()},
+        f"Shares of the states 1 to 4 in case d: {told} %.",
+    )
+
+
+def sliding_conditions(study: Study) -> Measured:
+    """E9: shares of the map for both readings of (23), and where B2 has a sliding equilibrium."""
+    share = quasi_static_map(study.b3.pad, GRID).share
+    mismatch = []
+    for scene in study.b2.values():
+        K = stiffness(scene.pad)
+        mismatch.append(abs(K[2, 0] / (scene.pad.h * K[0, 0]) - 1.0))
+    reached = 1.0 - stability_map(study.b2["c"], angle_axes(COARSE)).share["beyond a fold"]
+    numbers = share | {"least_mismatch": min(mismatch), "equilibrium": reached}
+    return Measured(
+        numbers,
+        f"As printed (23) holds on {100 * share['as_printed']:.1f} % of the map, signs followed on "
+        f"{100 * share['sign_aware']:.1f} %; the equilibrium branch of B2 reaches mu from 0 on "
+        f"{100 * reached:.0f} % ({COARSE} x {COARSE} points). K31 misses h K11 by at least "
+        f"{100 * min(mismatch):.3g} % in the four cases.",
+    )
+
+
+def springs_alone(study: Study) -> Measured:
+    """E12: flutter told by K of Eq. (22) alone, and with contact and friction included."""
+    pad = study.b3.pad
+    worst = 0.0
+    for scene in study.b2.values():
+        K = balanced(pad, stiffness(scene.pad))
+        scale = 1.0 / np.sqrt(np.array([pad.m, pad.m, pad.I / pad.w**2]))
+        values = np.linalg.eigvals(scale[:, None] * K * scale)
+        worst = max(worst, float(np.abs(values.imag).max() / np.abs(values).max()))
+    flutter = stability_map(study.b3, angle_axes(GRID)).share["flutter"]
+    return Measured(
+        {"imaginary": worst, "flutter": flutter},
+        f"Its squared frequencies are real (greatest imaginary part {worst:.1g} of the greatest), "
+        "so it never tells flutter; with contact and friction the linearisation about the origin "
+        f"flutters on {100 * flutter:.1f} % of the map.",
+    )
+
+
+def simultaneous(study: Study) -> Measured:
+    """E13: contact changes at one and the same instant among all of B1's."""
+    together = total = 0
+    for key, run in study.runs.items():
+        if key.startswith("B1"):
+            times = [event.t for event in run.events or ()]
+            total += len(times)
+            together += sum(math.isclose(a, b, rel_tol=1e-15) for a, b in itertools.pairwise(times))
+    return Measured(
+        {"together": float(together), "total": float(total)},
+        f"Of {total} contact changes in the four B1 runs, {together} fall on the same instant as "
+        "the one before.",
+    )
+
+
+def sliding(study: Study) -> Measured:
+    """E16: the greatest velocity of the pad along the surface over V."""
+    speeds = {"B1": study.b1, "B2": study.b2}
+    greatest, lost = 0.0, []
+    for key, run in study.runs.items():
+        V = speeds[key[:2]][key[3:]].pad.V
+        assert run.history is not None
+        if V is not None:
+            greatest = max(greatest, float(run.history["x_dot"].max() / V))
+        if run.sliding_holds is False:
+            lost.append(key)
+    text = (
+        f"Sliding stops in {', '.join(lost)}"
+        if lost
+        else "With the assumed V sliding holds in all eight runs"
+    )
+    return Measured(
+        {"greatest": greatest, "lost": float(len(lost))},
+        f"{text}; the pad's greatest velocity along the surface is {100 * greatest:.3g} % of V.",
+    )
+
+
+def pads(scenes: Mapping[str, Scene]) -> list[Any]:
+    """Pads of the cases, in order."""
+    return [scene.pad for scene in scenes.values()]

@@ -1,0 +1,150 @@
+"""What the search makes small: claims that fail, then thin margins, for many pads at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, measure
+from squeal.article.claims.judging import linear_measures
+from squeal.article.identify.space import (
+    CASES,
+    MODELS,
+    SPEED_LIMIT,
+    STOP,
+    Numbers,
+    pad_of,
+    scenes_of,
+)
+from squeal.model.contact import Formulation
+from squeal.simulation.batch.many import simulate_many, stack
+
+SEARCH_TOLERANCE = 1e-8
+MAP_POINTS = 40  # a side, for the share of the map in the search
+FAILED = 100.0  # cost of a pad whose motion leaves the model
+# Below this cost at the horizon the doubled one counts as well, and the dearer of the two rules.
+PROMISING = 3.5
+DEEPEST = 0.5  # of the half height: how far the line contact may be pressed in at the start
+ROOM = 0.2  # margin that counts as ample, where no other is named
+AMPLE = {
+    "B1-a-states": 0.02,
+    "B1-b-ratio": 0.25,
+    "B1-c-states": 0.02,
+    "B1-c-sum": 0.05,
+    "B1-d-alternate": 0.3,
+    "B1-d-states": 0.02,
+    "B2-b-trailing": 0.01,
+    "B2-b-twice": 0.1,
+    "B2-c-hammer": 0.1,
+    "B2-c-loss": 0.02,
+    "B2-d-trailing": 0.01,
+    "B2-only-c": 0.02,
+    "B3-none": 0.1,
+    "B3-singular": 0.1,
+    "B3-small-region": 0.05,
+}
+# The tilt grows with the load: ample is this multiple of F_n / (k1 w).
+TILTS = ("B2-a-leading", "B2-b-tilt", "B2-b-theta")
+AMPLE_TILT = 0.3
+CONFLICTS = {tuple(sorted((c.id, c.conflicts))) for c in CLAIMS if c.conflicts}
+
+
+class Outcome(NamedTuple):
+    """A pad judged: its claims, and the greatest x_dot of its eight motions (w sqrt(k1/m))."""
+
+    judged: list[Judged]
+    fastest: float
+
+
+def judge_many(
+    many: Sequence[Numbers], formulation: Formulation, stop: float = STOP, workers: int = 1
+) -> list[Outcome | None]:
+    """Judge all claims on each of the dimensionless pads; None where a motion leaves the model."""
+    results = {}
+    scenes = [scenes_of(numbers, formulation) for numbers in many]
+    for model in MODELS:
+        flat = [each[model][case] for each in scenes for case in CASES]
+        results[model] = simulate_many(
+            model,
+            stack([scene.pad for scene in flat]),
+            np.array([scene.initial for scene in flat]),
+            stop,
+            SEARCH_TOLERANCE,
+            formulation,
+            measured=True,
+            workers=workers,
+        )
+    outcomes: list[Outcome | None] = []
+    for i, numbers in enumerate(many):
+        rows = range(len(CASES) * i, len(CASES) * (i + 1))
+        b1, b2 = (
+            {case: batch_case(found, row) for case, row in zip(CASES, rows, strict=True)}
+            for found in results.values()
+        )
+        if None in b1.values() or None in b2.values():
+            outcomes.append(None)
+            continue
+        linear = linear_measures({"c": pad_of(numbers, "B2", CASES["c"])}, MAP_POINTS)
+        fastest = max(float(found["fastest"][row]) for found in results.values() for row in rows)
+        outcomes.append(Outcome(judge_claims(b1, b2, linear), fastest))  # type: ignore[arg-type]
+    return outcomes
+
+
+def judge_one(
+    numbers: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
+) -> list[Judged]:
+    """All claims judged on one pad, at a tight tolerance and with dense samples.
+
+    Raises ComputationError where a motion leaves the model.
+    """
+    scenes = scenes_of(numbers, formulation, tolerance, stop)
+    b1, b2 = ({case: measure(scene) for case, scene in scenes[model].items()} for model in MODELS)
+    return judge_claims(b1, b2, linear_measures({c: s.pad for c, s in scenes["B2"].items()}))
+
+
+def _price(judged: Judged, numbers: Numbers) -> float:
+    """1 to 2 for a failing claim, by how far it fails; up to 1/2 for a thin margin, 0 for room."""
+    ample = AMPLE.get(judged.claim.id, ROOM)
+    if judged.claim.id in TILTS:
+        ample = AMPLE_TILT * numbers["F_n"]
+    room = judged.margin / ample
+    if not math.isfinite(room):
+        return 2.0
+    return 1.0 - room / (1.0 - room) if room <= 0.0 else 0.5 * max(0.0, 1.0 - room) ** 2
+
+
+def cost_of(outcome: Outcome | None, numbers: Numbers) -> float:
+    """Sum of the claims' prices; of two that conflict the cheaper one counts.
+
+    A pad pressed in too deep, or faster than the surface, pays for it.
+    """
+    if outcome is None:
+        return FAILED
+    prices = {j.claim.id: _price(j, numbers) for j in outcome.judged}
+    total = sum(prices.values())
+    total -= sum(max(prices[a], prices[b]) for a, b in CONFLICTS)
+    depth = numbers["preload"] * numbers["F_n"] / (numbers["k_c"] * numbers["h"])
+    implausible = max(0.0, depth / DEEPEST - 1.0) + max(0.0, outcome.fastest / SPEED_LIMIT - 1.0)
+    return total + 2.0 * implausible
+
+
+def costs(many: Sequence[Numbers], formulation: Formulation, workers: int = 1) -> np.ndarray:
+    """Cost of each pad; promising ones must also pay at the doubled horizon."""
+    found = np.array(
+        [
+            cost_of(outcome, numbers)
+            for outcome, numbers in zip(
+                judge_many(many, formulation, STOP, workers), many, strict=True
+            )
+        ]
+    )
+    promising = np.flatnonzero(found < PROMISING)
+    chosen = [many[int(i)] for i in promising]
+    if chosen:
+        longer = judge_many(chosen, formulation, 2 * STOP, workers)
+        again = [cost_of(o, n) for o, n in zip(longer, chosen, strict=True)]
+        found[promising] = np.maximum(found[promising], again)
+    return found

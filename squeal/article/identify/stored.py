@@ -1,0 +1,99 @@
+"""The outcome of finished searches, one for each formulation: `workflow/identified.json`.
+
+`python -m identify.stored STATE... > workflow/identified.json` makes it from the state files
+of `squeal identify`; with `--scenes FOLDER` it also writes the scenes of the best pad.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from squeal.article.identify.objective import judge_one
+from squeal.article.identify.space import STOP, Numbers, tilt_of
+from squeal.article.identify.write import write_scenes
+from squeal.errors import ComputationError
+from squeal.files.writing import to_json
+from squeal.model.contact import CONSISTENT, Formulation
+
+DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
+
+
+@dataclass(frozen=True)
+class Search:
+    """A finished search: formulation, seed, starts and pads tried; of its best pad the number of
+    claims kept, the cost and the numbers."""
+
+    formulation: Formulation
+    seed: int
+    starts: int
+    pads: int
+    kept: int
+    cost: float
+    numbers: dict[str, float]
+
+
+def departure(numbers: Numbers) -> float:
+    """How far a pad is from the plain one: level, uniform, k1 = k2, k3 = k4 (logarithms)."""
+    ratios = (numbers["inertia"], numbers["k2"], numbers["k4"] / numbers["k3"])
+    return sum(abs(math.log(ratio)) for ratio in ratios) + (tilt_of(numbers) != 0.0)
+
+
+def kept(numbers: Numbers, formulation: Formulation) -> int:
+    """How many claims a pad keeps, over the horizon and over twice that time."""
+    try:
+        runs = [judge_one(numbers, formulation, stop=stop) for stop in (STOP, 2 * STOP)]
+    except ComputationError:
+        return 0
+    return sum(
+        all(j.verdict == "reproduced" for j in together) for together in zip(*runs, strict=True)
+    )
+
+
+def from_state(file: Path) -> Search:
+    """The pad of a state file that keeps the most claims, of several the plainest."""
+    state = json.loads(file.read_text(encoding="utf-8"))
+    formulation = Formulation(*state["formulation"])
+    found = []
+    for entry in state["best"]:
+        numbers = {n: float(f"{value:.{DIGITS}g}") for n, value in entry["numbers"].items()}
+        numbers["tilt"] *= tilt_of(numbers) != 0.0
+        found.append((-kept(numbers, formulation), departure(numbers), entry["cost"], numbers))
+    most, _, cost, numbers = min(found, key=lambda row: row[:2])
+    return Search(formulation, state["seed"], state["starts"], state["pads"], -most, cost, numbers)
+
+
+def preference(search: Search) -> tuple[int, int, float]:
+    """Most claims first; of equals the more consistent formulation, then the plainer pad."""
+    switches = zip(vars(search.formulation).values(), vars(CONSISTENT).values(), strict=True)
+    return -search.kept, sum(a != b for a, b in switches), departure(search.numbers)
+
+
+def read_searches(file: Path) -> list[Search]:
+    """All stored searches, the best first: the first one's pad is that of the article's scenes."""
+    entries = json.loads(file.read_text(encoding="utf-8"))
+    return [
+        Search(**entry | {"formulation": Formulation(**entry["formulation"])}) for entry in entries
+    ]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the stored form of finished searches."""
+    parser = argparse.ArgumentParser(description="Gather the state files of finished searches.")
+    parser.add_argument("states", type=Path, nargs="+", metavar="STATE")
+    parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes")
+    given = parser.parse_args(arguments)
+    found = sorted((from_state(file) for file in given.states), key=preference)
+    print(to_json([asdict(search) for search in found]), end="")
+    if given.scenes is not None:
+        write_scenes(found[0].numbers, found[0].formulation, given.scenes)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

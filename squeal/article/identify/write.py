@@ -1,0 +1,82 @@
+"""From a dimensionless pad to the article's scenes in SI units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from squeal.article.identify.space import (
+    LENGTH,
+    MASS,
+    SPEED,
+    STOP,
+    TIME,
+    Numbers,
+    first_heights,
+    pad_of,
+)
+from squeal.files.writing import write_text
+from squeal.model.contact import Formulation
+
+ANGLES = {
+    "a": ("0.5*pi", "pi"),
+    "b": ("pi", "0.5*pi"),
+    "c": ("0.75*pi", "0.75*pi"),
+    "d": ("0.83*pi", "0.83*pi"),
+}
+FIGURE = {("B1", c): 4 + i for i, c in enumerate("abcd")}
+FIGURE |= {("B2", c): 9 + i for i, c in enumerate("abcd")}
+_PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "theta0"]
+
+
+def _number(value: float) -> str:
+    """Seven digits: a pad that needs more to keep a claim would hold it by a hair."""
+    return repr(float(f"{value:.7g}"))
+
+
+def _parameters(numbers: Numbers, model: str, angles: tuple[str, str], leave: str = "") -> str:
+    pad = pad_of(numbers, "B1" if model == "B1" else "B2", (0.0, 0.0))
+    si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
+    lines = []
+    for name in _PAD:
+        value = getattr(si, name)
+        if value is not None and name not in leave.split() and (value or name != "theta0"):
+            lines.append(f"  {name}: {_number(value)}")
+    lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(si.mu)}"]
+    if model != "B3":
+        lines += [f"  F_n: {_number(si.F_n)}", f"  V: {_number(SPEED)}"]
+    if model == "B2":
+        lines.append(f"  y0: {_number(si.y0)}")
+    return "\n".join(lines)
+
+
+def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str) -> str:
+    """The scene file of a model and a case."""
+    f = formulation
+    words = (
+        f"formulation: {{line_force: {f.line_force}, delta_from: {f.delta_from}, "
+        f'delta_moment: "{f.delta_moment}"}}'
+    )
+    if model == "B3":
+        head = "# Model B3: Fig. 13 (the map leaves alpha1, alpha2 aside)"
+        body = _parameters(numbers, "B3", ANGLES["c"], leave="L1 L2")
+        return f"{head}\nmodel: B3\nparameters:\n{body}\n"
+    head = f"# Model {model}, case ({case}): Fig. {FIGURE[model, case]}"
+    lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLES[case])]
+    y = dict(zip(("B1", "B2"), first_heights(numbers), strict=True))[model] * LENGTH
+    lines.append(f"initial: {{y: {_number(y)}}}")
+    if model == "B2":
+        lines.append(words)
+    lines += [
+        f"time: {{stop: {_number(STOP * TIME)}, samples: 4001}}",
+        "outputs: [events, shares, extrema]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def write_scenes(numbers: Numbers, formulation: Formulation, folder: Path) -> None:
+    """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
+    for model in ("B1", "B2"):
+        for case in ANGLES:
+            text = scene_text(numbers, formulation, model, case)
+            write_text(folder / f"{model.lower()}-{case}.yaml", text)
+    write_text(folder / "b3.yaml", scene_text(numbers, formulation, "B3", ""))

@@ -1,0 +1,1 @@
+"""Systems of the literature, with numbers that are known of them."""

@@ -1,0 +1,161 @@
+"""Error and run time of each path over tolerances; changes missed or made up are counted."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from squeal.article.precision.paths import SEVERAL, Path, with_scipy
+from squeal.errors import ComputationError
+from squeal.scene import Scene
+from squeal.simulation.reference import Reference, error_against, reference
+
+T = TypeVar("T")
+TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
+PATIENCE = 0.4  # s: a path slower than this is not asked for tighter tolerances
+NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
+OTHER_ORDER = 1e-25  # a tolerance of quad precision with another order and other steps
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a path: relative error of the final place, greatest error of the contact times in
+    natural units (None if none were found), seconds (median), steps, changes missed and made up."""
+
+    case: str
+    path: str
+    tolerance: float
+    error: float | None
+    time_error: float | None
+    seconds: float
+    steps: int
+    missed: int
+    extra: int
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Error and median time (s) of a program at a task of the linear side.
+
+    `size` is what was asked of it: matrices of a sweep, points a side of a map, halvings of the
+    interval around a threshold.
+    """
+
+    task: str
+    program: str
+    size: int
+    error: float
+    seconds: float
+
+
+def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int, float | None]:
+    """Changes missed, changes made up, and the greatest error of those that pair off in order."""
+    missed = extra = 0
+    worst: float | None = None
+    i = j = 0
+    while i < len(found) and j < len(exact):
+        apart = float(found[i] - exact[j])
+        if abs(apart) <= NEAR:
+            worst = max(worst or 0.0, abs(apart))
+            i, j = i + 1, j + 1
+        elif apart < 0.0:
+            extra, i = extra + 1, i + 1
+        else:
+            missed, j = missed + 1, j + 1
+    return missed + len(exact) - j, extra + len(found) - i, worst
+
+
+def timed(task: Callable[[], T], enough: float = 0.05) -> tuple[T, float]:
+    """What a task returns, and its median time in s over repeats that take about `enough` s."""
+    spent: list[float] = []
+    while True:
+        begun = clock.perf_counter()
+        found = task()
+        spent.append(clock.perf_counter() - begun)
+        if len(spent) == 50 or sum(spent) > enough:
+            return found, statistics.median(spent)
+
+
+def points_of(
+    case: str, scene: Scene, exact: Reference, name: str, path: Path, patience: float
+) -> list[Point]:
+    """A path over all tolerances, loosest first."""
+    share = 1.0 / SEVERAL if "batch" in name else 1.0
+    # compilation, once per machine, is left out; the peers' equations are compiled each time
+    first = scene if "squeal" in name else replace(scene, stop=1e-3 * (scene.stop or 0.0))
+    found = []
+    for tolerance in TOLERANCES:
+        try:
+            path(first, tolerance)
+            run, seconds = timed(partial(path, scene, tolerance))
+        except (ComputationError, ArithmeticError, ValueError, RuntimeError):
+            continue  # a path may give up where a peer's step size or tolerance ends
+        missed, extra, worst = compare_times(run.times, exact.times)
+        error = error_against(run.place, exact.place)
+        shown = error if math.isfinite(error) else None
+        found.append(
+            Point(case, name, tolerance, shown, worst, seconds * share, run.steps, missed, extra)
+        )
+        if seconds > patience:
+            break
+    return found
+
+
+@dataclass(frozen=True)
+class Check:
+    """A reference against another method, and against itself at another order if `order` is set.
+
+    Relative difference of the final place, greatest one of the contact times in natural units.
+    """
+
+    case: str
+    changes: int
+    place: float
+    times: float | None
+    order: float | None
+
+
+def confirm(case: str, scene: Scene, exact: Reference, order: bool) -> Check:
+    """Hold a reference against SciPy's DOP853 at its tightest. Raises ComputationError."""
+    other = with_scipy("DOP853", scene, 1e-14)
+    missed, extra, apart = compare_times(other.times, exact.times)
+    if missed or extra:
+        raise ComputationError(f"{case}: SciPy and quad precision find other contact changes")
+    same = error_against(reference(scene, OTHER_ORDER).place, exact.place) if order else None
+    return Check(case, len(exact.times), error_against(other.place, exact.place), apart, same)
+
+
+def measure(
+    cases: Mapping[str, Scene],
+    paths: Mapping[str, Path],
+    patience: float = PATIENCE,
+    order: bool = False,
+) -> tuple[list[Point], list[Check]]:
+    """All paths on all cases; one that takes longer than `patience` (s) goes no tighter."""
+    points, checks = [], []
+    for case, scene in cases.items():
+        exact = reference(scene)
+        checks.append(confirm(case, scene, exact, order))
+        for name, path in paths.items():
+            points += points_of(case, scene, exact, name, path, patience)
+    return points, checks
+
+
+def time_at(points: list[Point], case: str, path: str, error: float) -> float | None:
+    """The least time of a path for a final error of at most `error` with no change missed."""
+    good = [
+        p.seconds
+        for p in points
+        if (p.case, p.path) == (case, path)
+        and p.error is not None
+        and p.error <= error
+        and p.missed == p.extra == 0
+    ]
+    return min(good, default=None)

@@ -1,0 +1,152 @@
+"""Ways to integrate a scene through its contact changes, ours and those of a good user of SciPy.
+
+The peers get the same equations compiled by heyoka, and locate contact changes with the means of
+their own library; nothing but the sign of a gap at their steps tells them of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from squeal.model.equations import PadModel
+from squeal.model.states import State
+from squeal.scene import Scene
+from squeal.simulation.reference import ChangeTimes
+from squeal.simulation.run import first_state, in_natural_units, integrate
+
+SEVERAL = 64  # pads of a batch, whose time is given for each
+
+
+@dataclass(frozen=True)
+class Run:
+    """Place (x, y, w theta) at the end and times of the contact changes, in natural units."""
+
+    place: np.ndarray
+    times: np.ndarray
+    steps: int
+
+
+Path = Callable[[Scene, float], Run]
+
+
+def ours(scene: Scene, tolerance: float) -> Run:
+    """The default path."""
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
+
+    units, model, start, stop = in_natural_units(scene)
+    changes = ChangeTimes()
+    integrator = TaylorIntegrator(model, tolerance)
+    _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes])
+    return Run(state[:3], np.array(changes.times), steps)
+
+
+def batch(scene: Scene, tolerance: float) -> Run:
+    """`SEVERAL` equal pads in the lanes of the processor; one of them is returned."""
+    from squeal.simulation.batch.many import simulate_many, stack
+
+    found = simulate_many(
+        scene.model,
+        stack([scene.pad] * SEVERAL),
+        np.tile(scene.initial, (SEVERAL, 1)),
+        scene.stop or 0.0,
+        tolerance,
+        scene.formulation,
+        events=True,
+    )
+    units, *_ = in_natural_units(scene)
+    place = units.to_scaled(found["final"][0])[:3]
+    return Run(place, found["events"][0][:, 0] / units.time, int(found["steps"][0]))
+
+
+class Compiled:
+    """Right-hand side and gaps of a scaled pad as compiled functions, for each contact state."""
+
+    def __init__(self, model: PadModel) -> None:
+        self._model = model
+        self._ready: dict[State, tuple[Any, Any]] = {}
+
+    def of(self, contact: State) -> tuple[Any, Any]:
+        """rhs(state) -> (6,) and gaps(state) -> (2,) within a contact state."""
+        if contact not in self._ready:
+            import heyoka as hy
+
+            from squeal.simulation.integrators.taylor import coefficient_names, equations
+
+            system, heights, _ = equations(self._model.law, contact)
+            variables = [variable for variable, _ in system]
+            numbers = np.array([float(getattr(self._model.c, n)) for n in coefficient_names()])
+
+            def function(outputs: list[Any]) -> Any:
+                used = len(hy.get_params(outputs)) and 1 + max(
+                    i for i in range(len(numbers)) if hy.par[i] in hy.get_params(outputs)
+                )
+                call, pars = hy.cfunc(outputs, variables), numbers[:used]
+                return lambda state: call(np.ascontiguousarray(state), pars=pars)
+
+            self._ready[contact] = (function([f for _, f in system]), function(heights))
+        return self._ready[contact]
+
+
+Advance = Callable[[Any, Any, State, float, np.ndarray, float], tuple[float, np.ndarray, Any, int]]
+
+
+def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
+    """Legs of one contact state joined at the changes that `advance` reports.
+
+    advance(rhs, gaps, contact, t, state, stop) -> time, state, edge or None, steps.
+    """
+    _, model, state, stop = in_natural_units(scene)
+    compiled = Compiled(model)
+    contact, t, steps = first_state(model, state), 0.0, 0
+    times: list[float] = []
+    while t < stop and len(times) < 100_000:
+        t, state, edge, taken = advance(*compiled.of(contact), contact, t, state, stop)
+        steps += taken
+        if edge is not None:
+            times.append(t)
+            contact = contact.flip(edge)
+    return Run(np.asarray(state)[:3], np.array(times), steps)
+
+
+def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
+    """A method of `solve_ivp` with terminal events, started anew after each."""
+    from scipy.integrate import solve_ivp
+
+    def advance(
+        rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
+    ) -> tuple[float, np.ndarray, Any, int]:
+        events = []
+        for edge in (0, 1):
+
+            def gap(_t: float, s: np.ndarray, edge: int = edge) -> float:
+                return float(gaps(s)[edge])
+
+            gap.terminal = True  # type: ignore[attr-defined]
+            gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
+            events.append(gap)
+        found = solve_ivp(
+            lambda _t, s: rhs(s),
+            (t, stop),
+            state,
+            method=method,
+            rtol=max(tolerance, 3e-14),
+            atol=tolerance,
+            events=events,
+        )
+        met = next((e for e in (0, 1) if len(found.t_events[e])), None)
+        return float(found.t[-1]), found.y[:, -1], met, len(found.t) - 1
+
+    return hybrid(advance, scene, tolerance)
+
+
+SCIPY = ("DOP853", "RK45", "Radau", "LSODA")
+DEFAULT: dict[str, Path] = {
+    "squeal": ours,
+    "squeal, batch": batch,
+    **{f"SciPy {method}": partial(with_scipy, method) for method in SCIPY},
+}

@@ -1,0 +1,78 @@
+"""The parameter table: value, unit and origin of every parameter of the article's scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from squeal.article.report.latex import long_table, number, typeset
+from squeal.model.pad import PARAMETERS
+from squeal.scene import Scene
+from squeal.scene.schema import COORDINATES
+
+_SEARCH = "by search"
+ORIGIN = {
+    "m": "assumed: pad and back plate; unit of mass",
+    "w": "assumed: a car's pad; unit of length",
+    "h": "by search",
+    "I": "by search; {I_ratio} times a rectangle's",
+    "k1": "assumed: sets the unit of time for squeal",
+    "alpha1": "printed: one value for each case",
+    "alpha2": "printed: one value for each case",
+    "V": "assumed: faster than the pad",
+    "x0": "default; no force depends on it",
+    "y0": "by search; B2 starts pressed in and lifted",
+    "y": "by search; B1 starts pressed in",
+}
+"""Where a value comes from; what is not named here was found by search or is zero by default."""
+
+SYMBOL = {"F_n": "$F_n$", "k_c": "$k_c$", "V": "$V$", "I": "$I$", "m": "$m$"}
+
+
+def _value(scenes: Sequence[Scene], key: str) -> str:
+    """The common value of a parameter in some scenes, or that it goes by case."""
+    values = {getattr(scene.pad, key) for scene in scenes}
+    if values == {None}:
+        return "--"
+    return number(values.pop(), 6) if len(values) == 1 else "by case"
+
+
+def _initial(scenes: Sequence[Scene], index: int) -> str:
+    values = {scene.initial[index] for scene in scenes}
+    return number(values.pop(), 6) if len(values) == 1 else "by case"
+
+
+def _origin(key: str, shown: Sequence[str], inertia_ratio: float) -> str:
+    text = ORIGIN.get(key, "default" if set(shown) <= {"$0$", "--"} else _SEARCH)
+    return text.replace("{I_ratio}", number(inertia_ratio, 4))
+
+
+def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
+    """Rows symbol, meaning, unit, value in B1, value in B2, origin; initial values at the end."""
+    pad = b1[0].pad
+    ratio = pad.I / (pad.m * (pad.w**2 + pad.h**2) / 3.0)
+    rows = []
+    for key, parameter in PARAMETERS.items():
+        shown = [
+            _value(scenes, key) if model in parameter.models else "--"
+            for model, scenes in (("B1", b1), ("B2", b2))
+        ]
+        symbol = SYMBOL.get(key, typeset(key))
+        unit = parameter.unit.replace("kg m^2", r"kg\,m$^2$")
+        rows.append([symbol, parameter.meaning, unit, *shown, _origin(key, shown, ratio)])
+    units = ("m", "m", "rad", "m/s", "m/s", "rad/s")
+    for index, (key, unit) in enumerate(zip(COORDINATES, units, strict=True)):
+        shown = [_initial(scenes, index) for scenes in (b1, b2)]
+        if set(shown) != {"$0$"}:
+            symbol = typeset(key.removesuffix("_dot"))
+            dot = key.endswith("_dot")
+            symbol = rf"$\dot {symbol.strip('$')}(0)$" if dot else rf"${symbol.strip('$')}(0)$"
+            rows.append([symbol, "initial value", unit, *shown, _origin(key, shown, ratio)])
+    return rows
+
+
+def parameter_table(scenes: Mapping[str, Sequence[Scene]]) -> str:
+    """The parameter table as the inside of a longtable."""
+    return long_table(
+        ["symbol", "meaning", "unit", "B1", "B2", "origin"],
+        parameter_rows(scenes["b1"], scenes["b2"]),
+    )

@@ -1,0 +1,145 @@
+"""Table and values of the section on error against run time, from results/precision.json."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from squeal.article.precision.measure import Check, Point, time_at
+from squeal.article.report.latex import alternative, definitions, number, tabular, typeset
+from squeal.article.report.layout import PRECISION_FIGURES, PRECISION_FILES
+from squeal.files.writing import write_text
+
+ERROR = 1e-10  # at which the paths are compared
+OURS, BATCH, NUMPY = "squeal", "squeal, batch", "numpy.linalg.eigvals"
+
+
+def _plain(value: float) -> str:
+    """Three digits without a power of ten."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def _power(tolerances: list[float]) -> str:
+    """The least of some powers of ten."""
+    return f"$10^{{{round(math.log10(min(tolerances)))}}}$" if tolerances else "--"
+
+
+def speed_table(points: list[Point]) -> str:
+    """Time of each path for a final error of at most `ERROR`, and as a multiple of ours."""
+    cases = list(dict.fromkeys(p.case for p in points))
+    paths = list(dict.fromkeys(p.path for p in points))
+    rows = []
+    for path in paths:
+        row = [typeset(path)]
+        for case in cases:
+            ours, least = (time_at(points, case, name, ERROR) for name in (OURS, path))
+            if least is None or ours is None:
+                row.append("--")
+            else:
+                row.append(f"{_plain(1e3 * least)} ({_plain(least / ours)})")
+        own = [p for p in points if p.path == path]
+        rows.append([*row, str(sum(p.missed for p in own)), str(sum(p.extra for p in own))])
+    head = ["path", *map(typeset, cases)]
+    columns = "l" + r">{\raggedleft}p{0.85in}" * len(cases) + "rr"
+    return tabular(columns, [*head, "missed", "extra"], [rows])
+
+
+def linear_table(timings: list[dict[str, Any]]) -> str:
+    """Error and time of a spectrum in a sweep, by program."""
+    rows = [
+        [
+            rf"\texttt{{{typeset(t['program'])}}}",
+            number(t["error"], 2),
+            number(1e6 * t["seconds"], 3),
+        ]
+        for t in timings
+        if t["task"] == "sweep"
+    ]
+    return tabular("lrr", ["program", "error", r"time of a matrix, $\mu$s"], [rows])
+
+
+def linear_values(timings: list[dict[str, Any]]) -> dict[str, str]:
+    """Values on the map and the threshold that the section's text refers to."""
+
+    def of(task: str, program: str) -> list[dict[str, Any]]:
+        return [t for t in timings if (t["task"], t["program"]) == (task, program)]
+
+    ours, theirs = (of("map", name)[-1]["seconds"] for name in (OURS, NUMPY))
+    best = min(of("threshold", NUMPY), key=lambda t: t["error"])
+    (own,) = of("threshold", OURS)
+    return {
+        "precision.map-ratio": number(theirs / ours, 3),
+        "precision.threshold-error": number(max(own["error"], 2.0**-53), 2),
+        "precision.threshold-ms": number(1e3 * own["seconds"], 2),
+        "precision.halving-error": number(best["error"], 2),
+        "precision.halving-ms": number(1e3 * best["seconds"], 2),
+    }
+
+
+def check_values(checks: list[Check]) -> dict[str, str]:
+    """How well the reference is confirmed."""
+    times = [c.times for c in checks if c.times is not None]
+    return {
+        "precision.confirmed-place": number(max(c.place for c in checks), 2),
+        "precision.confirmed-times": number(max(times), 2),
+        "precision.changes": str(sum(c.changes for c in checks)),
+    }
+
+
+def values(points: list[Point]) -> dict[str, str]:
+    """Values that the section's text refers to."""
+    ratios, batches = [], []
+    for case in dict.fromkeys(p.case for p in points):
+        least, dop853, many = (
+            time_at(points, case, name, ERROR) for name in (OURS, "SciPy DOP853", BATCH)
+        )
+        if least is not None and dop853 is not None:
+            ratios.append(dop853 / least)
+        if many is not None:
+            batches.append(1.0 / many)
+    wrong = [p for p in points if p.missed or p.extra]
+    theirs, own = ([p for p in wrong if p.path.startswith(OURS) == our] for our in (False, True))
+    return {
+        "precision.least-ratio": number(min(ratios), 3) if ratios else "--",
+        "precision.greatest-ratio": number(max(ratios), 3) if ratios else "--",
+        "precision.least-batch": _plain(min(batches)) if batches else "--",
+        "precision.missing-runs": str(len(theirs)),
+        "precision.own-missing-runs": str(len(own)),
+        "precision.runs": str(sum(not p.path.startswith(OURS) for p in points)),
+        "precision.own-runs": str(sum(p.path.startswith(OURS) for p in points)),
+        "precision.tightest": _power([p.tolerance for p in theirs]),
+        "precision.own-tightest": _power([p.tolerance for p in own]),
+    }
+
+
+def main() -> int:
+    """Write the section's generated files."""
+    parser = argparse.ArgumentParser(description="Tables and values on error against run time.")
+    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.article.precision")
+    parser.add_argument("--figures", type=Path, nargs="+", metavar="TXT", help="their texts")
+    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    given = parser.parse_args()
+    found = json.loads(given.results.read_text(encoding="utf-8"))
+    points = [Point(**p) for p in found["points"]]
+    told = values(points) | linear_values(found["linear"])
+    told |= check_values([Check(**c) for c in found["checks"]])
+    for name, text in zip(PRECISION_FIGURES, given.figures, strict=True):
+        caption = text.read_text(encoding="utf-8").strip()
+        told[f"alternative.{name}"] = alternative(caption)
+    texts = (
+        definitions(told),
+        speed_table(points),
+        linear_table(found["linear"]),
+    )
+    given.out.mkdir(parents=True, exist_ok=True)
+    for name, text in zip(PRECISION_FILES, texts, strict=True):
+        write_text(given.out / name, text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""One file a result: results/X.json is what the study X prints."""

@@ -1,7 +1,0 @@
-"""The article's statements about its results, each as a measurement with a margin and a verdict."""
-
-from squeal.claims.catalogue import CLAIMS, Claim
-from squeal.claims.judging import Judged, judge_claims
-from squeal.claims.measures import Case, batch_case, measure
-
-__all__ = ["CLAIMS", "Case", "Claim", "Judged", "batch_case", "judge_claims", "measure"]

@@ -1,0 +1,58 @@
+"""The command line: finds the command's module by name and leaves the rest to it."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from squeal import __version__
+
+# a command's summary, and the package that holds it (the toolkit never imports the companion)
+_HERE, _ARTICLE = "squeal.commands", "squeal.article.commands"
+COMMANDS = {
+    "simulate": "integrate a B1 or B2 scene through its contact changes",
+    "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
+    "critical-friction": "every threshold of stability in a range of mu",
+    "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+    "claims": "the statements of the article, each with its measured verdict",
+    "findings": "what is wrong in the article's equations, each measured",
+    "identify": "search for the pad that reproduces most of the article's statements",
+    "map": "verdict over alpha1 and alpha2, or over any two parameters",
+}
+
+
+OF_ARTICLE = ("sliding", "claims", "findings", "identify")
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name.ljust(width)}  {summary}" for name, summary in COMMANDS.items()]
+    return "\n".join(
+        ["usage: squeal COMMAND [OPTIONS] SCENE.yaml", "", "commands", *lines, ""]
+        + ["squeal COMMAND --help tells the options; squeal --version the version."]
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not given or given[0] in ("-h", "--help"):
+        try:
+            print(_help(), file=sys.stdout if given else sys.stderr, flush=True)
+        except BrokenPipeError:  # the reader has gone
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0 if given else 2
+    if given[0] == "--version":
+        print(f"squeal {__version__}")
+        return 0
+    if given[0] not in COMMANDS:
+        print(
+            f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}",
+            file=sys.stderr,
+        )
+        return 2
+    home = _ARTICLE if given[0] in OF_ARTICLE else _HERE
+    module = importlib.import_module(f"{home}.{given[0].replace('-', '_')}")
+    return int(module.COMMAND.main(given[1:]))

@@ -1,6 +1,0 @@
-"""Stiff and extreme cases: each ends in a right answer, a warning or a clear refusal."""
-
-from squeal.extreme.cases import CASES, Case
-from squeal.extreme.run import Outcome, run_case
-
-__all__ = ["CASES", "Case", "Outcome", "run_case"]

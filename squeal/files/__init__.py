@@ -1,0 +1,1 @@
+"""Files: YAML documents, checked values, whole writing, results read back, provenance."""

@@ -1,5 +1,0 @@
-"""Identification: the pad for which most of the article's statements hold."""
-
-from squeal.identify.search import Found, search
-
-__all__ = ["Found", "search"]

@@ -1,0 +1,1 @@
+"""The pad: parameters, mechanics, contact laws, contact states, equations of motion."""

@@ -1,0 +1,117 @@
+"""Equations of motion of models B1 (Eqs. 4-6) and B2 (Eqs. 8-10), put together from parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from squeal.model.contact import (
+    CONSISTENT,
+    ContactLaw,
+    Formulation,
+    LineContact,
+    PointContact,
+)
+from squeal.model.mechanics import (
+    Coefficients,
+    Loads,
+    Number,
+    coefficients,
+    gaps,
+    pose,
+    spring_energy,
+    springs,
+)
+from squeal.model.pad import Model, Pad
+from squeal.model.states import STATES, State, observed
+
+Coordinates = tuple[Number, Number, Number]
+
+
+def contact_law(model: Model, formulation: Formulation = CONSISTENT) -> ContactLaw:
+    """The contact law of a model; B3 is the linearisation of B2's."""
+    return PointContact() if model == "B1" else LineContact(formulation)
+
+
+def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, state: State) -> Loads:
+    """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
+    at = pose(ops, q)
+    total = springs(ops, c, at) + law.loads(c, at, state)
+    return Loads(total.x, total.y - c.F_n, total.moment)
+
+
+@dataclass(frozen=True)
+class PadModel:
+    """A pad under one of the contact models; positions are q = (x, y, theta)."""
+
+    name: Model
+    pad: Pad
+    formulation: Formulation = CONSISTENT
+
+    @cached_property
+    def law(self) -> ContactLaw:
+        """The contact law in use."""
+        return contact_law(self.name, self.formulation)
+
+    @cached_property
+    def c(self) -> Coefficients:
+        """Coefficients of the equations as plain numbers."""
+        return coefficients(np, self.pad, self.law.absolute_gap)
+
+    def loads(self, q: Any, state: State) -> np.ndarray:
+        """Net force and moment (Fx, Fy, M) in a given state; q of shape (3, ...), real or complex.
+
+        The state is taken as given, so the result is smooth in q; it is the physical load where
+        `state_at(q)` is that state.
+        """
+        return np.array(np.broadcast_arrays(*net_loads(np, self.c, self.law, tuple(q), state)))
+
+    def physical_loads(self, q: Any) -> np.ndarray:
+        """Net force and moment (3,) with the contact state that the gaps of q tell."""
+        return self.loads(q, self.state_at(q))
+
+    def gaps(self, q: Any) -> np.ndarray:
+        """Gaps of the leading and trailing edge, shape (2, ...)."""
+        return np.array(gaps(self.c, pose(np, tuple(q))))
+
+    def state_at(self, q: Any) -> State:
+        """Contact state at q (3,): an edge touches where its gap is negative."""
+        leading, trailing = self.gaps(q) < 0.0
+        return observed(leading, trailing)
+
+    def jacobian(self, q: Any, state: State) -> np.ndarray:
+        """Derivative of the loads by q, shape (3, 3), exact to rounding (complex step)."""
+        step = 1e-200
+        points = np.asarray(q, dtype=complex)[:, None] + 1j * step * np.eye(3)
+        return self.loads(points, state).imag / step
+
+    def signals(self, q: Any, state: State) -> np.ndarray:
+        """The two plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
+        at = pose(np, tuple(q))
+        with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
+            first, second = self.law.signals(self.c, at, state)
+        return np.array(np.broadcast_arrays(first + 0.0 * at.y, second + 0.0 * at.y))
+
+    def energy(self, q: Any, rates: Any, state: State) -> Number:
+        """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
+        at = pose(np, tuple(q))
+        kinetic = 0.5 * (self.c.m * (rates[0] ** 2 + rates[1] ** 2) + self.c.I * rates[2] ** 2)
+        return (
+            kinetic
+            + spring_energy(np, self.c, at)
+            + self.law.energy(self.c, at, state)
+            + self.c.F_n * at.y
+        )
+
+    @property
+    def mass_matrix(self) -> np.ndarray:
+        """diag(m, m, I), shape (3, 3)."""
+        return np.diag([self.pad.m, self.pad.m, self.pad.I]).astype(float)
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """The contact states that the model knows."""
+        return STATES

@@ -1,0 +1,192 @@
+"""Kinematics and spring forces of the pad, Eqs. (1)-(3), written once over generic arithmetic.
+
+`ops` is any module that offers `sin`, `cos` and `sqrt`: math for plain numbers, numpy for arrays
+and complex numbers, mpmath for more digits, heyoka for expressions. The coefficients of a pad may
+then be numbers, arrays or symbols, and every use of the model runs through these lines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from squeal.model.pad import Pad
+
+Number = Any  # a float, complex, array, mpmath number or heyoka expression
+Point = tuple[Number, Number]
+
+
+class Loads(NamedTuple):
+    """A force and its moment about the mass centre."""
+
+    x: Number
+    y: Number
+    moment: Number
+
+    def __add__(self, other: Loads) -> Loads:  # type: ignore[override]
+        return Loads(self.x + other.x, self.y + other.y, self.moment + other.moment)
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The numbers of a pad that enter the equations of motion.
+
+    D1, D2: spring vectors r_i - r_f,i of the undeformed springs; r1, r2: upper corners and
+    rl, rt: lower corners (leading, trailing) from the mass centre at theta = 0;
+    gap_l, gap_t: height of the lower corners over the surface at x = y = theta = 0.
+    """
+
+    m: Number
+    I: Number
+    w: Number
+    h: Number
+    mu: Number
+    F_n: Number
+    x0: Number
+    k1: Number
+    k2: Number
+    L1: Number
+    L2: Number
+    D1x: Number
+    D1y: Number
+    D2x: Number
+    D2y: Number
+    r1x: Number
+    r1y: Number
+    r2x: Number
+    r2y: Number
+    rlx: Number
+    rly: Number
+    rtx: Number
+    rty: Number
+    gap_l: Number
+    gap_t: Number
+    k3: Number
+    k4: Number
+    k_c: Number
+
+
+def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
+    """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).
+
+    `absolute_gap`: the surface lies at y = -h and y0, theta0 open a gap (B2); otherwise the
+    contact springs are relaxed in the initial position (B1). Free lengths that the scene leaves
+    out (B3) are set to w: an undeformed spring's stiffness does not depend on them.
+    """
+    cos0, sin0 = ops.cos(pad.theta0), ops.sin(pad.theta0)
+
+    def turned(px: Number, py: Number) -> Point:
+        return px * cos0 - py * sin0, px * sin0 + py * cos0
+
+    w, h = pad.w, pad.h
+    r1, r2, rl, rt = turned(-w, h), turned(w, h), turned(-w, -h), turned(w, -h)
+    L1 = w if pad.L1 is None else pad.L1
+    L2 = w if pad.L2 is None else pad.L2
+    # h (1 - cos theta0) without cancellation
+    lift = pad.y0 + 2 * h * ops.sin(pad.theta0 / 2) ** 2
+    return Coefficients(
+        m=pad.m,
+        I=pad.I,
+        w=w,
+        h=h,
+        mu=pad.mu,
+        F_n=0.0 if pad.F_n is None else pad.F_n,
+        x0=pad.x0,
+        k1=pad.k1,
+        k2=pad.k2,
+        L1=L1,
+        L2=L2,
+        D1x=-L1 * ops.cos(pad.alpha1),
+        D1y=-L1 * ops.sin(pad.alpha1),
+        D2x=L2 * ops.cos(pad.alpha2),
+        D2y=-L2 * ops.sin(pad.alpha2),
+        r1x=r1[0],
+        r1y=r1[1],
+        r2x=r2[0],
+        r2y=r2[1],
+        rlx=rl[0],
+        rly=rl[1],
+        rtx=rt[0],
+        rty=rt[1],
+        gap_l=lift - w * sin0 if absolute_gap else 0.0,
+        gap_t=lift + w * sin0 if absolute_gap else 0.0,
+        k3=0.0 if pad.k3 is None else pad.k3,
+        k4=0.0 if pad.k4 is None else pad.k4,
+        k_c=0.0 if pad.k_c is None else pad.k_c,
+    )
+
+
+class Pose(NamedTuple):
+    """Displacement of the pad: x, y, S = sin(theta) and C = cos(theta) - 1."""
+
+    x: Number
+    y: Number
+    S: Number
+    C: Number
+
+    def displacement(self, rx: Number, ry: Number) -> Point:
+        """Displacement of the body point that lay at (rx, ry) from the mass centre."""
+        return self.x + self.C * rx - self.S * ry, self.y + self.S * rx + self.C * ry
+
+    def arm(self, rx: Number, ry: Number) -> Point:
+        """Where that point now lies from the mass centre."""
+        return rx + self.C * rx - self.S * ry, ry + self.S * rx + self.C * ry
+
+
+def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
+    """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
+    s, c = ops.sin(q[2] * 0.5), ops.cos(q[2] * 0.5)
+    return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
+
+
+def elongation(ops: Any, L: Number, D: Point, u: Point) -> tuple[Number, Number, Point]:
+    """Elongation |D + u| - L of a spring with |D| = L, its length and its present vector.
+
+    Written as (2 D.u + u.u)/(|D + u| + L), which keeps its digits when L is much larger than u.
+    """
+    vx, vy = D[0] + u[0], D[1] + u[1]
+    length = ops.sqrt(vx * vx + vy * vy)
+    stretch = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
+    return stretch / (length + L), length, (vx, vy)
+
+
+def spring(ops: Any, k: Number, L: Number, D: Point, r: Point, at: Pose) -> Loads:
+    """Load of one inclined spring on the pad, Eq. (3) with its moment in Eqs. (6) and (10)."""
+    e, length, v = elongation(ops, L, D, at.displacement(*r))
+    f = -k * e / length
+    fx, fy = f * v[0], f * v[1]
+    ax, ay = at.arm(*r)
+    return Loads(fx, fy, ax * fy - ay * fx)
+
+
+def springs(ops: Any, c: Coefficients, at: Pose) -> Loads:
+    """Loads of springs 1 and 2 together."""
+    return spring(ops, c.k1, c.L1, (c.D1x, c.D1y), (c.r1x, c.r1y), at) + spring(
+        ops, c.k2, c.L2, (c.D2x, c.D2y), (c.r2x, c.r2y), at
+    )
+
+
+def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
+    """Potential energy of springs 1 and 2."""
+    e1, _, _ = elongation(ops, c.L1, (c.D1x, c.D1y), at.displacement(c.r1x, c.r1y))
+    e2, _, _ = elongation(ops, c.L2, (c.D2x, c.D2y), at.displacement(c.r2x, c.r2y))
+    return 0.5 * c.k1 * e1 * e1 + 0.5 * c.k2 * e2 * e2
+
+
+def gaps(c: Coefficients, at: Pose) -> Point:
+    """Height of the leading and the trailing lower edge over the surface, Eqs. (7), (11)."""
+    return (
+        c.gap_l + at.displacement(c.rlx, c.rly)[1],
+        c.gap_t + at.displacement(c.rtx, c.rty)[1],
+    )
+
+
+def facing(c: Coefficients, at: Pose) -> Number:
+    """cos(theta0 + theta): positive as long as the lower face faces the surface."""
+    return (at.arm(c.rtx, c.rty)[0] - at.arm(c.rlx, c.rly)[0]) / (2.0 * c.w)
+
+
+def spring_vectors(c: Coefficients, at: Pose) -> tuple[Point, Point]:
+    """Present vectors r_i - r_f,i of springs 1 and 2."""
+    (u1x, u1y), (u2x, u2y) = at.displacement(c.r1x, c.r1y), at.displacement(c.r2x, c.r2y)
+    return (c.D1x + u1x, c.D1y + u1y), (c.D2x + u2x, c.D2y + u2y)

@@ -1,0 +1,130 @@
+"""One style for all figures: sizes, fonts, colours of the contact states, and saving."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from squeal.files.sources import digest
+from squeal.files.writing import write_text, write_whole
+from squeal.model.pad import Model
+from squeal.model.states import STATES, name
+
+SINGLE, DOUBLE = 3.35, 6.9
+"""Widths in inches of a figure over one column and over two."""
+
+STATE_COLOURS = dict(zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), strict=True))
+"""Colours of the states 1 to 4, told apart in normal and in colour-deficient vision."""
+
+RC: Any = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "lines.linewidth": 0.9,
+    "lines.solid_capstyle": "butt",
+    "lines.solid_joinstyle": "round",
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "legend.borderaxespad": 0.0,
+    "hatch.linewidth": 0.5,
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+}
+
+
+def style() -> AbstractContextManager[None]:
+    """Context in which figures are made and saved."""
+    return matplotlib.rc_context(RC)
+
+
+def colours(model: Model) -> dict[str, str]:
+    """Colour of each state name of a model; B2's partial contact takes that of state 3."""
+    found: dict[str, str] = {}
+    for state in STATES:
+        found.setdefault(name(model, state), STATE_COLOURS[state])
+    return found
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure, its alternative text, and what it was made from (for the PDF's metadata)."""
+
+    figure: Figure
+    alternative: str
+    title: str
+    origin: str
+
+
+def origin(module: str, results: Sequence[dict[str, Any]] = ()) -> str:
+    """One line that names the results' scenes and sources and the source of the figure itself."""
+    parts = []
+    for result in results:
+        made = result["provenance"]
+        versions = ", ".join(f"{k} {v}" for k, v in made["versions"].items())
+        parts.append(
+            f"scene {made['scene']} ({made['scene_sha256']}), "
+            f"computed by sources {made['source_sha256']} ({versions})"
+        )
+    parts.append(
+        f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"
+    )
+    return "; ".join(parts)
+
+
+def save(drawing: Drawing, path: Path) -> None:
+    """Write the PDF, equal bytes for equal input, and its alternative text beside it."""
+    metadata = {
+        "Title": drawing.title,
+        "Subject": drawing.alternative,
+        "Keywords": drawing.origin,
+        "Creator": "squeal",
+        "Producer": None,
+        "CreationDate": None,
+    }
+    with style():
+        write_whole(
+            path,
+            lambda stream: drawing.figure.savefig(stream, format="pdf", metadata=metadata),
+            binary=True,
+        )
+    write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
+
+
+def program(
+    summary: str,
+    arguments: Callable[[argparse.ArgumentParser], None],
+    draw: Callable[[argparse.Namespace], Drawing],
+) -> int:
+    """Command line of a figure module: its own arguments, --pdf FILE or --png FILE."""
+    parser = argparse.ArgumentParser(description=summary)
+    arguments(parser)
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
+    wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
+    given = parser.parse_args()
+    drawing = draw(given)
+    if given.pdf is not None:
+        save(drawing, given.pdf)
+    else:
+        with style():
+            drawing.figure.savefig(given.png, dpi=110, metadata={"Software": "squeal"})
+    return 0

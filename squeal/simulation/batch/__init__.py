@@ -1,0 +1,1 @@
+"""Many pads at once."""

@@ -1,0 +1,281 @@
+"""Many pads at once: simulations for searches and statistics, spread over lanes and processes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.model.contact import CONSISTENT, ContactLaw, Formulation
+from squeal.model.equations import PadModel, contact_law
+from squeal.model.mechanics import Coefficients, coefficients, gaps, pose
+from squeal.model.pad import PARAMETERS, Model, Pad
+from squeal.model.units import Units, natural_units
+from squeal.simulation.legs import LIMITS
+from squeal.simulation.run import first_state
+
+if TYPE_CHECKING:
+    from squeal.simulation.batch.measures import Seen
+
+CHUNK = 512  # pads that one process works on at a time; bounds the memory
+PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
+MOST_SAMPLES = 100_000
+DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
+
+Arrays = dict[str, np.ndarray]
+
+
+def stack(pads: Sequence[Pad]) -> Pad:
+    """Many pads as one whose parameters are arrays (n,); None where the first pad has None."""
+    columns: dict[str, Any] = {
+        name: None
+        if getattr(pads[0], name) is None
+        else np.array([getattr(pad, name) for pad in pads], dtype=float)
+        for name in PARAMETERS
+    }
+    return Pad(**columns)
+
+
+def _each(pads: Pad, count: int) -> Iterator[Pad]:
+    """The single pads of a stack."""
+    given = {n: np.broadcast_to(v, count).tolist() for n, v in vars(pads).items() if v is not None}
+    without = {name: None for name in PARAMETERS if name not in given}
+    for row in zip(*given.values(), strict=True):
+        yield Pad(**dict(zip(given, row, strict=True)), **without)  # type: ignore[arg-type]
+
+
+def _part(pads: Pad, chosen: Any, count: int) -> Pad:
+    """Some pads of a stack."""
+    columns = {n: np.broadcast_to(v, count)[chosen] for n, v in vars(pads).items() if v is not None}
+    return dataclasses.replace(pads, **columns)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Task:
+    """A chunk of pads with all that a process needs; `pads` is a stack, `initial` (n, 6) in SI."""
+
+    model: Model
+    formulation: Formulation
+    pads: Pad
+    initial: np.ndarray
+    stop: np.ndarray
+    tolerance: float
+    measured: bool
+    events: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class _Natural:
+    """A chunk in natural units: stacked units and pads, coefficients (names, n), states (6, n)."""
+
+    units: Units
+    pads: Pad
+    coefficients: np.ndarray
+    touching: np.ndarray
+    state: np.ndarray
+    stop: np.ndarray
+
+    def of(self, pads: np.ndarray) -> Coefficients:
+        """Coefficients of some pads (indices)."""
+        return Coefficients(*self.coefficients[:, pads])
+
+
+def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
+    from squeal.simulation.batch.lanes import NAMES
+
+    count = len(task.stop)
+    initial = [tuple(row) for row in task.initial.tolist()]
+    each = [natural_units(*pair) for pair in zip(_each(task.pads, count), initial, strict=True)]
+    fields = [f.name for f in dataclasses.fields(Units)]
+    units = Units(*(np.array([getattr(u, name) for u in each]) for name in fields))  # type: ignore[arg-type]
+    pads = task.pads.scaled(units.mass, units.length, units.time)
+    c = coefficients(np, pads, law.absolute_gap)
+    numbers = np.array([np.broadcast_to(getattr(c, name), count) for name in NAMES])
+    state = units.to_scaled(task.initial.T)
+    heights = np.array(gaps(c, pose(np, (state[0], state[1], state[2] / c.w))))
+    touching = (heights < 0.0).astype(int)
+    # on the switching surface, or too near to tell, the first motion decides
+    for i in np.flatnonzero((np.abs(heights) < 1e-9 * (1.0 + c.w + c.h)).any(axis=0)):
+        touching[:, i] = first_state(_single(task, pads, int(i)), state[:, i])
+    return _Natural(units, pads, numbers, touching, state, task.stop / units.time)
+
+
+def _single(task: _Task, scaled: Pad, i: int) -> PadModel:
+    pad = next(_each(_part(scaled, [i], len(task.stop)), 1))
+    return PadModel(task.model, pad, task.formulation)
+
+
+class _Results:
+    """Arrays over the pads of a chunk, filled group by group."""
+
+    def __init__(self, task: _Task, natural: _Natural, law: ContactLaw) -> None:
+        self._task, self._natural, self._law = task, natural, law
+        self._count = len(task.stop)
+        self.arrays: Arrays = {}
+        self._theta0 = np.broadcast_to(task.pads.theta0, self._count)
+
+    def _put(self, name: str, pads: np.ndarray, values: np.ndarray) -> None:
+        if name not in self.arrays:
+            shape = (self._count, *values.shape[1:])
+            blank = np.nan if values.dtype == float else None if values.dtype == object else 0
+            self.arrays[name] = np.full(shape, blank, dtype=values.dtype)
+        self.arrays[name][pads] = values
+
+    def add(self, pads: np.ndarray, whole: np.ndarray, s: Seen) -> None:
+        """Keep what is wanted of the motions of these pads (indices); all of the `whole` ones."""
+        motion, n = s.motion, len(pads)
+        time = self._natural.units.time[pads]  # type: ignore[index]
+        self._put("outcome", pads, motion.limit + 1)
+        self._put("ended", pads, np.where(motion.limit < 0, motion.stop, motion.limit_t) * time)
+        self._put("final", pads, np.where(motion.limit < 0, motion.end, np.nan).T)
+        self._put("steps", pads, motion.steps)
+        self._put("changes", pads, np.bincount(motion.lane, minlength=n))
+        if self._task.events:
+            lists = np.empty(n, dtype=object)
+            for i in range(n):
+                mine = motion.lane == i
+                lists[i] = np.array([motion.t[mine] * time[i], motion.edge[mine]]).T
+            self._put("events", pads, lists)
+        if self._task.measured:
+            from squeal.simulation.batch.measures import measures
+
+            for name, values in measures(self._law, s, self._theta0[pads]).items():
+                if name in ("duration", "separated"):
+                    values = (values.T * time).T
+                elif name == "fastest":
+                    values = values * self._natural.units.length[pads] / time  # type: ignore[index]
+                self._put(name, pads[whole], values[whole])
+
+    def refuse(self, pad: int) -> None:
+        """A pad that no path carries to the end."""
+        self.arrays["outcome"][pad] = REFUSED
+        for name in ("ended", "final"):
+            self.arrays[name][pad] = np.nan
+
+
+def _samples(task: _Task, natural: _Natural) -> np.ndarray:
+    """How many samples each pad needs, (n,); also a guess of how long it takes."""
+    p = natural.pads
+    speed = np.sqrt(p.m * (p.w**2 + p.h**2) / p.I)
+    needed = np.ceil(natural.stop * np.maximum(speed, 1.0) / PHASE).astype(int) + 2
+    if task.measured and needed.max() > MOST_SAMPLES:
+        raise ComputationError(
+            f"measures of {needed.max()} samples are asked for; at most {MOST_SAMPLES} are kept, "
+            "choose a shorter time"
+        )
+    return needed
+
+
+def _work(task: _Task) -> Arrays:
+    """Simulate one chunk."""
+    from squeal.simulation.batch.alone import run_alone
+    from squeal.simulation.batch.lanes import LANES, lanes
+    from squeal.simulation.batch.measures import doubtful, seen
+
+    law = contact_law(task.model, task.formulation)
+    natural = _in_natural_units(task, law)
+    machine = lanes(law, task.tolerance)
+    results = _Results(task, natural, law)
+    needed = _samples(task, natural)
+    margin = max(1e-6, 100.0 * task.tolerance)
+    # pads of like length share a group, so that no lane waits long for another
+    order = np.argsort(needed, kind="stable")
+    for first in range(0, len(order), LANES):
+        pads = order[first : first + LANES]
+        full = np.resize(pads, LANES)  # the last group repeats pads
+        samples = int(needed[pads].max()) if task.measured else 0
+        motion = machine.run(
+            natural.coefficients[:, full],
+            natural.touching[:, full],
+            natural.state[:, full],
+            natural.stop[full],
+            samples,
+        )
+        there = seen(natural.of(full), motion)
+        doubt = doubtful(there, margin)
+        results.add(full, ~doubt & (motion.limit < 0), there)
+        for i in pads[doubt[: len(pads)]].tolist():
+            alone = run_alone(
+                _single(task, natural.pads, i),
+                task.tolerance,
+                Units(*(float(v[i]) for v in vars(natural.units).values())),
+                natural.state[:, i],
+                natural.touching[:, i],
+                float(natural.stop[i]),
+                samples,
+            )
+            if alone is None:
+                results.refuse(i)
+            else:
+                results.add(np.array([i]), alone.whole, seen(natural.of(np.array([i])), alone))
+    arrays = results.arrays
+    arrays["final"] = natural.units.to_si(arrays["final"].T).T
+    return arrays
+
+
+@lru_cache(maxsize=1)
+def _pool(workers: int) -> Any:
+    """Processes that stay for later calls, with their compiled integrators."""
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+
+
+def simulate_many(
+    model: Model,
+    pads: Pad,
+    initial: np.ndarray,
+    stop: float | np.ndarray,
+    tolerance: float = 1e-8,
+    formulation: Formulation = CONSISTENT,
+    measured: bool = False,
+    events: bool = False,
+    workers: int = 1,
+) -> Arrays:
+    """Simulate n pads of model B1 or B2; all units follow those of the pads.
+
+    pads: a `Pad` whose parameters are numbers or arrays (n,), see `stack`; initial (n, 6);
+    stop: a number or (n,). Arrays over the pads come back: outcome (`DONE`, 1 + the index into
+    `LIMITS`, or `REFUSED`), ended (time), final (n, 6), steps, changes (number of contact changes),
+    with `events` also events (arrays (changes, 2) of time and edge), with `measured` also those of
+    `squeal.simulation.batch.measures.measures`. Values of pads that did not reach the end are NaN,
+    their measures None or 0 where there is no NaN. A pad whose batch
+    run may have missed a contact change is run again alone.
+
+    With `workers` above 1 chunks of pads go to that many processes, which start anew by import:
+    a script must guard its main part by `if __name__ == "__main__"`. Raises ComputationError
+    where heyoka is not installed or a number is not finite.
+    """
+    try:
+        import squeal.simulation.batch.lanes  # noqa: F401
+    except ImportError:
+        raise ComputationError(
+            "batches of simulations need heyoka, which is not installed on this machine"
+        ) from None
+    count = len(initial)
+    stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
+    numbers = [np.broadcast_to(v, count) for v in vars(pads).values() if v is not None]
+    wrong = np.flatnonzero(~np.isfinite([*numbers, stops, *np.transpose(initial)]).all(axis=0))
+    if wrong.size:
+        raise ComputationError(f"the numbers of pad {wrong[0]} of the batch are not finite")
+    size = min(CHUNK, -(-count // workers)) if count else 1
+    tasks = (
+        _Task(
+            model,
+            formulation,
+            _part(pads, slice(i, i + size), count),
+            np.asarray(initial, dtype=float)[i : i + size],
+            stops[i : i + size],
+            tolerance,
+            measured,
+            events,
+        )
+        for i in range(0, count, size)
+    )
+    chunks = list(map(_work, tasks) if workers == 1 else _pool(workers).map(_work, tasks))
+    return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

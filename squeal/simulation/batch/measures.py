@@ -1,0 +1,301 @@
+"""Measures of several motions at once, from samples at equal steps of time and contact changes.
+
+Peaks between samples come from the parabola through three of them; what a pad has not is NaN.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.model.contact import ContactLaw, flags
+from squeal.model.mechanics import Coefficients, Pose, gaps, pose
+from squeal.model.states import STATES
+from squeal.simulation.batch.lanes import Motion
+
+START = 1e-9  # values below this at the start count as zero: nothing has moved yet
+LATE = 0.1  # share of the time after first contact that counts as the end of the run
+# where a state stands if its number is leading + 2 trailing
+_CODES = [state.leading + 2 * state.trailing for state in STATES]
+_APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
+
+Measures = dict[str, np.ndarray]
+Place = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class Seen(NamedTuple):
+    """A motion with what all measures need.
+
+    step (n,): time between samples; row (e,): the first sample after each contact change; on
+    (k, 2, n) of 0 or 1: contact at the samples; changes (k, n): how many so far; at: poses of the
+    samples (k, n); there: coefficients of the pad of each change (e,); there_at: poses there.
+    """
+
+    motion: Motion
+    c: Coefficients
+    step: np.ndarray
+    row: np.ndarray
+    on: np.ndarray
+    changes: np.ndarray
+    at: Pose
+    there: Coefficients
+    there_at: Pose
+
+
+def seen(c: Coefficients, motion: Motion) -> Seen:
+    """Prepare n motions for `doubtful` and `measures`; all coefficients are arrays (n,)."""
+    count = len(motion.samples)
+    step = motion.stop / max(count - 1, 1)
+    row = np.minimum(np.ceil(motion.t / step[motion.lane]).astype(int), max(count - 1, 0))
+    passed = np.zeros((count, *motion.touching.shape), dtype=np.int32)
+    if count:
+        np.add.at(passed, (row, motion.edge, motion.lane), 1)
+        np.cumsum(passed, axis=0, out=passed)
+    there = Coefficients(**{name: value[motion.lane] for name, value in vars(c).items()})
+    return Seen(
+        motion,
+        c,
+        step,
+        row,
+        (motion.touching + passed) & 1,
+        passed[:, 0] + passed[:, 1],
+        pose(np, _place(c, motion.samples)),
+        there,
+        pose(np, _place(there, motion.state)),
+    )
+
+
+class _Begin(NamedTuple):
+    """First contact of each pad, (n,) each.
+
+    t: its time, inf if there is none; change: the contact change that makes it, -1 if the pad
+    starts in contact; row: the sample before it (0 at the start, beyond the last if there is none).
+    """
+
+    t: np.ndarray
+    change: np.ndarray
+    row: np.ndarray
+
+
+class _Signal(NamedTuple):
+    """A signal at the samples (k, n) and at the contact changes (e,)."""
+
+    inner: np.ndarray
+    change: np.ndarray
+
+
+def _place(c: Coefficients, state: np.ndarray) -> Place:
+    """q of scaled states; the coordinate axis is the last but one."""
+    return state[..., 0, :], state[..., 1, :], state[..., 2, :] / c.w
+
+
+def doubtful(s: Seen, margin: float) -> np.ndarray:
+    """True (n,) for pads whose motion may have missed a contact change.
+
+    Either both edges passed in the same instant, so that the second crossing lies behind the first
+    by rounding and is not seen again, or a gap has the wrong sign by more than `margin`.
+    """
+    m = s.motion
+    doubt = ~m.whole
+    step = 1e-200
+    rates = _place(s.there, m.state[3:])
+    q = _place(s.there, m.state)
+    x, y, theta = (a + 1j * step * rate for a, rate in zip(q, rates, strict=True))
+    moved = pose(np, (x, y, theta))
+    other = 1 - m.edge
+    gap = np.array(gaps(s.there, moved))[other, np.arange(len(other))]
+    sense = 2 * m.on[other, np.arange(len(other))] - 1
+    doubt[m.lane[(sense * gap.real > 0.0) & (sense * gap.imag > 0.0)]] = True
+
+    last = m.touching.copy()
+    np.add.at(last, (m.edge, m.lane), 1)
+    heights = np.array(gaps(s.c, pose(np, _place(s.c, m.end))))
+    doubt |= ((2 * (last & 1) - 1) * heights > margin).any(axis=0) & (m.limit < 0)
+    if len(m.samples):
+        over = np.zeros(s.changes.shape, dtype=bool)
+        for edge, height in enumerate(gaps(s.c, s.at)):
+            over |= np.where(s.on[:, edge] > 0, height, -height) > margin
+        t = np.arange(len(over))[:, None] * s.step
+        doubt |= (over & ~(t >= m.limit_t)).any(axis=0)
+    return doubt
+
+
+def _begin(s: Seen) -> _Begin:
+    m = s.motion
+    apart = np.logical_not(m.touching.any(axis=0))
+    change = np.full(len(m.stop), -1)
+    backwards = np.arange(len(m.lane))[::-1]
+    change[m.lane[backwards]] = backwards
+    change[~apart] = -1
+    met = change >= 0
+    t = np.where(apart, np.inf, 0.0)
+    t[met] = m.t[change[met]]
+    row = np.where(apart, len(m.samples), 0)
+    row[met] = np.maximum(s.row[change[met]] - 1, 0)
+    return _Begin(t, change, row)
+
+
+def _since(begin: _Begin, signal: _Signal) -> _Signal:
+    """The signal without what precedes first contact; its first sample moved to first contact."""
+    inner = np.where(np.arange(len(signal.inner))[:, None] >= begin.row, signal.inner, np.nan)
+    met = np.flatnonzero(begin.change >= 0)
+    inner[begin.row[met], met] = signal.change[begin.change[met]]
+    return _Signal(inner, signal.change)
+
+
+def _signals(law: ContactLaw, s: Seen) -> tuple[_Signal, _Signal]:
+    """F3, F4 over F_n (B1), or Rn over F_n and delta over w (B2)."""
+    inner = law.blended_signals(s.c, s.at, flags(s.on[:, 0], s.on[:, 1]))
+    # at a change its edge still touches: delta has its limit there, also where contact is lost
+    touching = s.motion.on.copy()
+    touching[s.motion.edge, np.arange(len(s.motion.edge))] = 1
+    change = law.blended_signals(s.there, s.there_at, flags(*touching))
+
+    def force(i: int) -> _Signal:
+        # a located contact change leaves forces of the size of rounding below zero
+        return _Signal(
+            np.maximum(inner[i], 0.0) / s.c.F_n, np.maximum(change[i], 0.0) / s.there.F_n
+        )
+
+    if law.signal_names[1] == "delta":
+        return force(0), _Signal(inner[1] / s.c.w, change[1] / s.there.w)
+    return force(0), force(1)
+
+
+def _first_turn(values: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """The row from which signals count: `row`, or their first turn if they start from zero.
+
+    A signal that starts from zero is on neither side of it yet; its way up (or down) from there
+    says nothing of whether it comes back.
+    """
+    start = values[np.minimum(row, len(values) - 1), np.arange(values.shape[1])]
+    zero = np.flatnonzero(np.abs(start) <= START)
+    if zero.size:
+        way = np.sign(np.diff(values[:, zero], axis=0))
+        turns = (way[1:] != way[:-1]) & ~np.isnan(way[:-1])
+        turn = np.where(turns.any(axis=0), turns.argmax(axis=0) + 1, len(values) - 1)
+        row = row.copy()
+        row[zero] = turn
+    return row
+
+
+def _highest(values: np.ndarray, changes: np.ndarray) -> np.ndarray:
+    """Maximum of each column, with the peak of the parabola where three samples are smooth."""
+    last = len(values) - 1
+    pads = np.arange(values.shape[1])
+    top = np.where(np.isnan(values), -np.inf, values).argmax(axis=0)
+    before, after = np.maximum(top - 1, 0), np.minimum(top + 1, last)
+    a, b, d = values[before, pads], values[top, pads], values[after, pads]
+    bend = 2.0 * b - a - d
+    smooth = (changes[before, pads] == changes[after, pads]) & (after - before == 2) & (bend > 0.0)
+    return np.where(smooth, b + (d - a) ** 2 / (8.0 * bend), b)
+
+
+def _range(s: Seen, begin: _Begin, signal: _Signal, force: bool) -> np.ndarray:
+    """Least and greatest value (n, 2) of a signal since first contact."""
+    inner, at_change = _since(begin, signal)
+    row = _first_turn(inner, begin.row)
+    inner = np.where(np.arange(len(inner))[:, None] >= row, inner, np.nan)
+    low, high = -_highest(-inner, s.changes), _highest(inner, s.changes)
+    if force:
+        low = np.maximum(low, 0.0)
+    counts = s.row > row[s.motion.lane]
+    np.fmin.at(low, s.motion.lane[counts], at_change[counts])
+    np.fmax.at(high, s.motion.lane[counts], at_change[counts])
+    return np.array([low, high]).T
+
+
+def _times(motion: Motion) -> np.ndarray:
+    """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
+    pads = motion.stop.shape[0]
+    order = np.argsort(motion.lane, kind="stable")
+    # each pad's motion falls into parts: the first, and one after each change
+    lane = np.concatenate([np.arange(pads), motion.lane[order]])
+    code = np.concatenate([[1, 2] @ motion.touching, [1, 2] @ motion.on[:, order]])
+    t = np.concatenate([np.zeros(pads), motion.t[order]])
+    parts = np.argsort(lane, kind="stable")
+    lane, code, t = lane[parts], code[parts], t[parts]
+    until = np.append(t[1:], 0.0)
+    final = np.append(lane[1:] != lane[:-1], True)
+    until[final] = motion.stop[lane[final]]
+    seen = (t > 0.0) | (code > 0)
+    spent = np.zeros((4, pads))
+    np.add.at(spent, (code[seen], lane[seen]), (until - t)[seen])
+    return spent[_CODES]
+
+
+def _losses(motion: Motion) -> np.ndarray:
+    """For each pad the tuple of edges in the order in which they separate."""
+    lost = motion.on[motion.edge, np.arange(len(motion.edge))] == 0
+    found: list[list[int]] = [[] for _ in motion.stop]
+    for lane, edge in zip(motion.lane[lost].tolist(), motion.edge[lost].tolist(), strict=True):
+        found[lane].append(edge)
+    result = np.empty(len(found), dtype=object)
+    result[:] = [tuple(edges) for edges in found]
+    return result
+
+
+def _mean(s: Seen, begin: _Begin, signal: _Signal, duration: np.ndarray) -> np.ndarray:
+    """Time mean since first contact (trapezoidal rule)."""
+    inner = np.nan_to_num(_since(begin, signal).inner)
+    pads = np.arange(inner.shape[1])
+    first = np.minimum(begin.row, len(inner) - 2)
+    total = inner.sum(axis=0) - 0.5 * (inner[first, pads] + inner[-1])
+    # the first interval begins at first contact
+    missing = np.where(np.isfinite(begin.t), begin.t - first * s.step, 0.0)
+    area = total * s.step - 0.5 * missing * (inner[first, pads] + inner[first + 1, pads])
+    return area / duration
+
+
+def _swings(delta: np.ndarray) -> np.ndarray:
+    """How often the samples of each column change sign, those near zero left aside."""
+    signs = np.sign(np.where(np.abs(delta) > START, delta, np.nan))
+    return np.array([int(np.sum(np.diff(s[~np.isnan(s)]) != 0.0)) for s in signs.T])
+
+
+def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
+    """Greatest acceleration late in the run over the whole run's, to some per cent."""
+    change = np.diff(s.motion.samples[:, 3:], axis=0)
+    size = np.einsum("kin,kin->kn", change, change)
+    t = np.arange(len(size))[:, None] * s.step
+    late = np.where(t >= s.motion.stop - LATE * duration, size, 0.0)
+    return np.sqrt(late.max(axis=0) / size.max(axis=0))
+
+
+def measures(law: ContactLaw, s: Seen, theta0: np.ndarray) -> Measures:
+    """Measures of n motions, times in natural units; the claims on B1 and B2 rest on them.
+
+    duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
+    shares (n, 4): of the states in the order of `STATES`; losses (n,): tuples of the edges in the
+    order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
+    F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
+    (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
+    acceleration in the last tenth over that of the whole run, to some per cent; fastest (n,): the
+    greatest x_dot, which the speed V of the surface must exceed.
+    """
+    with np.errstate(all="ignore"):
+        begin, spent = _begin(s), _times(s.motion)
+        duration = np.where(np.isfinite(begin.t), s.motion.stop - begin.t, 0.0)
+        first, second = _signals(law, s)
+        tilt = _Signal(
+            theta0 + s.motion.samples[:, 2] / s.c.w,
+            theta0[s.motion.lane] + s.motion.state[2] / s.there.w,
+        )
+        line = law.signal_names[1] == "delta"
+        both = _Signal(first.inner + second.inner, first.change + second.change)
+        nothing = np.full((len(duration), 2), np.nan)
+        return {
+            "duration": duration,
+            "separated": (_APART @ spent).T,
+            "shares": (spent / duration).T,
+            "losses": _losses(s.motion),
+            "first": _range(s, begin, first, True),
+            "second": _range(s, begin, second, not line),
+            "together": nothing if line else _range(s, begin, both, True),
+            "tilt": _range(s, begin, tilt, False),
+            "mean": _mean(s, begin, first, duration),
+            "swings": _swings(_since(begin, second).inner) if line else np.zeros(len(nothing), int),
+            "calm": _calm(s, duration),
+            "fastest": s.motion.samples[:, 3].max(axis=0),
+        }

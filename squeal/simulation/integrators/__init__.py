@@ -1,0 +1,1 @@
+"""Integrators that carry a motion on within one contact state."""

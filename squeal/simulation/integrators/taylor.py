@@ -1,0 +1,204 @@
+"""Taylor integration with heyoka: the equations of `model.equations` compiled once per machine.
+
+One integrator per contact state holds just the terms of that state and watches both gaps, each in
+the direction that ends the state. The numbers of the pad are runtime parameters, so the compiled
+code, which heyoka keeps on disk, serves every pad.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.model.contact import ContactLaw
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.mechanics import Coefficients, facing, gaps, pose, spring_vectors
+from squeal.model.states import State
+from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
+
+# its warnings would go to standard output; a lost root shows in the check at the end of a leg
+hy.set_logger_level_critical()
+
+LONGEST_LEG = 5000  # steps; bounds the memory of dense output
+# A gap that is exactly zero at the start of a step hides the next root of the same step from
+# heyoka 7.13: its bracketing search then stops at the left end. This offset, far below the
+# rounding of any gap, puts the start on the side of the contact state.
+NEVER_ZERO = 1e-300
+# heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
+# would loosen the error control of a small motion.
+FAINT = 1e-30
+_NAMES = [f.name for f in fields(Coefficients)]
+
+
+def coefficient_names() -> list[str]:
+    """Names of the runtime parameters of `equations`, in their order."""
+    return _NAMES
+
+
+def equations(
+    law: ContactLaw, contact: State
+) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
+    """Symbolic equations of motion of one contact state, its two gaps and the model's limits.
+
+    The limits are positive as long as the model holds, in the order of `LIMITS`.
+
+    The state is (x, y, w theta) and rates; coefficients are runtime parameters in the order of
+    `Coefficients`.
+    """
+    c = Coefficients(**{name: hy.par[i] for i, name in enumerate(_NAMES)})
+    x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
+    q = (x, y, s / c.w)
+    total = net_loads(hy, c, law, q, contact)
+    system = [
+        (x, u),
+        (y, v),
+        (s, r),
+        (u, total.x / c.m),
+        (v, total.y / c.m),
+        (r, c.w * total.moment / c.I),
+    ]
+    at = pose(hy, q)
+    limits = [facing(c, at)] + [
+        hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
+        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
+    ]
+    return system, list(gaps(c, at)), [FAINT * limit for limit in limits]
+
+
+@lru_cache(maxsize=64)
+def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Any:
+    """The integrator of one contact state; the compiled code is shared through heyoka's caches."""
+    system, heights, limits = equations(law, contact)
+    rising, falling = hy.event_direction.positive, hy.event_direction.negative
+    events = [
+        _event(fp_type)(
+            gap + (-NEVER_ZERO if touches else NEVER_ZERO),
+            direction=rising if touches else falling,
+        )
+        for gap, touches in zip(heights, contact, strict=True)
+    ] + [_event(fp_type)(limit, direction=falling) for limit in limits]
+    return hy.taylor_adaptive(
+        system,
+        [fp_type(0.0)] * 6,
+        pars=[fp_type(1.0)] * _highest_parameter(system, heights + limits),
+        tol=fp_type(tolerance),
+        t_events=events,
+        fp_type=fp_type,
+    )
+
+
+def _highest_parameter(system: list[tuple[Any, Any]], others: list[Any]) -> int:
+    """How many runtime parameters the expressions of one state refer to."""
+    used = hy.get_params([rhs for _, rhs in system] + others)
+    return 1 + max(_NAMES.index(name) for name in _NAMES if hy.par[_NAMES.index(name)] in used)
+
+
+def _event(fp_type: Any) -> Any:
+    return hy.t_event if fp_type is float else lambda *a, **k: hy.t_event(*a, fp_type=fp_type, **k)
+
+
+_ONWARD = (
+    hy.taylor_outcome.success,
+    hy.taylor_outcome.time_limit,
+    hy.taylor_outcome.step_limit,
+)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Dense output: the Taylor polynomials of consecutive steps.
+
+    nodes (n + 1,): step times; coefficients (n, 6, order + 1). Kept by hand, since heyoka compiles
+    code anew for each continuous output, which costs more than a whole leg.
+    """
+
+    nodes: np.ndarray
+    coefficients: np.ndarray
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """The state at times t, shape (len(t), 6)."""
+        last = len(self.coefficients) - 1
+        step = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, last)
+        lapse = (t - self.nodes[step])[:, None]
+        c = self.coefficients[step]
+        value = c[:, :, -1]
+        for k in range(c.shape[2] - 2, -1, -1):
+            value = value * lapse + c[:, :, k]
+        return value
+
+
+def _recorded(ta: Any, stop: float) -> tuple[Any, Series]:
+    """Step on to a contact change, to `stop` or for a bounded number of steps, keeping the series.
+
+    Returns heyoka's outcome and the series.
+    """
+    nodes, pieces = [ta.time], []
+    while True:
+        outcome, _ = ta.step(max_delta_t=stop - ta.time, write_tc=True)
+        pieces.append(ta.tc.copy())
+        nodes.append(ta.time)
+        if outcome != hy.taylor_outcome.success or ta.time >= stop or len(pieces) >= LONGEST_LEG:
+            return outcome, Series(np.array(nodes), np.array(pieces))
+
+
+class TaylorIntegrator:
+    """Integrator over one scaled pad; `fp_type` may be numpy.longdouble or heyoka.real128.
+
+    In the longer types the coefficients stay the doubles of the pad, so that the difference to a
+    double run is that of the integration alone.
+    """
+
+    method = "heyoka Taylor"
+
+    def __init__(self, model: PadModel, tolerance: float, fp_type: Any = float) -> None:
+        self._law = model.law
+        self._fp = fp_type
+        eps = float(np.finfo(float).eps) if fp_type is float else 0.0
+        self._tolerance = max(tolerance, eps)
+        self._pars = [fp_type(float(getattr(model.c, name))) for name in _NAMES]
+        self._ready: dict[State, Any] = {}
+
+    def _integrator(self, contact: State) -> Any:
+        if contact not in self._ready:
+            ta = _compiled(self._law, contact, self._tolerance, self._fp)
+            ta.pars[:] = self._pars[: len(ta.pars)]
+            self._ready[contact] = ta
+        return self._ready[contact]
+
+    def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
+        """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
+        ta = self._integrator(contact)
+        ta.time = self._fp(t)
+        ta.state[:] = state
+        ta.reset_cooldowns()
+        if dense:
+            outcome, motion = _recorded(ta, stop)
+            steps = len(motion.nodes) - 1
+        else:
+            motion = None
+            outcome, _, _, steps, _, _ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
+        edge, limit, event = None, None, -int(outcome) - 1
+        if 0 <= event < 2:
+            edge = event
+        elif 2 <= event < 2 + len(LIMITS):
+            limit = LIMITS[event - 2]
+        elif outcome not in _ONWARD:
+            raise ComputationError(
+                f"the motion is not finite after t = {float(t):.9g} natural time units"
+            )
+        return Leg(
+            contact=contact,
+            t0=t,
+            t1=ta.time,
+            end=ta.state.copy(),
+            edge=edge,
+            limit=limit,
+            steps=steps,
+            nodes=motion.nodes if motion is not None else None,
+            dense=motion,
+        )

@@ -1,0 +1,116 @@
+"""SciPy stand-in for platforms without heyoka, and an independent check of its results."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.mechanics import facing, gaps, pose, spring_vectors
+from squeal.model.states import State
+from squeal.simulation.legs import LIMITS, Leg
+
+LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
+
+
+class SciPyIntegrator:
+    """DOP853 of SciPy with located contact changes, over one scaled pad.
+
+    SciPy looks for a change of sign over a step, so a separation shorter than a step could be
+    missed; steps are therefore held to a fraction of the time unit. Right-hand sides use plain
+    numbers, which are faster than arrays here.
+    """
+
+    method = "SciPy DOP853"
+
+    def __init__(self, model: PadModel, tolerance: float) -> None:
+        from scipy.integrate import solve_ivp
+
+        self._solve: Any = solve_ivp
+        self._model, self._tolerance = model, max(tolerance, 3e-14)
+        self._w = float(model.pad.w)
+        pad = model.pad
+        # rotation is faster than translation where the moment of inertia is small
+        self._max_step = 0.2 * min(1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7)
+
+    def _rhs(self, contact: State) -> Any:
+        model, w = self._model, self._w
+        c, law = model.c, model.law
+        inverse_m, turn = 1.0 / c.m, w / c.I
+
+        def rhs(_t: float, s: np.ndarray) -> list[float]:
+            x, y, a, u, v, r = s.tolist()
+            f = net_loads(math, c, law, (x, y, a / w), contact)
+            return [u, v, r, f.x * inverse_m, f.y * inverse_m, f.moment * turn]
+
+        return rhs
+
+    def _events(self, contact: State) -> list[Any]:
+        found = []
+        for edge in (0, 1):
+
+            def gap(_t: float, s: np.ndarray, edge: int = edge) -> float:
+                return float(gaps(self._model.c, pose(math, (s[0], s[1], s[2] / self._w)))[edge])
+
+            gap.terminal = True  # type: ignore[attr-defined]
+            gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
+            found.append(gap)
+
+        def upright(_t: float, s: np.ndarray) -> float:
+            return float(facing(self._model.c, pose(math, (s[0], s[1], s[2] / self._w))))
+
+        upright.terminal = True  # type: ignore[attr-defined]
+        upright.direction = -1.0  # type: ignore[attr-defined]
+        return [*found, upright]
+
+    def _collapse(self, y: np.ndarray) -> tuple[int, str] | None:
+        """The first step (its end) in which a spring turns by more than 90 degrees, and what it is.
+
+        It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
+        """
+        at = pose(np, (y[0], y[1], y[2] / self._w))
+        for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:], strict=True):
+            turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
+            if turned.any():
+                return int(np.argmax(turned)) + 1, limit
+        return None
+
+    def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
+        """See `Integrator.advance`. Raises ComputationError if SciPy gives up."""
+        solution = self._solve(
+            self._rhs(contact),
+            (t, min(stop, t + LONGEST_LEG)),
+            state,
+            method="DOP853",
+            rtol=self._tolerance,
+            atol=self._tolerance,
+            max_step=self._max_step,
+            events=self._events(contact),
+            dense_output=dense,
+        )
+        if solution.status < 0:
+            raise ComputationError(
+                f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
+            )
+        edge, limit, last = None, None, -1
+        collapse = self._collapse(solution.y)
+        if collapse is not None:
+            last, limit = collapse
+        elif solution.status == 1:
+            event = next(i for i in (0, 1, 2) if len(solution.t_events[i]))
+            edge, limit = (event, None) if event < 2 else (None, LIMITS[0])
+        motion = solution.sol
+        return Leg(
+            contact=contact,
+            t0=t,
+            t1=float(solution.t[last]),
+            end=solution.y[:, last].copy(),
+            edge=edge,
+            limit=limit,
+            steps=len(solution.t) - 1,
+            nodes=solution.t if dense else None,
+            dense=(lambda times: motion(times).T) if dense else None,
+        )

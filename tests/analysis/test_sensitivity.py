@@ -1,0 +1,105 @@
+"""What moves eigenvalues and thresholds: differences through the whole chain, scaling laws."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.sensitivity import (
+    eigenvalue_sensitivities,
+    first_loss,
+    parameters,
+    threshold_sensitivities,
+)
+from squeal.scene import read_scene
+from squeal.scene.schema import Scene
+from tests.conftest import SCENES
+from tests.simulation.test_simulation import upright
+
+COUPLED = {"alpha1": 1.0, "alpha2": 2.6, "mu": 0.1}
+
+
+def scene_of(name: str) -> Scene:
+    return read_scene(SCENES / f"{name}.yaml")
+
+
+def changed(scene: Scene, **changes: float) -> Scene:
+    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+
+
+def step_of(scene: Scene, name: str) -> float:
+    value = getattr(scene.pad, name)
+    return 1e-5 * (abs(value) or (scene.pad.F_n / scene.pad.k1 if name in "x0 y0" else 1.0))
+
+
+@pytest.mark.parametrize("name", ["b1-b", "b2-a", "b3"])
+def test_eigenvalues_against_differences_through_the_whole_chain(name):
+    scene = scene_of(name)
+    analysis = analyse(scene)
+    size = np.abs(analysis.spectrum.values).max()
+    found = eigenvalue_sensitivities(scene, analysis)
+    assert set(found) == set(parameters(scene.pad_model))
+    for parameter, slopes in found.items():
+        value, h = getattr(scene.pad, parameter), step_of(scene, parameter)
+        up, down = (
+            analyse(changed(scene, **{parameter: value + way * h})).spectrum.values
+            for way in (1, -1)
+        )
+        assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, parameter
+
+
+@pytest.mark.parametrize("name", ["b1-b", "b1-d", "b2-c", "b2-d"])
+def test_scaling_laws(name):
+    # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
+    scene = scene_of(name)
+    analysis = analyse(scene)
+    values, pad = analysis.spectrum.values, scene.pad
+    slopes = eigenvalue_sensitivities(scene, analysis)
+
+    def together(**powers: float) -> np.ndarray:
+        return sum(p * getattr(pad, n) * slopes[n] for n, p in powers.items() if n in slopes)
+
+    close = 1e-9 * np.abs(values).max()
+    mass = together(m=1, I=1)
+    assert np.abs(mass + values / 2).max() < close
+    force = together(k1=1, k2=1, k3=1, k4=1, k_c=1, F_n=1)
+    assert np.abs(force - values / 2).max() < close
+    length = together(w=1, h=1, I=2, L1=1, L2=1, x0=1, y0=1, F_n=1)
+    assert np.abs(length).max() < close
+
+
+def test_upright_pad_in_closed_form():
+    # springs upright, no friction: the vertical mode has omega^2 = (k1 + k2 + k3 + k4) / m
+    scene = Scene("B1", upright(mu=0.0))
+    pad = scene.pad
+    analysis = analyse(scene)
+    omega = math.sqrt((pad.k1 + pad.k2 + pad.k3 + pad.k4) / pad.m)
+    k = int(np.argmin(np.abs(analysis.spectrum.values - 1j * omega)))
+    found = eigenvalue_sensitivities(scene, analysis)
+    assert found["m"][k] == pytest.approx(-0.5j * omega / pad.m, rel=1e-9)
+    for name in ("k1", "k2", "k3", "k4"):
+        assert found[name][k] == pytest.approx(0.5j / (pad.m * omega), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b3"])
+def test_thresholds_against_differences(name):
+    scene = changed(scene_of(name), **COUPLED)
+    loss = first_loss(critical_friction(scene))
+    assert loss is not None
+    found = threshold_sensitivities(scene, loss)
+    for parameter in ("m", "h", "k2", "alpha1"):
+        value, h = getattr(scene.pad, parameter), 10 * step_of(scene, parameter)
+        up, down = (
+            first_loss(critical_friction(changed(scene, **{parameter: value + way * h})))
+            for way in (1, -1)
+        )
+        assert up is not None
+        assert down is not None
+        assert abs((up.mu - down.mu) / (2 * h) - found[parameter]) * h < 1e-7, parameter
+
+
+def test_a_pad_that_stays_stable_has_no_loss():
+    assert first_loss(critical_friction(scene_of("b1-c"))) is None

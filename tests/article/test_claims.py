@@ -1,0 +1,152 @@
+"""Claims: measures against closed forms, and verdicts on both sides of each rule."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from squeal.article.claims import CLAIMS, Case, judge_claims, measure
+from squeal.article.claims.judging import Linear
+from squeal.article.claims.measures import Range
+from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
+from tests.simulation.test_simulation import bounce, upright
+
+QUIET = Case(
+    duration=100.0,
+    separated=(0.0, 0.0),
+    losses=(),
+    shares={FULL: 1.0},
+    first=Range(0.5, 1.5),
+    second=Range(0.4, 1.4),
+    together=Range(0.9, 2.9),
+    tilt=Range(0.001, 0.01),
+    mean=1.0,
+    swings=0,
+    calm=1.0,
+)
+LINEAR = Linear({"a": 2, "b": 2, "c": 2, "d": 2}, 0.14)
+
+
+def verdict(claim, b1=None, b2=None, linear=LINEAR):
+    quiet = dict.fromkeys("abcd", QUIET)
+    judged = judge_claims(quiet | (b1 or {}), quiet | (b2 or {}), linear)
+    return next(j.verdict for j in judged if j.claim.id == claim)
+
+
+def case(**changes):
+    return dataclasses.replace(QUIET, **changes)
+
+
+YES, NO = "reproduced", "not reproduced"
+ALL = {FULL: 0.7, NONE: 0.1, LEAD: 0.1, TRAIL: 0.1}
+NO_2 = {FULL: 0.7, LEAD: 0.2, TRAIL: 0.1}
+LOST = {"shares": {FULL: 0.9, NONE: 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("claim", "model", "name", "holds", "fails"),
+    [
+        ("B1-a-lead-loss", 1, "a", {"separated": (1.0, 0.0)}, {"separated": (1e-9, 5.0)}),
+        ("B1-a-trail-loss", 1, "a", {"separated": (0.0, 1.0)}, {"separated": (5.0, 1e-9)}),
+        ("B1-a-trail-high", 1, "a", {"second": Range(0, 1.51)}, {"second": Range(0, 1.49)}),
+        ("B1-a-states", 1, "a", {"shares": ALL}, {"shares": NO_2}),
+        ("B1-b-lead-kept", 1, "b", {"first": Range(1e-6, 1)}, {"first": Range(0.0, 1)}),
+        (
+            "B1-b-states",
+            1,
+            "b",
+            {"shares": {FULL: 0.5, LEAD: 0.5}},
+            {"shares": {FULL: 0.5, LEAD: 0.49, TRAIL: 0.01}},
+        ),
+        ("B1-b-ratio", 1, "b", {"second": Range(0, 0.55)}, {"second": Range(0, 0.49)}),
+        ("B1-b-ratio", 1, "b", {"second": Range(0, 0.51)}, {"second": Range(0, 0.61)}),
+        ("B1-c-sum", 1, "c", {"together": Range(1e-6, 2)}, {"together": Range(0.0, 2)}),
+        ("B1-c-states", 1, "c", {"shares": NO_2}, {"shares": ALL}),
+        ("B1-d-mostly-full", 1, "d", {"shares": {FULL: 0.51}}, {"shares": {FULL: 0.49}}),
+        (
+            "B1-d-alternate",
+            1,
+            "d",
+            {"losses": (LEADING, TRAILING) * 3},
+            {"losses": (LEADING, LEADING, TRAILING)},
+        ),
+        ("B2-a-contact", 2, "a", {"first": Range(1e-6, 1)}, {"first": Range(0.0, 1)}),
+        (
+            "B2-a-leading",
+            2,
+            "a",
+            {"second": Range(-0.9, -1e-6)},
+            {"second": Range(-0.9, 1e-6)},
+        ),
+        ("B2-b-trailing", 2, "b", {"second": Range(1e-6, 1)}, {"second": Range(-1e-6, 1)}),
+        ("B2-b-tilt", 2, "b", {"tilt": Range(-0.1, -1e-6)}, {"tilt": Range(-0.1, 1e-6)}),
+        ("B2-b-twice", 2, "b", {"mean": 1.71}, {"mean": 1.69}),
+        ("B2-b-twice", 2, "b", {"mean": 1.99}, {"mean": 2.01}),
+        ("B2-c-loss", 2, "c", LOST, {}),
+        (
+            "B2-c-hammer",
+            2,
+            "c",
+            {"second": Range(-0.5, 0.5), "swings": 4},
+            {"second": Range(-0.5, 0.5), "swings": 3},
+        ),
+        ("B2-d-trailing", 2, "d", {"second": Range(0.1, 0.99)}, {"second": Range(0.1, 1.01)}),
+        ("B2-only-c", 2, "c", LOST, {}),
+    ],
+)
+def test_each_rule_has_two_sides(claim, model, name, holds, fails):
+    key = f"b{model}"
+    assert verdict(claim, **{key: {name: case(**holds)}}) == YES
+    assert verdict(claim, **{key: {name: case(**fails)}}) != YES
+
+
+def test_separation_elsewhere_contradicts_only_c():
+    assert verdict("B2-only-c", b2={"c": case(**LOST), "a": case(**LOST)}) == NO
+
+
+def test_claims_on_the_linear_model():
+    assert verdict("B3-singular") == YES
+    assert verdict("B3-singular", linear=Linear({"a": 3}, 0.1)) == NO
+    assert verdict("B3-small-region") == YES
+    assert verdict("B3-small-region", linear=Linear({"a": 2}, 0.3)) == NO
+    assert verdict("B3-none") == YES
+    assert verdict("B3-none", b1={"a": case(calm=0.001)}) == NO
+
+
+def test_of_two_conflicting_claims_one_contradicts_the_other():
+    down = {"b": case(tilt=Range(-0.01, -0.001))}
+    assert verdict("B2-b-tilt", b2=down) == YES
+    assert verdict("B2-b-theta", b2=down) == "contradicted"
+    assert verdict("B2-b-theta") == YES
+    assert verdict("B2-b-tilt") == "contradicted"
+
+
+def test_catalogue_is_complete_and_conflicts_are_mutual():
+    ids = [claim.id for claim in CLAIMS]
+    assert len(set(ids)) == 29
+    for claim in CLAIMS:
+        if claim.conflicts:
+            other = CLAIMS[ids.index(claim.conflicts)]
+            assert other.conflicts == claim.id
+
+
+def test_measures_of_a_harmonic_motion():
+    pad, y0 = upright(), -4e-4
+    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
+    scene = bounce(pad, y0, 10 * 2 * math.pi / math.sqrt(K / pad.m))
+    found = measure(scene)
+    low, high = sorted(-pad.k3 * np.array([y0, -2 * pad.F_n / K - y0]) / pad.F_n)
+    assert found.first.low == pytest.approx(low, rel=1e-3)
+    assert found.first.high == pytest.approx(high, rel=1e-12)
+    assert found.mean == pytest.approx((low + high) / 2, rel=1e-4)
+    assert found.shares == {FULL: 1.0}
+    assert found.calm == pytest.approx(1.0, rel=1e-3)
+
+
+def test_measures_of_a_bouncing_pad():
+    found = measure(bounce(upright(), 1e-3, 0.2))
+    # time counts from the first contact; both edges leave together, one counted after the other
+    assert found.separated[LEADING] == pytest.approx(found.separated[TRAILING], rel=1e-9)
+    assert found.shares[NONE] == pytest.approx(found.separated[LEADING] / found.duration, rel=1e-9)
+    assert found.first.low == 0.0

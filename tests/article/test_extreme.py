@@ -1,0 +1,97 @@
+"""The suite of stiff and extreme cases: what it covers, and that none ends in a wrong answer."""
+
+import dataclasses
+import math
+
+import pytest
+
+from squeal.article.extreme import CASES, run_case
+from squeal.article.extreme.cases import scene_of
+from squeal.article.extreme.closed_forms import bounce_error, bounce_period, upright
+from squeal.article.extreme.run import RIGHT, in_units
+from squeal.scene.schema import Scene
+from squeal.simulation import simulate
+from squeal.simulation.reference import error_against, reference
+
+QUICK = [case for case in CASES if case.truth != "energy"]
+ASKED = {
+    "contact stiffness",
+    "free length",
+    "level face (pole of Eq. 12)",
+    "grazing",
+    "both edges at once",
+    "separations shorter than a step",
+    "start on the switching surface",
+    "friction",
+    "load",
+    "springs",
+    "shape",
+    "angles",
+    "masses and units",
+    "limits",
+    "speed of the surface",
+    "long runs",
+}
+
+
+def test_the_suite_covers_what_was_asked():
+    assert {case.group for case in CASES} == ASKED
+    assert len(CASES) >= 40
+    assert len({(case.group, case.name) for case in CASES}) == len(CASES)
+
+
+@pytest.mark.parametrize("case", QUICK, ids=lambda case: f"{case.group}: {case.name}")
+def test_no_case_is_wrong(case):
+    outcome = run_case(case)
+    assert outcome.outcome != "wrong", outcome.told
+    if case.truth == "refusal":
+        assert outcome.outcome == "refused"
+    if case.truth == "warning":
+        assert outcome.outcome == ("warned" if math.isfinite(case.time) else "right")
+
+
+def test_energy_is_kept_over_a_hundred_periods():
+    for case in CASES:
+        if case.truth == "energy":
+            scene = dataclasses.replace(case.scene, stop=case.scene.stop / 100)
+            outcome = run_case(dataclasses.replace(case, scene=scene))
+            assert outcome.error < 1e-12
+            assert outcome.changes > 100
+
+
+def test_a_wrong_answer_would_be_seen():
+    case = next(c for c in CASES if c.truth == "quad")
+    off = dataclasses.replace(case, truth="closed form", error=lambda *_: 2 * RIGHT)
+    assert run_case(off).outcome == "wrong"
+    tame = dataclasses.replace(case, truth="refusal", words="collapsed")
+    assert run_case(tame).outcome == "wrong"
+    fast = next(c for c in CASES if c.truth == "warning" and math.isfinite(c.time))
+    assert run_case(dataclasses.replace(fast, time=2 * fast.time)).outcome == "wrong"
+    pad, height = upright(), 1e-3
+    scene = Scene(
+        "B1",
+        pad,
+        initial=(0, height, 0, 0, 0, 0),
+        stop=3.2 * bounce_period(pad, height),
+        samples=2,
+        outputs=("events",),
+    )
+    result = simulate(scene)
+    assert bounce_error(scene, result) < 1e-12
+    assert bounce_error(scene, dataclasses.replace(result, events=result.events[1:])) == math.inf
+
+
+def test_quad_precision_against_tighter_and_looser_tolerances():
+    scene = scene_of("B1", 30.0)
+    exact, looser = reference(scene), reference(scene, 1e-24)
+    assert len(exact.times) == len(looser.times)
+    # the difference of two quad runs is far below what doubles can tell
+    assert error_against(looser.place, exact.place) < 1e-15
+
+
+def test_other_units_are_the_same_scene():
+    scene = scene_of("B2", 10.0)
+    back = in_units(in_units(scene, 7.0, 3.0, 0.1), 1 / 7.0, 1 / 3.0, 10.0)
+    assert back.pad.k_c == pytest.approx(scene.pad.k_c, rel=1e-14)
+    assert back.initial == pytest.approx(scene.initial, rel=1e-14)
+    assert back.stop == pytest.approx(scene.stop, rel=1e-14)

@@ -1,0 +1,218 @@
+"""Figures draw the data that they are given, in the colours of the states, with embedded fonts."""
+
+import itertools
+import math
+import re
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex, to_rgb
+
+from squeal.analysis.maps import angle_axes, stability_map
+from squeal.article.figures import charts, quasi_static, sketch
+from squeal.article.studies.quasi_static import quasi_static_map, quasi_static_outlines
+from squeal.commands.simulate import COMMAND as SIMULATE
+from squeal.files.results import read_run
+from squeal.model.mechanics import coefficients
+from squeal.model.states import MEANINGS, names, transitions
+from squeal.model.states import name as state_name
+from squeal.plots import histories, maps, style
+from squeal.scene import read_scene
+from tests.conftest import ROOT
+
+SCENES = ROOT / "workflow" / "scenes"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """One run of each contact model, by way of the files of `squeal simulate`."""
+    folder = tmp_path_factory.mktemp("results")
+    found = {}
+    for stem in ("b1-a", "b2-c"):
+        with (folder / f"{stem}.json").open("w") as stream, pytest.MonkeyPatch.context() as patch:
+            patch.setattr("sys.stdout", stream)
+            history = str(folder / f"{stem}.csv")
+            assert SIMULATE.main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"]) == 0
+        found[stem] = read_run(folder / stem)
+    return found
+
+
+@pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
+def test_timeline_fills_the_run_and_gives_the_shares(runs, stem):
+    run = runs[stem]
+    assert run.timeline[0].start == 0.0
+    assert run.timeline[-1].stop == run.stop
+    for before, after in itertools.pairwise(run.timeline):
+        assert before.stop == after.start
+        assert before.state != after.state
+    for state, share in run.summary["shares"].items():
+        spent = sum(i.stop - i.start for i in run.timeline if i.state == state)
+        assert spent / run.stop == pytest.approx(share, abs=1e-12)
+
+
+@pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
+def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
+    run = runs[stem]
+    t = run.history["t"]
+    for signal in histories.PANELS[run.model]:
+        values = run.history[signal]
+        curves = histories.pieces(t, values, run.timeline)
+        drawn: dict[float, list[tuple[str, float]]] = {}
+        for state, (times, heights) in curves.items():
+            for time, height in zip(times, heights, strict=True):
+                if not math.isnan(time):
+                    drawn.setdefault(time, []).append((state, height))
+        events = {interval.start for interval in run.timeline[1:]}
+        assert set(drawn) == set(t) | events
+        for time, value in zip(t, values, strict=True):
+            for state, height in drawn[time]:
+                assert height == pytest.approx(value, abs=1e-12, nan_ok=True)
+                inside = [i for i in run.timeline if i.start <= time <= i.stop]
+                assert state in {i.state for i in inside}
+        for time in events:
+            assert len({s for s, _ in drawn[time]}) == 2  # the curves of both states end here
+
+
+@pytest.mark.parametrize(
+    ("stem", "labels"), [("b1-a", ("F_{s,3}", "F_{s,4}")), ("b2-c", ("R_n", "delta"))]
+)
+def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
+    run = runs[stem]
+    figure = histories.history_figure(run)
+    first, second, strip = figure.axes
+    palette = style.colours(run.model)
+    for axes, label in zip((first, second), labels, strict=True):
+        assert label in axes.get_ylabel()
+        lines = {line.get_gid(): line for line in axes.get_lines() if line.get_gid()}
+        assert list(lines) == run.states_met
+        assert {s: line.get_color() for s, line in lines.items()} == {
+            s: palette[s] for s in run.states_met
+        }
+    assert "ms" in strip.get_xlabel()
+    assert first.get_xlim() == (0.0, 1e3 * run.stop)
+    rows = {str(bars.get_gid()): bars for bars in strip.collections}
+    assert set(rows) == set(run.states_met)
+    heights = set()
+    for state, bars in rows.items():
+        boxes = [path.get_extents() for path in bars.get_paths()]
+        heights.add(tuple({round(box.y0, 9) for box in boxes}))
+        share = run.summary["shares"][state]
+        assert sum(b.width for b in boxes) == pytest.approx(1e3 * share * run.stop, abs=1e-9)
+        colour = np.asarray(bars.get_facecolor())[0]
+        assert to_hex(tuple(colour)).upper() == palette[state]
+    assert len(heights) == len(rows)  # the second cue: a row of its own for each state
+    assert figure.get_size_inches()[0] in (style.SINGLE, style.DOUBLE)
+
+
+def test_state_colours_stand_out_on_white():
+    """WCAG 2 contrast of at least 3:1 for graphical objects, and no two alike."""
+
+    def luminance(colour):
+        parts = [
+            c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
+        ]
+        return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
+
+    found = [luminance(colour) for colour in style.STATE_COLOURS.values()]
+    assert all(1.05 / (value + 0.05) >= 3.0 for value in found)
+    assert len(set(style.STATE_COLOURS.values())) == 4
+
+
+def drawings(runs):
+    pad = read_scene(SCENES / "b3.yaml").pad
+    found = quasi_static_map(pad, 20)
+    outlines = {name: one.told() for name, one in quasi_static_outlines(pad, found).items()}
+    made = runs["b1-a"].summary["provenance"]
+    summary = {"mu": 0.5, "share": found.share, **outlines, "provenance": made}
+    yield histories.drawing(runs["b1-a"])
+    yield histories.drawing(runs["b2-c"])
+    yield charts.drawing("B1")
+    yield sketch.drawing(read_scene(SCENES / "b2-c.yaml"))
+    yield quasi_static.drawing(summary, {"a": (1.0, 2.0)})
+
+
+def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):
+    for number, (once, again) in enumerate(zip(drawings(runs), drawings(runs), strict=True)):
+        first, second = tmp_path / f"{number}.pdf", tmp_path / f"{number}-again.pdf"
+        style.save(once, first)
+        style.save(again, second)
+        data = first.read_bytes()
+        assert data == second.read_bytes()
+        assert b"/FontFile2" in data
+        assert b"/Type3" not in data
+        assert b"CreationDate" not in data
+        assert once.origin.encode() in data.replace(b"\\", b"")
+        assert "drawn by squeal." in once.origin
+        text = first.with_suffix(".txt").read_text().strip()
+        assert text == once.alternative
+        assert len(text) > 80
+
+
+@pytest.mark.parametrize("model", ["B1", "B2"])
+def test_chart_shows_every_transition(model):
+    links = charts.links(model)
+    single = {(state_name(model, t.source), state_name(model, t.target)) for t in transitions()}
+    assert {ends for ends, gaps in links.items() if gaps == 1} == single
+    full, apart = names(model)[0], "2" if model == "B1" else "SS"
+    assert {ends for ends, gaps in links.items() if gaps == 2} == {(full, apart), (apart, full)}
+    texts = [text.get_text() for text in charts.chart(model).axes[0].texts]
+    for label in MEANINGS[model]:
+        assert any(re.search(rf"(state )?{label}\n", text) for text in texts)
+    for a, b in links:
+        assert f"{a}–{b}" in texts
+
+
+def test_sketch_is_to_scale():
+    """Corners by Eq. (2) at x = y = theta = 0, spring directions by Eq. (1)."""
+    pad = read_scene(SCENES / "b1-c.yaml").pad.replace(theta0=0.1, alpha1=0.6, alpha2=2.0)
+    c = coefficients(math, pad, False)
+    d, beta = math.hypot(pad.w, pad.h), math.asin(pad.h / math.hypot(pad.w, pad.h))
+    at, ways = sketch.corners(c), sketch.towards_ground(c)
+    expected = {
+        "1": (-d * math.cos(beta - 0.1), d * math.sin(beta - 0.1)),
+        "2": (d * math.cos(beta + 0.1), d * math.sin(beta + 0.1)),
+        "l": (-d * math.cos(beta + 0.1), -d * math.sin(beta + 0.1)),
+        "t": (d * math.cos(beta - 0.1), -d * math.sin(beta - 0.1)),
+    }
+    for corner, place in expected.items():
+        assert at[corner] * pad.w == pytest.approx(place, rel=1e-12)
+    assert ways["1"] == pytest.approx((math.cos(0.6), math.sin(0.6)), rel=1e-12)
+    assert ways["2"] == pytest.approx((-math.cos(2.0), math.sin(2.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("stem", "symbols"),
+    [("b1-c", ["k_3", "k_4", "L_3"]), ("b2-c", ["k_c", "R_n", "R_f", r"\delta"])],
+)
+def test_sketch_holds_the_symbols(stem, symbols):
+    figure = sketch.sketch(read_scene(SCENES / f"{stem}.yaml"))
+    texts = " ".join(text.get_text() for text in figure.axes[0].texts)
+    common = ["x", "y", r"\theta", r"\alpha_1", r"\alpha_2", "k_1", "k_2", "L_1", "d", r"\beta"]
+    for symbol in [*common, "2h", "2w", "F_n", "V", r"\vec{e}_x", r"\vec{e}_y", *symbols]:
+        assert symbol in texts
+
+
+def test_quasi_static_map_is_eq_23():
+    pad = read_scene(SCENES / "b3.yaml").pad
+    found = quasi_static_map(pad, 24)
+    d, beta, t0 = math.hypot(pad.w, pad.h), math.atan2(pad.h, pad.w), pad.theta0
+    for i, j in itertools.product(range(24), repeat=2):
+        a, b = found.angles[i], found.angles[j]
+        K11 = pad.k1 * math.cos(a) ** 2 + pad.k2 * math.cos(b) ** 2
+        K21 = pad.k1 * math.sin(a) * math.cos(a) - pad.k2 * math.sin(b) * math.cos(b)
+        K31 = -d * pad.k1 * math.cos(a) * math.sin(a + beta - t0)
+        K31 -= d * pad.k2 * math.cos(b) * math.sin(b + beta + t0)
+        printed = pad.mu < K11 / K21 and pad.mu < K31 / (pad.h * K21)
+        # Rn/F_n = K11/(K11 - mu K21) from rows 1 and 2, K31/(K31 - mu h K21) from rows 2 and 3
+        both = K11 / (K11 - pad.mu * K21) > 0 and K31 / (K31 - pad.mu * pad.h * K21) > 0
+        assert found.as_printed[i, j] == printed
+        assert found.sign_aware[i, j] == both
+
+
+def test_map_of_verdicts_is_drawn(tmp_path):
+    found = stability_map(read_scene(SCENES / "b3.yaml"), angle_axes(30), traced=True)
+    maps.draw_stability_map(found, tmp_path / "map.pdf")
+    assert (tmp_path / "map.pdf").read_bytes().startswith(b"%PDF")
+    text = (tmp_path / "map.txt").read_text()
+    for verdict, share in found.share.items():
+        assert f"{verdict} {100 * share:.1f} %" in text

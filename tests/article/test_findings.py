@@ -1,0 +1,97 @@
+"""Findings: what the contact laws may and may not feed in, and numbers with known values."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.work import contact_work
+from squeal.article.findings import FINDINGS, measure_findings
+from squeal.article.findings.equations import energy_gained
+from squeal.article.findings.motion import Study
+from squeal.model.contact import Formulation, LineForce
+from squeal.scene import read_scene
+from squeal.scene.schema import Scene
+from tests.conftest import SCENES
+from tests.simulation.test_simulation import bounce, upright
+
+
+def study() -> Study:
+    cases = {
+        m: {c: read_scene(SCENES / f"{m}-{c}.yaml", "simulate") for c in "abcd"}
+        for m in ("b1", "b2")
+    }
+    return Study(cases["b1"], cases["b2"], read_scene(SCENES / "b3.yaml"))
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {f.id: (f, m) for f, m in measure_findings(study())}
+
+
+def test_all_sixteen_are_measured(found):
+    assert [f.id for f in FINDINGS] == [f"E{i}" for i in range(1, 17)]
+    for finding, measured in found.values():
+        assert measured.outcome.endswith(".")
+        assert all(math.isfinite(v) for v in measured.numbers.values()), finding.id
+
+
+@pytest.mark.parametrize("model", ["B1", "B2"])
+@pytest.mark.parametrize("case", ["a", "c"])
+def test_works_add_up_to_the_energy_gained(model, case):
+    scene = read_scene(SCENES / f"{model.lower()}-{case}.yaml", "simulate")
+    works = contact_work(scene)
+    assert works.normal + works.friction == pytest.approx(works.gained, abs=1e-11 * works.kinetic)
+
+
+@pytest.mark.parametrize("case", ["a", "b", "c", "d"])
+def test_only_the_law_without_potential_feeds_energy_in(case):
+    scene = read_scene(SCENES / f"b2-{case}.yaml", "simulate")
+
+    def fed(law: LineForce) -> float:
+        works = contact_work(dataclasses.replace(scene, formulation=Formulation(law)))
+        assert np.all(np.abs(works.cycles) > 1e-6 * works.kinetic) or law == "integral"
+        return works.fed / works.kinetic
+
+    assert abs(fed("integral")) < 1e-11
+    partial = any(s.leading != s.trailing for s in study().cases[1][case].shares)
+    assert (abs(fed("mean")) > 1e-6) is partial
+
+
+def test_point_contacts_feed_nothing_in():
+    works = contact_work(read_scene(SCENES / "b1-a.yaml", "simulate"))
+    assert abs(works.fed) < 1e-11 * works.kinetic
+
+
+def test_a_drop_without_friction_gives_back_all_of_it():
+    pad = upright(mu=0.0)
+    height = 1e-3
+    scene: Scene = bounce(pad, height, 0.02)
+    works = contact_work(scene)
+    # all that the fall gains is kinetic at the lowest level of the free fall, up to the sag
+    assert works.friction == 0.0
+    assert works.cycles == pytest.approx(0.0, abs=1e-11 * works.kinetic)
+    assert len(works.cycles) > 0
+
+
+def test_energy_on_a_closed_path_vanishes_with_a_potential():
+    pad = read_scene(SCENES / "b2-c.yaml", "simulate").pad
+    gained, energy = energy_gained(pad, "integral")
+    assert abs(gained) < 1e-9 * energy
+    assert abs(energy_gained(pad, "mean")[0]) > 1e-4 * energy
+
+
+def test_numbers_with_known_values(found):
+    def numbers(key: str) -> dict[str, float]:
+        return found[key][1].numbers
+
+    # Eq. (22) is a sum of two rank-one matrices: no determinant but with the printed K33
+    assert numbers("E2")["exact_greatest"] < 1e-14 < 1e-4 < numbers("E2")["printed_median"]
+    assert numbers("E1")["others_off"] < 1e-13 < numbers("E1")["K33_off"]
+    assert numbers("E3")["ratio"] == pytest.approx(-1.0, rel=1e-12)
+    # the exact arm of friction leaves the constant one at second order
+    assert numbers("E10")["order"] == pytest.approx(2.0, abs=0.01)
+    shares = numbers("E8")
+    assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
+    assert numbers("E12")["imaginary"] < 1e-12

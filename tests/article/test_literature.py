@@ -1,0 +1,54 @@
+"""The systems of the literature: every row, and the systems against 34-digit arithmetic."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.article.literature.comparison import (
+    DERIVED,
+    READ,
+    SYSTEMS,
+    WING,
+    literature_rows,
+    literature_system,
+)
+from tests.stability.conftest import exact_damped
+
+ROWS = literature_rows()
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.name}: {row.quantity}")
+def test_row(row):
+    assert row.agrees, f"{row.expected} expected, {row.computed} computed"
+
+
+def test_every_system_and_both_provenances_occur():
+    assert {row.name for row in ROWS} == {literature_system(name).name for name in SYSTEMS}
+    assert {row.provenance for row in ROWS} == {READ, DERIVED}
+    assert all(row.reference for row in ROWS)
+
+
+def test_wing_to_the_last_printed_digit():
+    M, C, K = literature_system("wing")(0.0)
+    assert C is not None
+    reference = exact_damped(M, C, K)
+    for value in WING:
+        nearest = min(reference, key=lambda r: abs(r - mp.mpc(value)))
+        assert abs(complex(nearest).real - value.real) < 6e-9
+        assert abs(complex(nearest).imag - value.imag) < 6e-9
+
+
+def test_damping_destabilises_brake_and_pendulum():
+    critical = {
+        row.quantity: abs(row.computed or 0.0) for row in ROWS if "critical" in row.quantity
+    }
+    assert critical["critical mu, damping ratios 0.01 and 0.02"] < critical["critical mu, undamped"]
+    assert critical["critical load, damping 0.01"] < 0.71 * critical["critical load, undamped"]
+
+
+def test_disagreement_is_seen():
+    row = next(row for row in ROWS if row.expected is None)
+    assert row.error == 0.0
+    wrong = type(row)("x", "y", 1.0, None, 1e-9, DERIVED, "z")
+    assert not wrong.agrees
+    assert np.isinf(wrong.error)

@@ -1,0 +1,125 @@
+"""Sliding equilibria and critical friction against the literal equations in mpmath."""
+
+import dataclasses
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from benchmarks.random_pads import APART, examine
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse
+from squeal.equilibrium import Path, find_all, sliding_equilibrium
+from squeal.model.equations import PadModel
+from squeal.scene import read_scene
+from squeal.scene.schema import Damping
+from tests.conftest import SCENES
+from tests.exact import Exact, discriminant
+
+
+def scene_of(stem, **changes):
+    scene = read_scene(SCENES / f"{stem}.yaml")
+    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+
+
+@pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c", "b2-d"])
+def test_every_equilibrium_is_one_of_the_literal_equations(stem):
+    scene = scene_of(stem)
+    model = scene.pad_model
+    found = find_all(model)
+    assert found
+    for e in found:
+        q = Exact(scene, e.state).equilibrium(e.q, scene.pad.mu)
+        assert max(abs(a - b) for a, b in zip(q, e.q, strict=True)) < 1e-11 * scene.pad.w
+        assert model.state_at(e.q) == e.state
+        assert e.R_n > 0
+
+
+def test_static_balance_by_hand_of_case_b():
+    # in case b spring 1 lies level and spring 2 stands upright: delta = w (1 - F_n/Rn) - 2 h mu
+    pad = scene_of("b2-b", theta0=0.0, L1=1e6, L2=1e6).pad
+    model = PadModel("B2", pad)
+    e, _ = sliding_equilibrium(model)
+    expected = pad.w * (1 - pad.F_n / e.R_n) - 2 * pad.h * pad.mu
+    # small rotations shift the levers by some theta^2 and theta h
+    assert e.delta == pytest.approx(expected, abs=5 * abs(e.q[2]) * pad.w)
+
+
+def test_threshold_of_b1_a_is_a_zero_of_the_exact_discriminant():
+    scene = scene_of("b1-a")
+    point = critical_friction(scene).points[0]
+    assert point.kind == "flutter"
+    path = Path.of(scene.pad_model, 1.0)
+    e = path.equilibrium(point.mu)
+    exact = Exact(scene, e.state)
+    below, above = (
+        discriminant(exact.cubic(exact.equilibrium(e.q, mu), mu))
+        for mu in (point.mu * (1 + sign * mp.mpf(10) ** -9) for sign in (-1, 1))
+    )
+    assert below > 0 > above  # real roots below, a complex pair above
+
+
+def test_fold_is_a_zero_of_the_exact_determinant():
+    scene = scene_of("b2-c")
+    found = critical_friction(scene)
+    assert [p.kind for p in found.points] == ["fold"]
+    mu = found.points[0].mu
+    path = Path.of(scene.pad_model, 2.0)
+    values = []
+    for share in (1e-4, 1e-6):
+        at = mu * (1 - share)
+        e = path.equilibrium(at)
+        exact = Exact(scene, e.state)
+        values.append(exact.cubic(exact.equilibrium(e.q, at), at)[2])
+    # next to a fold the determinant goes to zero as the square root of the distance
+    assert values[0] / values[1] == pytest.approx(10.0, rel=0.02)
+    assert path.equilibrium(mu * (1 + 1e-9)) is None
+
+
+def test_equilibrium_along_the_branch_is_exact_on_both_sides_of_a_contact_change():
+    scene = scene_of("b2-a")
+    path = Path.of(scene.pad_model, 1.0)
+    (change,) = path.breakpoints
+    for mu in (change * (1 - 1e-9), change * (1 + 1e-9)):
+        e = path.equilibrium(mu)
+        q = Exact(scene, e.state).equilibrium(e.q, mu)
+        assert max(abs(a - b) for a, b in zip(q, e.q, strict=True)) < 1e-12 * scene.pad.w
+    states = [path.equilibrium(change * (1 + s)).state for s in (-1e-6, 1e-6)]
+    assert states[0] != states[1]
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_random_pads_through_the_whole_chain(seed):
+    # `python -m benchmarks.random_pads` examines 1000 of them
+    found = examine(seed)
+    assert found.verdicts > 0
+    assert not found.wrong
+    assert max(found.equilibrium, found.stiffness) < 1e-12
+    if found.apart > APART:
+        assert found.eigenvalues < 1e-10
+    assert all(apart < 1e-9 for _, apart in found.thresholds)
+
+
+def test_damping_destabilises_no_pad_that_has_no_friction():
+    scene = dataclasses.replace(
+        scene_of("b1-a", mu=0.0), damping=Damping(ratios=(0.01, 0.02, 0.03))
+    )
+    found = analyse(scene)
+    assert found.judgement.verdict == "stable"
+    # modal ratios without friction are met by definition
+    ratios = [e.damping_ratio for e in found.spectrum.eigenvalues[::2]]
+    assert ratios == pytest.approx([0.01, 0.02, 0.03], rel=1e-9)
+
+
+def test_a_damping_matrix_is_taken_as_it_is():
+    rows = ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.5))
+    scene = dataclasses.replace(scene_of("b2-d"), damping=Damping(matrix=rows))
+    assert np.array_equal(analyse(scene).matrices.C, np.array(rows))
+
+
+def test_range_of_mu_ends_where_it_is_told_to():
+    scene = scene_of("b1-a")
+    assert critical_friction(scene, 0.3).points == ()
+    assert len(critical_friction(scene, 0.4).points) == 1
+    assert math.isclose(critical_friction(scene, 0.3).mu_end, 0.3)

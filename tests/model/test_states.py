@@ -1,0 +1,91 @@
+"""Contact states and transitions against Tables 1 and 2 of the article."""
+
+import numpy as np
+import pytest
+
+from squeal.model.equations import PadModel
+from squeal.model.states import (
+    FULL,
+    LEAD,
+    LEADING,
+    NONE,
+    STATES,
+    TRAIL,
+    TRAILING,
+    conditions,
+    name,
+    names,
+    observed,
+    transitions,
+)
+from tests.conftest import random_pad
+
+# Table 1: condition, edges that reach zero elongation (3 leads, 4 trails), positive slope
+TABLE_1 = {
+    ("1", "2"): ((3, True), (4, True)),
+    ("2", "1"): ((3, False), (4, False)),
+    ("1", "3"): ((4, True),),
+    ("3", "1"): ((4, False),),
+    ("1", "4"): ((3, True),),
+    ("4", "1"): ((3, False),),
+    ("2", "3"): ((3, False),),
+    ("3", "2"): ((3, True),),
+    ("2", "4"): ((4, False),),
+    ("4", "2"): ((4, True),),
+}
+
+
+def test_conditions_are_table_1():
+    spring = {LEADING: 3, TRAILING: 4}
+    found = {
+        (name("B1", c.source), name("B1", c.target)): tuple(
+            (spring[edge], rising) for edge, rising in c.edges
+        )
+        for c in conditions()
+    }
+    assert found == TABLE_1
+    assert sorted(c.codimension for c in conditions()) == [1] * 8 + [2] * 2
+
+
+def test_transitions_flip_one_edge_and_lead_back():
+    pairs = {(t.source, t.target) for t in transitions()}
+    assert len(pairs) == len(transitions()) == 8
+    for t in transitions():
+        assert sum(a != b for a, b in zip(t.source, t.target, strict=True)) == 1
+        assert t.rising == t.source[t.edge]
+        assert (t.target, t.source) in pairs
+
+
+def test_names():
+    assert [name("B1", s) for s in (FULL, NONE, LEAD, TRAIL)] == ["1", "2", "3", "4"]
+    assert [name("B2", s) for s in (NONE, LEAD, TRAIL, FULL)] == ["SS", "PC", "PC", "FC"]
+    assert sorted(names("B1")) == ["1", "2", "3", "4"]
+    assert sorted(names("B2")) == ["FC", "PC", "SS"]
+    assert [observed(*state) for state in STATES] == list(STATES)
+
+
+def table_2(p, q):
+    """State of model B2 by Eq. (12) and Table 2; the level pad by the height of its face."""
+    w, h, tilt = p.w, p.h, p.theta0 + q[2]
+    X, Y = p.x0 + q[0], p.y0 + q[1]
+    left = X - w * np.cos(tilt) + h * np.sin(tilt)
+    right = X + w * np.cos(tilt) + h * np.sin(tilt)
+    if tilt == 0.0:
+        return "FC" if Y < 0.0 else "SS"
+    low = Y - w * np.sin(tilt) - h * np.cos(tilt)  # of the leading edge
+    lost = left + (-h - low) / np.tan(tilt)
+    if left < lost < right:
+        return "PC"
+    return "FC" if (lost >= right) == (tilt > 0.0) else "SS"
+
+
+@pytest.mark.parametrize("theta0", [0.0, 0.02, -0.02])
+def test_penetrations_tell_the_rows_of_table_2(theta0):
+    p = random_pad(4, theta0=theta0)
+    model, random, seen = PadModel("B2", p), np.random.default_rng(0), set()
+    for tilt in [0.0, *random.uniform(-0.3, 0.3, 300)]:
+        q = (random.uniform(-1, 1), random.uniform(-0.3, 0.3), tilt - theta0)
+        told = name("B2", model.state_at(q))
+        assert told == table_2(p, q)
+        seen.add(told)
+    assert seen == {"SS", "PC", "FC"}

@@ -1,0 +1,232 @@
+"""Many pads at once against single simulations, closed forms and the limits of the model."""
+
+import dataclasses
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from squeal.article.claims import measure
+from squeal.errors import ComputationError
+from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation, flags
+from squeal.model.equations import contact_law
+from squeal.model.mechanics import coefficients, pose
+from squeal.model.pad import Pad
+from squeal.model.states import NONE, STATES
+from squeal.scene.schema import Scene
+from squeal.simulation import simulate
+from squeal.simulation.batch import measures as batch_measures
+from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
+from squeal.simulation.run import in_natural_units
+from tests.conftest import random_pad
+
+STOP = 60.0
+LAWS = [("B1", CONSISTENT), ("B2", CONSISTENT), ("B2", Formulation("mean")), ("B2", AS_PRINTED)]
+
+
+def some(model, count, seed, **fixed):
+    """Random pads of a model, and starts off every switching surface."""
+    leave = ("k_c",) if model == "B1" else ("k3", "k4")
+    pads = [random_pad(seed + i, **fixed).replace(**dict.fromkeys(leave)) for i in range(count)]
+    r = np.random.default_rng(seed)
+    initial = np.zeros((count, 6))
+    initial[:, :3] = r.uniform(-1.0, 1.0, (count, 3)) * 1e-2
+    return pads, initial
+
+
+def scene(model, formulation, pad, initial, **more):
+    plain = Scene(model, pad, formulation, tuple(initial), STOP, samples=2, outputs=("events",))
+    return dataclasses.replace(plain, **more)
+
+
+@pytest.mark.parametrize(("model", "formulation"), LAWS)
+def test_loads_with_flags_are_those_of_each_state(model, formulation):
+    law, r = contact_law(model, formulation), np.random.default_rng(3)
+    pad = random_pad(5)
+    c = coefficients(math, pad, law.absolute_gap)
+    for state in STATES:
+        for _ in range(20):
+            at = pose(math, tuple(r.uniform(-0.1, 0.1, 3)))
+            on = flags(float(state.leading), float(state.trailing))
+            assert law.blended_loads(c, at, on) == pytest.approx(
+                law.loads(c, at, state), rel=1e-13, abs=1e-16
+            )
+            if state != NONE:
+                assert law.blended_signals(c, at, on) == pytest.approx(
+                    law.signals(c, at, state), rel=1e-12
+                )
+
+
+@pytest.mark.parametrize("formulation", [CONSISTENT, Formulation("mean")])
+def test_level_pad_has_no_pole_in_any_state(formulation):
+    law, pad = contact_law("B2", formulation), random_pad(1, theta0=0.0)
+    c = coefficients(math, pad, True)
+    at = pose(math, (0.0, -0.01, 0.0))
+    full = law.blended_loads(c, at, flags(1.0, 1.0))
+    assert full == pytest.approx(law.loads(c, at, STATES[0]), rel=1e-14)
+    assert law.blended_loads(c, at, flags(0.0, 0.0)) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("model", "formulation"), LAWS)
+def test_batch_and_single_runs_agree(model, formulation):
+    pads, initial = some(model, 21, 100)
+    r = simulate_many(model, stack(pads), initial, STOP, 1e-12, formulation, events=True)
+    for i, pad in enumerate(pads):
+        try:
+            one = simulate(scene(model, formulation, pad, initial[i], tolerance=1e-12))
+        except ComputationError as refused:
+            assert r["outcome"][i] in (1, 2, 3)
+            ended = float(str(refused).split("t = ")[1].split()[0])
+            assert r["ended"][i] == pytest.approx(ended, rel=1e-6)
+            assert np.isnan(r["final"][i]).all()
+            continue
+        assert r["outcome"][i] == DONE
+        assert r["changes"][i] == one.contact_changes
+        times = [e.t for e in one.events]
+        # two paths differ by rounding, which a weakly chaotic motion amplifies
+        assert r["events"][i][:, 0] == pytest.approx(times, rel=1e-7)
+        scale = np.abs(one.final[1:]).max()
+        assert r["final"][i] == pytest.approx(one.final[1:], abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
+def test_measures_agree_with_those_of_single_runs(model, formulation):
+    pads, initial = some(model, 17, 300)
+    r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measured=True)
+    seen = 0
+    for i, pad in enumerate(pads):
+        one_scene = scene(model, formulation, pad, initial[i], tolerance=1e-10)
+        try:
+            case = measure(one_scene)
+        except ComputationError:
+            continue
+        seen += 1
+        unit = in_natural_units(one_scene)[0].time
+        assert r["duration"][i] == pytest.approx(case.duration * unit, rel=1e-9)
+        assert r["separated"][i] == pytest.approx(np.array(case.separated) * unit, abs=1e-6)
+        shares = [case.shares.get(state, 0.0) for state in STATES]
+        assert r["shares"][i] == pytest.approx(shares, abs=1e-7)
+        assert r["losses"][i] == case.losses
+        assert r["swings"][i] == (case.swings if model == "B2" else 0)
+        assert r["mean"][i] == pytest.approx(case.mean, rel=1e-3)
+        assert r["calm"][i] == pytest.approx(case.calm, rel=0.1)
+        for name in ("first", "second", "tilt") + (("together",) if model == "B1" else ()):
+            limits = getattr(case, name)
+            wide = max(abs(limits.low), abs(limits.high))
+            assert r[name][i] == pytest.approx((limits.low, limits.high), abs=5e-3 * wide)
+    assert seen >= 12
+
+
+def upright():
+    """A pad that moves only up and down, both edges at once: springs upright, no friction."""
+    one = {"m": 2.0, "w": 0.05, "h": 0.02, "k1": 3e5, "k2": 3e5, "k3": 5e5, "k4": 5e5}
+    angle = math.pi / 2
+    return Pad(**one, L1=0.4, L2=0.4, alpha1=angle, alpha2=angle, mu=0.0, F_n=400.0)
+
+
+def test_both_edges_in_the_same_instant_in_closed_form():
+    pad, height = upright(), 1e-3
+    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
+    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
+    a = height + pad.F_n / k
+    touch = math.acos((pad.F_n / k) / a) / free
+    speed = a * free * math.sin(free * touch)
+    back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
+    period = 2 * touch + back
+    lowest = pad.F_n / K + math.hypot(pad.F_n / K, speed / pressed)
+    initial = np.zeros((3, 6))
+    initial[:, 1] = height
+    r = simulate_many("B1", pad, initial, 4.5 * period, 1e-12, events=True, measured=True)
+    times = [n * period + t for n in range(5) for t in (touch, touch, touch + back, touch + back)]
+    for i in range(3):
+        assert r["events"][i][:, 0] == pytest.approx(times[:18], rel=1e-10)
+        assert r["events"][i][:, 1].reshape(-1, 2).sum(axis=1) == pytest.approx(np.ones(9))
+        assert sorted(r["losses"][i]) == [0] * 4 + [1] * 4
+        # the force starts from zero at first contact and comes back to it
+        assert r["first"][i] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-4)
+        assert r["duration"][i] == pytest.approx(4.5 * period - touch, rel=1e-10)
+
+
+def test_signal_that_starts_at_zero_counts_from_its_first_turn():
+    # delta = 0 at the start of a level pad from rest; friction then turns it to one side first
+    pads = [random_pad(8, theta0=0.0, x0=0.0, y0=-0.02).replace(k3=None, k4=None)]
+    r = simulate_many("B2", stack(pads), np.zeros((1, 6)), 5.0, 1e-10, measured=True)
+    low, high = r["tilt"][0]
+    one = scene("B2", CONSISTENT, pads[0], np.zeros(6), stop=5.0, samples=4001, tolerance=1e-12)
+    theta = simulate(dataclasses.replace(one, outputs=("history",))).history["theta"]
+    turn = int(np.flatnonzero(np.diff(np.sign(np.diff(theta))))[0]) + 1
+    assert (low, high) == pytest.approx((theta[turn:].min(), theta[turn:].max()), abs=1e-5)
+    assert 0.0 not in (low, high)
+
+
+def test_pad_that_leaves_the_model_does_not_disturb_the_others():
+    pads, initial = some("B1", 8, 40)
+    before = simulate_many("B1", stack(pads), initial, 20.0, 1e-10)
+    over = int(np.flatnonzero(before["outcome"] == DONE)[2])
+    initial[over, 5] = 3.0  # turns over
+    r = simulate_many("B1", stack(pads), initial, 20.0, 1e-10, measured=True)
+    assert r["outcome"][over] == 1
+    assert 0.0 < r["ended"][over] < 20.0
+    others = np.arange(8) != over
+    assert np.array_equal(r["outcome"][others], before["outcome"][others])
+    assert np.array_equal(r["changes"][others], before["changes"][others])
+    good = r["outcome"] == DONE
+    assert good.sum() >= 4
+    assert np.allclose(r["final"][good], before["final"][good], rtol=0, atol=1e-8)
+    assert np.isnan(r["final"][over]).all()
+    assert np.isnan(r["first"][over]).all()
+    assert r["losses"][over] is None
+
+
+@pytest.mark.parametrize("model", ["B1", "B2"])
+def test_doubtful_pads_run_alone_with_the_same_measures(model, monkeypatch):
+    pads, initial = some(model, 6, 500)
+    initial[4, 5] = 3.0  # turns over: refused on the single path
+    r = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
+    monkeypatch.setattr(batch_measures, "doubtful", lambda s, _: np.ones(len(s.motion.stop), bool))
+    s = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
+    assert r["outcome"].tolist() == [0, 0, 0, 0, 1, 0]
+    assert s["outcome"].tolist() == [0, 0, 0, 0, REFUSED, 0]
+    for i in (0, 1, 2, 3, 5):
+        assert s["events"][i] == pytest.approx(r["events"][i], rel=1e-8)
+        assert s["losses"][i] == r["losses"][i]
+    for name in ("final", "first", "second", "tilt", "shares", "mean", "calm"):
+        assert np.allclose(s[name], r[name], rtol=1e-7, atol=1e-9, equal_nan=True)
+
+
+def test_numbers_that_are_not_finite_are_refused():
+    pads, initial = some("B1", 3, 40)
+    pads[1] = pads[1].replace(k2=math.nan)
+    with pytest.raises(ComputationError, match="pad 1 of the batch are not finite"):
+        simulate_many("B1", stack(pads), initial, 20.0)
+
+
+def test_other_units_and_processes_change_nothing():
+    pads, initial = some("B2", 11, 60)
+    r = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measured=True)
+    m, length, time = 3.0, 0.04, 2e-4
+    scaled = stack(pads).scaled(1 / m, 1 / length, 1 / time)
+    rates = np.array([length, length, 1, length / time, length / time, 1 / time])
+    s = simulate_many("B2", scaled, initial * rates, 30.0 * time, 1e-10, measured=True)
+    assert np.allclose(s["final"] / rates, r["final"], rtol=0, atol=1e-9, equal_nan=True)
+    assert np.array_equal(s["changes"], r["changes"])
+    assert np.allclose(s["first"], r["first"], rtol=1e-6, equal_nan=True)
+    assert np.allclose(s["separated"], r["separated"] * time, rtol=1e-6, equal_nan=True)
+    two = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measured=True, workers=2)
+    # lanes are independent: other neighbours, same bits
+    assert np.array_equal(two["final"], r["final"], equal_nan=True)
+    assert two["losses"].tolist() == r["losses"].tolist()
+
+
+def test_too_many_samples_are_refused():
+    pads, initial = some("B1", 1, 1)
+    with pytest.raises(ComputationError, match="shorter time"):
+        simulate_many("B1", stack(pads), initial, 1e6, measured=True)
+
+
+def test_without_heyoka_batches_say_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "squeal.simulation.batch.lanes", None)
+    pads, initial = some("B1", 1, 1)
+    with pytest.raises(ComputationError, match="heyoka"):
+        simulate_many("B1", stack(pads), initial, 1.0)

@@ -1,0 +1,205 @@
+"""Contact changes and limits of the model against closed forms, and hard cases against quad."""
+
+import math
+import re
+
+import heyoka as hy
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.errors import ComputationError
+from squeal.model.pad import Model, Pad
+from squeal.scene.schema import Scene
+from squeal.simulation import simulate
+from squeal.simulation.integrators.taylor import TaylorIntegrator
+from squeal.simulation.integrators.with_scipy import SciPyIntegrator
+from squeal.simulation.observers import Events, observers_for
+from squeal.simulation.run import in_natural_units, integrate
+from tests.conftest import random_pad
+from tests.simulation.test_simulation import bounce, upright
+
+BACKENDS = ["heyoka", "scipy"]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_free_pad_falls_and_bounces(backend):
+    pad, height = upright(k1=0.0, k2=0.0), 1e-3
+    K, pull = pad.k3 + pad.k4, pad.F_n / pad.m
+    fall = math.sqrt(2 * height / pull)
+    rate, sag = math.sqrt(K / pad.m), pad.F_n / K
+    speed = pull * fall
+    pressed = 2 * (math.pi - math.atan2(speed / rate, sag)) / rate
+    period = 2 * fall + pressed
+    result = simulate(bounce(pad, height, 2 * period, outputs=("events", "shares")), backend)
+    expected = [
+        n * period + t for n in (0, 1) for t in (fall, fall, fall + pressed, fall + pressed)
+    ]
+    assert [e.t for e in result.events] == pytest.approx(expected, rel=1e-11)
+    assert result.shares["2"] == pytest.approx(2 * fall / period, rel=1e-10)
+    assert sum(result.shares.values()) == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(("spin", "target"), [(3.0, "3"), (-3.0, "4")])
+def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
+    # free flight without load: theta = spin t, y stays; the lowered edge reaches the surface when
+    # y = w sin(theta) - h (1 - cos(theta))
+    pad, height = upright(k1=0.0, k2=0.0, F_n=0.0), 0.01
+    angle = mp.findroot(
+        lambda t: pad.w * mp.sin(t) - pad.h * (1 - mp.cos(t)) - height,
+        (height / pad.w, 1.1 * height / pad.w),
+    )
+    start = (0.0, height, 0.0, 0.0, 0.0, spin)
+    scene = Scene("B1", pad, initial=start, stop=0.1, samples=2, outputs=("events",))
+    first = simulate(scene, backend).events[0]
+    assert first.t == pytest.approx(float(angle) / abs(spin), rel=1e-12)
+    assert (first.source, first.target) == ("2", target)
+
+
+@pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_separations_much_shorter_than_a_step(share):
+    # dropped from a small height the pad leaves the surface for a short while once a cycle
+    pad = upright()
+    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
+    height = share * pad.F_n / K
+    free, rate = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
+    ratio = k * height / pad.F_n
+    fall = 2 * math.asin(math.sqrt(ratio / (1 + ratio) / 2)) / free
+    speed = math.sqrt((2 * pad.F_n * height + k * height**2) / pad.m)
+    pressed = 2 * (math.pi - math.atan2(speed / rate, pad.F_n / K)) / rate
+    period = 2 * fall + pressed
+    result = simulate(bounce(pad, height, 4.5 * period, outputs=("events", "shares")))
+    assert len(result.events) == 18
+    lost = 2 * fall / period
+    assert result.shares["1"] == pytest.approx(1 - lost, abs=1e-3 * lost + 1e-12)
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-15, 1e-12, 1e-6])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_grazing_from_below_is_no_separation(backend, share):
+    pad = upright()
+    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
+    sag, rate = pad.F_n / K, math.sqrt(K / pad.m)
+    scene = bounce(pad, -share * sag, 30.0 / rate, outputs=("events", "history"))
+    result = simulate(scene, backend)
+    t = result.history["t"]
+    y = -sag + (1 - share) * sag * np.cos(rate * t)
+    assert np.abs(result.history["y"] - y).max() < 1e-11 * sag
+    assert share == 0.0 or not result.events
+
+
+def limit_of(scene, backend):
+    with pytest.raises(ComputationError) as caught:
+        simulate(scene, backend)
+    message = str(caught.value)
+    return message, float(re.search(r"at t = (\S+) s", message).group(1))
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("theta0", [0.0, 0.4])
+def test_rotation_past_ninety_degrees_has_its_own_time(backend, theta0):
+    pad = upright(k1=0.0, k2=0.0, F_n=1.0, theta0=theta0)
+    scene = Scene("B1", pad, initial=(0, 5.0, 0, 0, 0, 40.0), stop=1.0, samples=2)
+    message, t = limit_of(scene, backend)
+    assert "past 90 degrees" in message
+    assert t == pytest.approx((math.pi / 2 - theta0) / 40.0, rel=1e-8)
+
+
+@pytest.mark.parametrize(("backend", "close"), [("heyoka", 1e-8), ("scipy", 2e-2)])
+def test_a_collapsing_spring_has_its_time(backend, close):
+    # both springs stand upright and the pad flies through their fixed ends: y = L at zero length
+    pad, y0, speed = upright(), 1e-3, 400.0
+    k = pad.k1 + pad.k2
+    rate, sag = math.sqrt(k / pad.m), pad.F_n / k
+    # y = size cos(rate t - phase) - sag
+    size, phase = math.hypot(y0 + sag, speed / rate), math.atan2(speed / rate, y0 + sag)
+    exact = (phase - math.acos((sag + pad.L1 * (1 - 1e-6)) / size)) / rate
+    scene = Scene("B1", pad, initial=(0, y0, 0, 0, speed, 0), stop=0.01, samples=2)
+    message, t = limit_of(scene, backend)
+    assert "collapsed to zero length" in message
+    assert t == pytest.approx(exact, rel=close)
+
+
+@pytest.mark.parametrize("excess", [-1e-4, -1e-6, 1e-6, 1e-4, 1e-2])
+def test_sliding_is_lost_however_narrowly(excess):
+    # level springs, hardly any load: x_dot = V (1 + excess) sin(rate t)
+    pad = upright(h=1e-9, alpha1=math.pi, alpha2=math.pi, F_n=1e-6, V=1.0)
+    rate = math.sqrt((pad.k1 + pad.k2) / pad.m)
+    start = (-(1 + excess) * pad.V / rate, 0, 0, 0, 0, 0)
+    stop = 20 / rate
+    scene = Scene("B1", pad, initial=start, stop=stop, samples=2, outputs=("shares",))
+    result = simulate(scene)
+    assert result.sliding_holds is (excess < 0)
+    if excess > 0:
+        lost = math.asin(1 / (1 + excess)) / rate
+        assert result.sliding_lost_at == pytest.approx(lost, rel=1e-6)
+
+
+def test_shares_alone_need_no_dense_output_and_no_history():
+    scene = bounce(upright(), 1e-3, 0.02, outputs=("shares", "events"))
+    units, model, _, stop = in_natural_units(scene)
+    watching = observers_for(scene, model, units, stop, None)
+    assert {type(o).__name__ for o in watching} == {"Shares", "Events"}
+    assert not any(o.dense for o in watching)
+
+
+@pytest.mark.parametrize("seed", range(100, 108))
+def test_events_of_random_pads_against_scipy_with_short_steps(seed):
+    r = np.random.default_rng(seed)
+    angles = r.uniform(0.1, 3.0, 2)
+    pad = random_pad(seed, alpha1=angles[0], alpha2=angles[1])
+    model_name: Model = "B1" if seed % 2 else "B2"
+    pad = pad.replace(k_c=None) if model_name == "B1" else pad.replace(k3=None, k4=None)
+    start = (0.0, r.uniform(-0.02, 0.01), r.uniform(-0.01, 0.01), 0.0, 0.0, 0.0)
+    scene = Scene(model_name, pad, initial=start, stop=15.0, samples=2)
+    units, model, first, stop = in_natural_units(scene)
+    theirs = SciPyIntegrator(model, 1e-13)
+    theirs._max_step = 0.05
+    found = []
+    for integrator in (TaylorIntegrator(model, 1e-15), theirs):
+        events = Events()
+        integrate(model, integrator, units, first, stop, [events])
+        found.append(events.result()["events"])
+    ours, scipy = found
+    assert [(e.source, e.target) for e in ours] == [(e.source, e.target) for e in scipy]
+    assert [e.t for e in ours] == pytest.approx([e.t for e in scipy], abs=1e-9)
+
+
+PLAIN = {
+    "m": 1.0, "w": 1.0, "h": 0.35, "k1": 1.0, "k2": 1.3, "L1": 20.0, "L2": 20.0, "mu": 0.6,
+    "F_n": 0.0057, "alpha1": 0.75 * math.pi, "alpha2": 0.75 * math.pi,
+}  # fmt: skip
+HARD: dict[str, tuple[Model, dict[str, float], float]] = {
+    "stiff point contact": ("B1", {"k3": 1e6, "k4": 1e6}, 5e-3),
+    "stiff line contact": ("B2", {"k_c": 1e6}, 0.1),
+    "very stiff line contact": ("B2", {"k_c": 1e12}, 1e-4),
+    "short springs": ("B1", {"L1": 1e-2, "L2": 1e-2}, 20.0),
+    "long springs": ("B2", {"L1": 1e8, "L2": 1e8}, 20.0),
+    "nearly level": ("B2", {"theta0": 1e-15}, 20.0),
+    "great friction": ("B1", {"mu": 10.0}, 15.0),
+    "tiny load": ("B1", {"F_n": 1e-12}, 20.0),
+    "one spring": ("B2", {"k1": 0.0}, 20.0),
+    "flat pad": ("B1", {"h": 1e-6}, 20.0),
+    "tower": ("B2", {"h": 1e3}, 20.0),
+    "heavy": ("B2", {"m": 1e6}, 2e4),
+}
+
+
+@pytest.mark.parametrize("case", HARD)
+def test_hard_cases_against_quad_precision(case):
+    model_name, changes, stop = HARD[case]
+    values = PLAIN | ({"k3": 0.43, "k4": 0.43} if model_name == "B1" else {"k_c": 0.5}) | changes
+    k = values["k3"] + values["k4"] if model_name == "B1" else values["k_c"]
+    start = (0, -2 * values["F_n"] / k, 0, 0, 0, 0)
+    scene = Scene(model_name, Pad(**values), initial=start, stop=stop, samples=2)
+    units, model, first, end = in_natural_units(scene)
+    ours = simulate(scene)
+    exact = TaylorIntegrator(model, 1e-30, hy.real128)
+    quad_start = np.array([hy.real128(float(v)) for v in first])
+    _, state, _, changes_seen = integrate(model, exact, units, quad_start, end, [])
+    place = np.array([float(v) for v in state[:3]])
+    apart = np.abs(units.to_scaled(np.array(ours.final[1:]))[:3] - place).max()
+    assert apart < 1e-11 * np.abs(place).max()
+    assert changes_seen == ours.contact_changes
+    assert sum(ours.shares.values()) == pytest.approx(1.0, abs=1e-13)

@@ -1,0 +1,141 @@
+"""The house: which room may import which, and how many there are."""
+
+import ast
+import itertools
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+PACKAGE = ROOT / "squeal"
+FILES = sorted(PACKAGE.rglob("*.py"))
+ROOMS = ("squeal", "squeal/article")
+
+
+def module_of(file: Path) -> str:
+    parts = file.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(file): file for file in FILES}
+
+
+def imported(file: Path) -> set[str]:
+    """Modules of the package that a file imports, inside functions too."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert not node.level, f"{file}: relative import"
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= (whole & MODULES.keys()) or {node.module}
+    return {name for name in found if name.split(".")[0] == "squeal"}
+
+
+GRAPH = {name: imported(file) for name, file in MODULES.items()}
+
+
+def room(module: str) -> str:
+    """The folder or file directly under the package, or under its article, that holds a module."""
+    parts = module.split(".")
+    return ".".join(parts[: 3 if parts[1:2] == ["article"] else 2])
+
+
+def test_the_toolkit_never_imports_the_companion():
+    wrong = [
+        (name, other)
+        for name, others in GRAPH.items()
+        for other in others
+        if other.startswith("squeal.article") and not name.startswith("squeal.article")
+    ]
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    ("inner", "allowed"),
+    [
+        ("squeal.stability", {"squeal.numerics", "squeal.errors"}),
+        ("squeal.numerics", {"squeal.errors"}),
+        ("squeal.errors", set()),
+    ],
+)
+def test_foundations_import_what_lies_below_only(inner, allowed):
+    for name, others in GRAPH.items():
+        if name == inner or name.startswith(inner + "."):
+            assert {room(o) for o in others} <= {inner, *allowed}, name
+
+
+def test_numerics_import_neither_plots_nor_snakemake():
+    for name, file in MODULES.items():
+        if name.startswith(("squeal.plots", "squeal.article", "squeal.commands")):
+            continue
+        text = file.read_text(encoding="utf-8")
+        assert "matplotlib" not in text, name
+        assert "import snakemake" not in text, name
+        assert not any(o.startswith("squeal.plots") for o in GRAPH[name]), name
+
+
+def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Strongly connected parts of more than one node (Kosaraju)."""
+    order, seen = [], set()
+
+    def visit(node, follow, out):
+        stack = [(node, iter(sorted(follow.get(node, ()))))]
+        seen.add(node)
+        while stack:
+            here, ways = stack[-1]
+            onward = next((w for w in ways if w not in seen), None)
+            if onward is None:
+                out.append(here)
+                stack.pop()
+            else:
+                seen.add(onward)
+                stack.append((onward, iter(sorted(follow.get(onward, ())))))
+
+    for node in sorted(graph):
+        if node not in seen:
+            visit(node, graph, order)
+    back: dict[str, set[str]] = {}
+    for node, others in graph.items():
+        for other in others:
+            back.setdefault(other, set()).add(node)
+    seen.clear()
+    found = []
+    for node in reversed(order):
+        if node not in seen:
+            part: list[str] = []
+            visit(node, back, part)
+            found.append(part)
+    return [part for part in found if len(part) > 1]
+
+
+def test_the_search_for_circles_finds_one():
+    (circle,) = cycles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})
+    assert sorted(circle) == ["a", "b", "c"]
+    assert not cycles({"a": {"b"}, "b": {"c"}, "d": {"a"}})
+
+
+def test_no_circle_of_modules():
+    assert not cycles(GRAPH)
+
+
+def test_no_circle_of_rooms():
+    rooms: dict[str, set[str]] = {}
+    for name, others in GRAPH.items():
+        if name != "squeal":  # the package itself names what it offers, loaded on first use
+            mine = rooms.setdefault(room(name), set())
+            mine |= {room(o) for o in others if o != "squeal"} - {room(name)}
+    assert not cycles(rooms)
+
+
+def test_there_are_at_most_26_rooms():
+    entries = itertools.chain.from_iterable((ROOT / folder).iterdir() for folder in ROOMS)
+    named = {
+        path
+        for path in entries
+        if (path.suffix == ".py" or (path / "__init__.py").is_file())
+        and path.name not in ("__init__.py", "__main__.py", "article")
+    }
+    assert len(named) <= 26, sorted(map(str, named))

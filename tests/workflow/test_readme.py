@@ -1,0 +1,42 @@
+"""The README's first query is what a user gets, and its Python example runs."""
+
+import io
+import re
+from contextlib import redirect_stdout
+
+import pytest
+
+from squeal.commands.cli import COMMANDS, main
+from tests.conftest import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def pad(tmp_path, monkeypatch):
+    (tmp_path / "pad.yaml").write_text(re.search(r"```yaml\n(.*?)```", README, re.S)[1])
+    monkeypatch.chdir(tmp_path)
+
+
+def test_console_blocks_show_what_the_commands_print(pad):
+    block = next(b for b in re.findall(r"```console\n(.*?)```", README, re.S) if "squeal " in b)
+    parts = re.split(r"^\$ \.venv/bin/squeal (.*)\n", block, flags=re.M)[1:]
+    assert len(parts) == 4
+    for command, shown in zip(parts[::2], parts[1::2], strict=True):
+        out = io.StringIO()
+        with redirect_stdout(out):
+            assert main(command.split()) == 0
+        # numbers of rounding size (the discriminant's bound) may differ between machines
+        told = [re.sub(r"\(rounding .*?\)", "", text).split() for text in (shown, out.getvalue())]
+        assert told[0] == told[1]
+
+
+def test_python_example_runs(pad, capsys):
+    example = re.search(r"```python\n(.*?)```", README, re.S)[1]
+    exec(example, {})
+    printed = capsys.readouterr().out
+    assert "flutter from mu = 0.315282 at 1769 Hz" in printed
+
+
+def test_every_command_is_listed():
+    assert set(re.findall(r"^\| `squeal ([a-z-]+)`", README, re.M)) == set(COMMANDS)
