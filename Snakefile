@@ -5,13 +5,12 @@ import sys
 
 sys.path.insert(0, workflow.basedir)
 
+from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS
 from squeal.article.report.layout import (
-    CASES,
     CHAPTER_FIGURES,
     CHAPTER_FILES,
     EXTREME_FILES,
     FIGURES,
-    HISTORY_FIGURES,
     IDENTIFICATION_FILES,
     LOCI_FIGURES,
     PRECISION_FIGURES,
@@ -94,7 +93,7 @@ rule eigenvalues:
 
 rule judge:
     input:
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
         package=lambda wildcards: sources(f"squeal.article.commands.{wildcards.what}"),
     output:
         "results/{what}.json",
@@ -161,7 +160,7 @@ rule quasi_static:
 
 rule stability:
     input:
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*HISTORY_FIGURES, "b3"]),
+        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
         package=sources("squeal.article.studies.stability"),
     output:
         "results/stability.json",

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.claims import CLAIMS
 from squeal.article.commands import claims as claims_command
 from squeal.article.equations import stiffness
@@ -23,7 +24,7 @@ from squeal.article.findings.motion import flipped
 from squeal.article.report import tables
 from squeal.article.report.build import agreement, all_values, angle
 from squeal.article.report.latex import alternative, definitions, number, typeset
-from squeal.article.report.layout import CASES, FIGURES, HISTORY_FIGURES, TABLES
+from squeal.article.report.layout import FIGURES, TABLES
 from squeal.article.report.parameters import parameter_rows
 from squeal.article.studies.eigenvalues import examined, poles
 from squeal.commands.simulate import data as simulation_data

@@ -1,16 +1,12 @@
 """What the article says of its results, one checkable statement an entry, in our words.
 
-Cases are pairs (alpha1, alpha2): a = (pi/2, pi), b = (pi, pi/2), c = (0.75 pi, 0.75 pi),
-d = (0.83 pi, 0.83 pi). Times count from the first contact; an instant of zero length at the start
+Times count from the first contact; an instant of zero length at the start
 does not count.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
-
-CASES = {"a": ("0.5*pi", "pi"), "b": ("pi", "0.5*pi")}
-CASES |= {"c": ("0.75*pi", "0.75*pi"), "d": ("0.83*pi", "0.83*pi")}
 
 
 class Claim(NamedTuple):

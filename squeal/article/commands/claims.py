@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from squeal.article.cases import CASES
 from squeal.article.claims import Judged, judge_claims, measure
-from squeal.article.claims.catalogue import CASES
 from squeal.article.claims.judging import linear_measures
 from squeal.article.identify.stored import read_searches
 from squeal.commands.base import Answer, Command, Parser, table

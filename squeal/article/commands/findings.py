@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from squeal.article.claims.catalogue import CASES
+from squeal.article.cases import CASES
 from squeal.article.commands.claims import options, scene_folder
 from squeal.article.findings import Finding, Measured, measure_findings
 from squeal.article.findings.motion import Study

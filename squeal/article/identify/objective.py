@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, measure
 from squeal.article.claims.judging import linear_measures
 from squeal.article.identify.space import (
-    CASES,
     MODELS,
     SPEED_LIMIT,
     STOP,

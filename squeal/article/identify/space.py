@@ -8,16 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.article.cases import CASES
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.pad import Model, Pad
 from squeal.scene.schema import Scene
 
-CASES = {
-    "a": (0.5 * math.pi, math.pi),
-    "b": (math.pi, 0.5 * math.pi),
-    "c": (0.75 * math.pi, 0.75 * math.pi),
-    "d": (0.83 * math.pi, 0.83 * math.pi),
-}
 MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)
 # Scale of the written scenes: a pad of 80 mm and 0.15 kg whose first spring alone would sound at

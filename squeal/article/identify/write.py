@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from squeal.article.cases import ANGLE_TEXTS, HISTORY_FIGURES, stem
 from squeal.article.identify.space import (
     LENGTH,
     MASS,
@@ -17,14 +18,6 @@ from squeal.article.identify.space import (
 from squeal.files.writing import write_text
 from squeal.model.contact import Formulation
 
-ANGLES = {
-    "a": ("0.5*pi", "pi"),
-    "b": ("pi", "0.5*pi"),
-    "c": ("0.75*pi", "0.75*pi"),
-    "d": ("0.83*pi", "0.83*pi"),
-}
-FIGURE = {("B1", c): 4 + i for i, c in enumerate("abcd")}
-FIGURE |= {("B2", c): 9 + i for i, c in enumerate("abcd")}
 _PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "theta0"]
 
 
@@ -33,7 +26,7 @@ def _number(value: float) -> str:
     return repr(float(f"{value:.7g}"))
 
 
-def _parameters(numbers: Numbers, model: str, angles: tuple[str, str], leave: str = "") -> str:
+def _parameters(numbers: Numbers, model: str, angles: tuple[str, ...], leave: str = "") -> str:
     pad = pad_of(numbers, "B1" if model == "B1" else "B2", (0.0, 0.0))
     si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     lines = []
@@ -58,10 +51,10 @@ def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str
     )
     if model == "B3":
         head = "# Model B3: Fig. 13 (the map leaves alpha1, alpha2 aside)"
-        body = _parameters(numbers, "B3", ANGLES["c"], leave="L1 L2")
+        body = _parameters(numbers, "B3", ANGLE_TEXTS["c"], leave="L1 L2")
         return f"{head}\nmodel: B3\nparameters:\n{body}\n"
-    head = f"# Model {model}, case ({case}): Fig. {FIGURE[model, case]}"
-    lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLES[case])]
+    head = f"# Model {model}, case ({case}): Fig. {HISTORY_FIGURES[stem(model, case)]}"
+    lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLE_TEXTS[case])]
     y = dict(zip(("B1", "B2"), first_heights(numbers), strict=True))[model] * LENGTH
     lines.append(f"initial: {{y: {_number(y)}}}")
     if model == "B2":
@@ -76,7 +69,7 @@ def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str
 def write_scenes(numbers: Numbers, formulation: Formulation, folder: Path) -> None:
     """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
     for model in ("B1", "B2"):
-        for case in ANGLES:
+        for case in ANGLE_TEXTS:
             text = scene_text(numbers, formulation, model, case)
-            write_text(folder / f"{model.lower()}-{case}.yaml", text)
+            write_text(folder / f"{stem(model, case)}.yaml", text)
     write_text(folder / "b3.yaml", scene_text(numbers, formulation, "B3", ""))

@@ -10,9 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.report import tables
 from squeal.article.report.latex import alternative, definitions, escape, number, percent, typeset
-from squeal.article.report.layout import CASES, FIGURES, HISTORY_FIGURES, TABLES
+from squeal.article.report.layout import FIGURES, TABLES
 from squeal.article.report.parameters import parameter_table
 from squeal.files.writing import write_text
 from squeal.scene import Scene, read_scene

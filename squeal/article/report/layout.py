@@ -1,13 +1,6 @@
 """Names and numbers of what the report is made of; light, since the workflow reads it each time."""
 
-CASES = ("a", "b", "c", "d")
 FIGURES = range(1, 14)
-HISTORY_FIGURES = {
-    f"{model}-{case}": first + i
-    for model, first in (("b1", 4), ("b2", 9))
-    for i, case in enumerate(CASES)
-}
-"""Number of the figure that shows a scene's history."""
 LOCI_FIGURES = ("coupling", "loci", "modes")
 """Figures of the stability chapter that are drawn from results/loci.json."""
 CHAPTER_FIGURES = (*LOCI_FIGURES, "growth", "maps")

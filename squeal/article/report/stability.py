@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from squeal.article.cases import title
 from squeal.article.report.latex import (
     alternative,
     definitions,
@@ -41,15 +42,9 @@ def _plain(text: str) -> str:
     return text if text == "none" else rf"\mbox{{${number}$}}"
 
 
-def case_name(name: str) -> str:
-    """Model and case from the name of a scene's file: b1-a becomes B1, case (a)."""
-    model, letter = name.split("-")
-    return f"{model.upper()}, case ({letter})"
-
-
 def threshold_table(scenes: list[dict[str, Any]], fluttering: dict[str, Any] | None) -> str:
     """Thresholds along the branch, with the equilibrium held, and as gain margins of the loop."""
-    shown = [(case_name(scene["name"]), scene) for scene in scenes]
+    shown = [(title(scene["name"]), scene) for scene in scenes]
     if fluttering is not None:
         shown.append(("B2, fluttering angles", fluttering))
     head = ["", r"along the branch, $\mu \le 1$", "equilibrium held", "gain margin", "difference"]
@@ -76,7 +71,7 @@ def advice_list(advice: dict[str, str]) -> str:
     lines = [r"\begin{description}"]
     for name, told in advice.items():
         text = typeset(told.replace("%", " %").replace("  %", " %"))
-        lines.append(rf"\item[{case_name(name)}] {text}")
+        lines.append(rf"\item[{title(name)}] {text}")
     return "\n".join([*lines, r"\end{description}", ""])
 
 

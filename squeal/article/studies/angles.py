@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, NAMES, Found, angle_axes, on_grid, traced_map
-from squeal.article.claims.catalogue import CASES
+from squeal.article.cases import CASES
 from squeal.article.equations import bounds
 from squeal.files.provenance import provenance
 from squeal.files.writing import to_json

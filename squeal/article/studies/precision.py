@@ -7,6 +7,7 @@ import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from squeal.article.cases import title
 from squeal.article.extreme.cases import scene_of
 from squeal.article.precision.linear import sweep_timings, threshold_timings
 from squeal.article.precision.maps import map_timings
@@ -30,9 +31,7 @@ def main() -> int:
     parser.add_argument("--peers", action="store_true", help="other libraries too")
     given = parser.parse_args()
     cases: dict[str, Scene] = {
-        f"{s[:2].upper()}, case ({s[-1]})": replace(
-            read_scene(given.scenes / f"{s}.yaml", "simulate"), outputs=()
-        )
+        title(s): replace(read_scene(given.scenes / f"{s}.yaml", "simulate"), outputs=())
         for s in (*STEMS, *MORE * given.peers)
     }
     cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)

@@ -20,7 +20,7 @@ from squeal.analysis.advice import advise
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.growth import fits
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
-from squeal.article.claims.catalogue import CASES
+from squeal.article.cases import CASES
 from squeal.article.literature.comparison import literature_rows
 from squeal.article.studies.loci import MU_MAX, branch, loop
 from squeal.equilibrium import sliding_equilibrium
