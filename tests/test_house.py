@@ -79,7 +79,8 @@ def test_numerics_import_neither_plots_nor_snakemake():
 
 def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
     """Strongly connected parts of more than one node (Kosaraju)."""
-    order, seen = [], set()
+    order: list[str] = []
+    seen: set[str] = set()
 
     def visit(node, follow, out):
         stack = [(node, iter(sorted(follow.get(node, ()))))]
