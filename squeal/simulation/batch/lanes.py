@@ -16,6 +16,7 @@ import numpy as np
 
 from squeal.model.contact import ContactLaw, Flags, flags
 from squeal.model.mechanics import Coefficients, Loads, Pose
+from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.integrators.taylor import NEVER_ZERO, equations
 
 LANES = int(hy.recommended_simd_size())
@@ -192,6 +193,6 @@ class Lanes:
 
 
 @lru_cache(maxsize=32)
-def lanes(law: ContactLaw, tolerance: float) -> Lanes:
-    """The integrator of a law and a tolerance, made once in a process."""
-    return Lanes(law, tolerance)
+def lanes(law: ContactLaw, tolerance: float) -> Pool[Lanes]:
+    """The integrators of a law and a tolerance; one serves all pads of a thread in turn."""
+    return Pool(lambda: Lanes(law, tolerance))

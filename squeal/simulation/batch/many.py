@@ -178,7 +178,7 @@ def _work(task: _Task) -> Arrays:
 
     law = contact_law(task.model, task.formulation)
     natural = _in_natural_units(task, law)
-    machine = lanes(law, task.tolerance)
+    machines = lanes(law, task.tolerance)
     results = _Results(task, natural, law)
     needed = _samples(task, natural)
     margin = max(1e-6, 100.0 * task.tolerance)
@@ -188,13 +188,14 @@ def _work(task: _Task) -> Arrays:
         pads = order[first : first + LANES]
         full = np.resize(pads, LANES)  # the last group repeats pads
         samples = int(needed[pads].max()) if task.measured else 0
-        motion = machine.run(
-            natural.coefficients[:, full],
-            natural.touching[:, full],
-            natural.state[:, full],
-            natural.stop[full],
-            samples,
-        )
+        with machines.lease() as machine:
+            motion = machine.run(
+                natural.coefficients[:, full],
+                natural.touching[:, full],
+                natural.state[:, full],
+                natural.stop[full],
+                samples,
+            )
         there = seen(natural.of(full), motion)
         doubt = doubtful(there, margin)
         results.add(full, ~doubt & (motion.limit < 0), there)

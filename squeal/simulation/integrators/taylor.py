@@ -7,6 +7,7 @@ code, which heyoka keeps on disk, serves every pad.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
@@ -19,6 +20,7 @@ from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import Coefficients, facing, gaps, pose, spring_vectors
 from squeal.model.states import State
+from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a leg
@@ -92,6 +94,12 @@ def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -
     )
 
 
+@lru_cache(maxsize=64)
+def _pool(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Pool[Any]:
+    """Integrators of one contact state, copies of the compiled one, which itself never runs."""
+    return Pool(lambda: copy.copy(_compiled(law, contact, tolerance, fp_type)))
+
+
 def _highest_parameter(system: list[tuple[Any, Any]], others: list[Any]) -> int:
     """How many runtime parameters the expressions of one state refer to."""
     used = hy.get_params([rhs for _, rhs in system] + others)
@@ -160,28 +168,22 @@ class TaylorIntegrator:
         self._fp = fp_type
         eps = float(np.finfo(float).eps) if fp_type is float else 0.0
         self._tolerance = max(tolerance, eps)
-        self._pars = [fp_type(float(getattr(model.c, name))) for name in _NAMES]
-        self._ready: dict[State, Any] = {}
-
-    def _integrator(self, contact: State) -> Any:
-        if contact not in self._ready:
-            ta = _compiled(self._law, contact, self._tolerance, self._fp)
-            ta.pars[:] = self._pars[: len(ta.pars)]
-            self._ready[contact] = ta
-        return self._ready[contact]
+        self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in _NAMES])
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
-        ta = self._integrator(contact)
-        ta.time = self._fp(t)
-        ta.state[:] = state
-        ta.reset_cooldowns()
-        if dense:
-            outcome, motion = _recorded(ta, stop)
-            steps = len(motion.nodes) - 1
-        else:
-            motion = None
-            outcome, _, _, steps, _, _ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
+        with _pool(self._law, contact, self._tolerance, self._fp).lease() as ta:
+            ta.pars[:] = self._pars[: len(ta.pars)]
+            ta.time = self._fp(t)
+            ta.state[:] = state
+            ta.reset_cooldowns()
+            if dense:
+                outcome, motion = _recorded(ta, stop)
+                steps = len(motion.nodes) - 1
+            else:
+                motion = None
+                outcome, _, _, steps, *_ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
+            t1, end = ta.time, ta.state.copy()
         edge, limit, event = None, None, -int(outcome) - 1
         if 0 <= event < 2:
             edge = event
@@ -194,8 +196,8 @@ class TaylorIntegrator:
         return Leg(
             contact=contact,
             t0=t,
-            t1=ta.time,
-            end=ta.state.copy(),
+            t1=t1,
+            end=end,
             edge=edge,
             limit=limit,
             steps=steps,
