@@ -15,12 +15,15 @@ from squeal.article.report.layout import (
     LOCI_FIGURES,
     PRECISION_FIGURES,
     PRECISION_FILES,
+    RESULTS,
     TABLES,
 )
 from squeal.files.sources import sources
 
 PYTHON = sys.executable
 SCENES = "workflow/scenes"
+IDENTIFIED = "workflow/identified.json"
+LOCK = "requirements/environment.txt"  # other versions may compute other numbers
 ALL_FIGURES = [f"figures/fig{i:02}.{kind}" for i in FIGURES for kind in ("pdf", "txt")]
 CHAPTER = [f"figures/{name}.{kind}" for name in CHAPTER_FIGURES for kind in ("pdf", "txt")]
 GENERATED = [f"paper/generated/{name}" for name in TABLES]
@@ -60,6 +63,7 @@ rule everything_but_pdf:
 
 rule simulate:
     input:
+        lock=LOCK,
         scene=f"{SCENES}/{{scene}}.yaml",
         package=sources("squeal.commands.simulate"),
     output:
@@ -73,6 +77,7 @@ rule simulate:
 
 rule map:
     input:
+        lock=LOCK,
         scene=f"{SCENES}/b3.yaml",
         package=sources("squeal.article.studies.quasi_static"),
     output:
@@ -83,6 +88,7 @@ rule map:
 
 rule eigenvalues:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
         package=sources("squeal.article.studies.eigenvalues"),
     output:
@@ -93,6 +99,8 @@ rule eigenvalues:
 
 rule judge:
     input:
+        lock=LOCK,
+        searches=IDENTIFIED,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
         package=lambda wildcards: sources(f"squeal.article.commands.{wildcards.what}"),
     output:
@@ -105,6 +113,7 @@ rule judge:
 
 rule sketch:
     input:
+        lock=LOCK,
         scene=lambda wildcards: f"{SCENES}/b{int(wildcards.number)}-c.yaml",
         package=sources("squeal.article.figures.sketch"),
     output:
@@ -118,6 +127,7 @@ rule sketch:
 
 rule chart:
     input:
+        lock=LOCK,
         package=sources("squeal.article.figures.charts"),
     output:
         pdf="figures/fig{number}.pdf",
@@ -160,6 +170,7 @@ rule quasi_static:
 
 rule stability:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
         package=sources("squeal.article.studies.stability"),
     output:
@@ -170,6 +181,7 @@ rule stability:
 
 rule loci:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
         package=sources("squeal.article.studies.loci"),
     output:
@@ -193,6 +205,7 @@ rule loci_figure:
 
 rule angles:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*(f"b2-{case}" for case in CASES), "b3"]),
         package=sources("squeal.article.studies.angles"),
     output:
@@ -226,7 +239,8 @@ rule growth_figure:
 
 rule identified:
     input:
-        searches="workflow/identified.json",
+        lock=LOCK,
+        searches=IDENTIFIED,
         package=lambda wildcards: sources(f"squeal.article.studies.{wildcards.what}"),
     output:
         "results/{what}.json",
@@ -262,6 +276,7 @@ rule identification_tables:
 
 rule extreme:
     input:
+        lock=LOCK,
         package=sources("squeal.article.studies.extreme"),
     output:
         "results/extreme.json",
@@ -271,6 +286,7 @@ rule extreme:
 
 rule accuracy:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
         package=sources("squeal.article.studies.accuracy"),
     output:
@@ -292,6 +308,7 @@ rule extreme_tables:
 
 rule precision:
     input:
+        lock=LOCK,
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=["b1-c", "b2-c", "b3"]),
         package=sources("squeal.article.studies.precision"),
     output:
@@ -345,7 +362,7 @@ rule tables:
         scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
         results=expand(
             "results/{name}.json",
-            name=[*HISTORY_FIGURES, "map", "eigenvalues", "claims", "findings"],
+            name=RESULTS,
         ),
         texts=[f"figures/fig{i:02}.txt" for i in FIGURES],
         package=sources("squeal.article.report.build"),

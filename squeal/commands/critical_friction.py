@@ -106,10 +106,10 @@ def run(given: argparse.Namespace) -> Answer:
     if given.pdf is not None:
         mus = np.linspace(0.0, found.mu_end, SHOWN).tolist()
         draw(given.pdf, given.scene, sweep(source, mus), [p.mu for p in found.points])
-    where = ("squeal.commands.critical_friction", ("numpy",))
+    made = provenance([given.scene], "squeal.commands.critical_friction")
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
     return Answer(
-        lambda: data(found) | more | {"provenance": provenance(given.scene, *where)},
+        lambda: data(found) | more | {"provenance": made.to_dict()},
         lambda: text(found) + shown,
     )
 

@@ -126,7 +126,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         lambda: (
             found
             | ({"sweep": sweep_rows(steps, contact=False)} if steps else {})
-            | {"provenance": provenance(given.scene, MODULE, ("numpy",))}
+            | {"provenance": provenance([given.scene], MODULE).to_dict()}
         ),
         lambda: "\n\n".join(parts + ([sweep_text(steps, system.parameter)] if steps else [])),
     )
@@ -152,7 +152,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
             found["sweep"] = sweep_rows(steps, contact=True)
         if moves is not None:
             found["sensitivity"] = moves
-        return found | {"provenance": provenance(scene.source, MODULE, ("numpy",))}
+        return found | {"provenance": provenance([scene.source], MODULE).to_dict()}
 
     def shown() -> str:
         parts = [text(analysis)]

@@ -100,13 +100,12 @@ def run(given: argparse.Namespace) -> Answer:
         draw_stability_map(found, given.pdf)
     head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"
     rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
-    where = ("squeal.commands.map", ("numpy",))
     return Answer(
         lambda: {
             "share": found.share,
             "n": wanted[0].n,
             "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
-            "provenance": provenance(scene.source, *where),
+            "provenance": provenance([scene.source], "squeal.commands.map").to_dict(),
         },
         lambda: f"share of the area: {head}\n" + table(rows),
     )

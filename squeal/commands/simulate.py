@@ -56,17 +56,13 @@ def data(scene: Scene, result: Simulation) -> dict[str, Any]:
         "steps": result.steps,
         "contact_changes": result.contact_changes,
         "run_time": result.run_time,
-        "provenance": provenance(scene.source, "squeal.commands.simulate", _packages(result)),
+        "provenance": provenance([scene.source], "squeal.commands.simulate").to_dict(),
     }
     return found
 
 
 def _is_nan(value: Any) -> bool:
     return isinstance(value, float) and math.isnan(value)
-
-
-def _packages(result: Simulation) -> tuple[str, ...]:
-    return ("numpy", "heyoka" if result.method.startswith("heyoka") else "scipy")
 
 
 def text(scene: Scene, result: Simulation) -> str:

@@ -1,23 +1,82 @@
-"""Where a result comes from: the scene, the sources and the versions that made it."""
+"""Where a result comes from: the files, the sources and the versions that made it."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import platform
+import sys
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.files.sources import digest
+from squeal.files.sources import digest, packages
+
+NOT_INSTALLED = "not installed"
 
 
-def provenance(scene: Path | None, module: str, packages: tuple[str, ...]) -> dict[str, Any]:
-    """Digests of the scene file and of the sources that `module` runs on, and versions."""
-    return {
-        "scene": scene.name if scene else None,
-        "scene_sha256": hashlib.sha256(scene.read_bytes()).hexdigest()[:16] if scene else None,
-        "source_sha256": digest(module),
-        "versions": {"squeal": __version__, "python": platform.python_version()}
-        | {package: importlib.metadata.version(package) for package in packages},
-    }
+@dataclass(frozen=True)
+class InputFile:
+    """A file that was read: its name without the folder, and the SHA-256 of its bytes."""
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What made a result.
+
+    inputs: every file that was read; source_sha256: over the module and all that it imports, see
+    `squeal.files.sources.digest`; versions: of this package, of Python and of every other package
+    that those sources import, `NOT_INSTALLED` for one that is missing; platform: system and
+    processor.
+    """
+
+    inputs: tuple[InputFile, ...]
+    module: str
+    source_sha256: str
+    versions: dict[str, str]
+    platform: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """As result files hold it."""
+        return asdict(self)
+
+    @staticmethod
+    def from_dict(found: dict[str, Any]) -> Provenance:
+        """Read back what `to_dict` gave."""
+        inputs = tuple(InputFile(**entry) for entry in found["inputs"])
+        return Provenance(**found | {"inputs": inputs})
+
+
+def provenance(inputs: Iterable[Path | None], module: str) -> Provenance:
+    """The provenance of a result that `module` computed from some files.
+
+    None stands for a scene that was not read from a file. Raises ModuleNotFoundError if this
+    package has no such module.
+    """
+    files = [path for path in inputs if path is not None]
+    read = [InputFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files]
+    versions = {"squeal": __version__, "python": platform.python_version()}
+    return Provenance(
+        tuple(read),
+        module,
+        digest(module),
+        versions | {name: version(name) for name in packages(module)},
+        f"{platform.system()} {platform.machine()}",
+    )
+
+
+def version(package: str) -> str:
+    """Version of a package by the name under which it is imported: as loaded, else as installed."""
+    loaded = getattr(sys.modules.get(package), "__version__", None)
+    if isinstance(loaded, str):
+        return loaded
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        names = metadata.packages_distributions().get(package, ())
+    return metadata.version(names[0]) if names else NOT_INSTALLED

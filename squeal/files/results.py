@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.errors import InputError
+from squeal.files.provenance import Provenance
 
 
 class Interval(NamedTuple):
@@ -43,6 +44,11 @@ class Run:
     def stop(self) -> float:
         """Time (s) at which the run ends."""
         return float(self.summary["final"]["t"])
+
+    @property
+    def provenance(self) -> Provenance:
+        """What made the run."""
+        return Provenance.from_dict(self.summary["provenance"])
 
     @cached_property
     def timeline(self) -> list[Interval]:

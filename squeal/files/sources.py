@@ -1,14 +1,17 @@
-"""Which of the package's files a module imports, directly or not, read from the sources.
+"""What a module runs on, read from the sources: files of this package, and other packages.
 
-Snakemake does not see imports; its rules take this list as input, so that a change in a module
-reruns what imports it and nothing else. The same list is digested into every result. Imports
-inside functions count too; modules loaded by name only (the command line's) do not.
+Snakemake does not see imports; its rules take `sources` as input, so that a change in a module
+reruns what imports it and nothing else. The same list is digested into every result, and the
+versions of `packages` are told there. Imports inside functions count too; modules loaded by name
+only (the command line's) do not. A module that imports `importlib.resources` reads the files that
+lie in its folder: they count among its sources.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -28,7 +31,7 @@ def _file(module: str) -> Path | None:
 
 @cache
 def _imports(path: Path) -> frozenset[str]:
-    """Names of this package's modules that a file imports (absolute imports, the house style)."""
+    """Names of all modules that a file imports (absolute imports, the house style)."""
     found: set[str] = set()
     wanted: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
     while wanted:
@@ -41,14 +44,15 @@ def _imports(path: Path) -> frozenset[str]:
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             found.add(node.module)
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return frozenset(name for name in found if name.split(".")[0] == PACKAGE)
+    return frozenset(found)
 
 
-def sources(module: str) -> list[str]:
-    """Files, relative to the folder that holds the package, that `module` needs to run.
+def _top(name: str) -> str:
+    return name.partition(".")[0]
 
-    Raises ModuleNotFoundError if the package has no such module.
-    """
+
+def _modules(module: str) -> set[Path]:
+    """Files of `module` and of all that it imports from this package, directly or not."""
     if _file(module) is None:
         raise ModuleNotFoundError(f"no module {module} in this package")
     wanted, seen = [module], set()
@@ -60,8 +64,36 @@ def sources(module: str) -> list[str]:
         seen.add(path)
         parts = name.split(".")
         wanted += [".".join(parts[:i]) for i in range(1, len(parts))]
-        wanted += _imports(path)
-    return sorted(str(path.relative_to(ROOT.parent)) for path in seen)
+        wanted += [other for other in _imports(path) if _top(other) == PACKAGE]
+    return seen
+
+
+@cache
+def _data(path: Path) -> frozenset[Path]:
+    """Files that a module may read through `importlib.resources`."""
+    if "importlib.resources" not in _imports(path):
+        return frozenset()
+    beside = (file for file in path.parent.rglob("*") if file.is_file())
+    return frozenset(file for file in beside if not file.suffix.startswith(".py"))
+
+
+def sources(module: str) -> list[str]:
+    """Files, relative to the folder that holds the package, that `module` needs to run.
+
+    Raises ModuleNotFoundError if the package has no such module.
+    """
+    files = _modules(module)
+    files |= {data for path in files for data in _data(path)}
+    return sorted(str(path.relative_to(ROOT.parent)) for path in files)
+
+
+def packages(module: str) -> list[str]:
+    """Names of the packages beside this one and Python's own that `module` or its sources import.
+
+    Raises ModuleNotFoundError if the package has no such module.
+    """
+    named = {_top(name) for path in _modules(module) for name in _imports(path)}
+    return sorted(named - {PACKAGE} - sys.stdlib_module_names)
 
 
 def digest(module: str) -> str:

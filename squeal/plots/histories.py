@@ -143,7 +143,7 @@ def drawing(run: Run) -> Drawing:
         history_figure(run),
         alternative_text(run),
         f"Time histories of the {what}, scene {run.name}",
-        origin("squeal.plots.histories", [run.summary]),
+        origin("squeal.plots.histories", [run.provenance]),
     )
 
 

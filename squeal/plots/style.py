@@ -12,6 +12,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
+from squeal.files.provenance import Provenance
 from squeal.files.sources import digest
 from squeal.files.writing import write_text, write_whole
 from squeal.model.pad import Model
@@ -74,15 +75,15 @@ class Drawing:
     origin: str
 
 
-def origin(module: str, results: Sequence[dict[str, Any]] = ()) -> str:
-    """One line that names the results' scenes and sources and the source of the figure itself."""
+def origin(module: str, results: Sequence[Provenance] = ()) -> str:
+    """One line that names the files and sources behind each result and the figure's own sources."""
     parts = []
-    for result in results:
-        made = result["provenance"]
-        versions = ", ".join(f"{k} {v}" for k, v in made["versions"].items())
+    for made in results:
+        inputs = ", ".join(f"{file.name} ({file.sha256[:16]})" for file in made.inputs)
+        versions = ", ".join(f"{k} {v}" for k, v in made.versions.items())
         parts.append(
-            f"scene {made['scene']} ({made['scene_sha256']}), "
-            f"computed by sources {made['source_sha256']} ({versions})"
+            f"computed from {inputs or 'no file'} by {made.module} "
+            f"(sources {made.source_sha256}, {versions})"
         )
     parts.append(
         f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"

@@ -54,7 +54,7 @@ def results(scenes):
     """Results as the report reads them, but one run standing for all cases of its model."""
     runs = {m: simulation_data(s[0], simulate(s[0])) for m, s in scenes.items()}
     found = {stem: runs[stem[:2]] for stem in HISTORY_FIGURES}
-    made = provenance(None, "squeal.article.studies.quasi_static", ("numpy",))
+    made = provenance([], "squeal.article.studies.quasi_static").to_dict()
     claims = claims_command.data(claims_command.judge_folder(SCENES))
     return found | {
         "claims": claims | {"provenance": made},

@@ -1,13 +1,14 @@
 """Sources: the import list against what Python itself loads."""
 
+import re
+import shutil
 import subprocess
 import sys
 
 import pytest
 
-from squeal.files.provenance import provenance
-from squeal.files.sources import ROOT, digest, sources
-from tests.conftest import SCENES
+from squeal.files import sources as sources_module
+from squeal.files.sources import ROOT, digest, packages, sources
 
 MODULES = ["squeal.commands.simulate", "squeal.article.commands.sliding", "squeal.commands.map"]
 
@@ -42,11 +43,45 @@ def test_unknown_module_is_refused():
         sources("squeal.nothing")
 
 
-def test_provenance_follows_scene_and_sources():
-    found = provenance(SCENES / "b1-c.yaml", "squeal.article.commands.sliding", ("numpy",))
-    assert found["scene"] == "b1-c.yaml"
-    assert found["source_sha256"] == digest("squeal.article.commands.sliding")
-    other = provenance(SCENES / "b1-a.yaml", "squeal.commands.simulate", ())
-    assert other["scene_sha256"] != found["scene_sha256"]
-    assert other["source_sha256"] != found["source_sha256"]
-    assert len(found["scene_sha256"]) == len(found["source_sha256"]) == 16
+def test_other_packages_are_those_of_the_import_lines():
+    """Against the text of the sources: a line that begins with import or from names a package."""
+    for module in (*MODULES, "squeal.article.studies.precision"):
+        named = set()
+        for path in sources(module):
+            if path.endswith(".py"):
+                text = (ROOT.parent / path).read_text(encoding="utf-8")
+                line = r"^ *(?:import|from) (\w+)[\w.]*(?: import| as|$)"
+                named |= set(re.findall(line, text, re.M))
+        assert set(packages(module)) == named - set(sys.stdlib_module_names) - {"squeal"}
+    assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.commands.simulate"))
+    assert packages("squeal.errors") == []
+
+
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """A copy of the package, looked at in place of the package itself."""
+    shutil.copytree(ROOT, tmp_path / "squeal", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(sources_module, "ROOT", tmp_path / "squeal")
+    cached = [sources_module._file, sources_module._imports, sources_module._data]
+    for function in cached:
+        function.cache_clear()
+    yield tmp_path / "squeal"
+    for function in cached:
+        function.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("changed", "module", "follows"),
+    [
+        ("article/literature/systems/bicycle.yaml", "squeal.article.studies.stability", True),
+        ("article/literature/systems/bicycle.yaml", "squeal.commands.eigenvalues", False),
+        ("stability/cubic.py", "squeal.commands.eigenvalues", True),
+        ("article/literature/comparison.py", "squeal.commands.eigenvalues", False),
+    ],
+)
+def test_the_digest_follows_what_a_module_imports_or_reads(copy, changed, module, follows):
+    before = digest(module)
+    with (copy / changed).open("a") as file:
+        file.write("# a change\n")
+    assert (digest(module) != before) is follows
+    assert (f"squeal/{changed}" in sources(module)) is follows

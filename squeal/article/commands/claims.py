@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.article.cases import CASES
+from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.claims import Judged, judge_claims, measure
 from squeal.article.claims.judging import linear_measures
 from squeal.article.identify.stored import read_searches
@@ -56,13 +56,17 @@ def judge_folder(folder: Path) -> list[Judged]:
     )
 
 
+def stored_searches(folder: Path) -> list[Path]:
+    """The file of the stored searches beside the folder of scenes, if there is one."""
+    file = folder.parent / "identified.json"
+    return [file] if file.is_file() else []
+
+
 def formulations(folder: Path) -> list[dict[str, Any]]:
     """What the stored searches found for each formulation, next to the article's scenes."""
-    file = folder.parent / "identified.json"
-    if not file.is_file():
-        return []
     return [
         vars(search.formulation) | {"pads": search.pads, "kept": search.kept}
+        for file in stored_searches(folder)
         for search in read_searches(file)
     ]
 
@@ -109,12 +113,10 @@ def run(given: argparse.Namespace) -> Answer:
     """Judge the claims on the article's scenes."""
     folder = scene_folder(given.scenes)
     judged, found = judge_folder(folder), formulations(folder)
+    read = [folder / f"{stem}.yaml" for stem in HISTORY_FIGURES]
+    made = provenance([*read, *stored_searches(folder)], "squeal.article.commands.claims")
     return Answer(
-        lambda: (
-            data(judged)
-            | {"formulations": found}
-            | {"provenance": provenance(None, "squeal.article.commands.claims", ("numpy",))}
-        ),
+        lambda: data(judged) | {"formulations": found, "provenance": made.to_dict()},
         lambda: text(judged) + formulations_text(found),
     )
 

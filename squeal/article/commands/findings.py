@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from squeal.article.cases import CASES
+from squeal.article.cases import CASES, STEMS
 from squeal.article.commands.claims import options, scene_folder
 from squeal.article.findings import Finding, Measured, measure_findings
 from squeal.article.findings.motion import Study
@@ -48,8 +48,9 @@ def run(given: argparse.Namespace) -> Answer:
     }
     study = Study(cases["b1"], cases["b2"], read_scene(folder / "b3.yaml"))
     measured = measure_findings(study)
-    where = provenance(None, "squeal.article.commands.findings", ("numpy",))
-    return Answer(lambda: data(measured) | {"provenance": where}, lambda: text(measured))
+    read = [folder / f"{stem}.yaml" for stem in STEMS]
+    made = provenance(read, "squeal.article.commands.findings")
+    return Answer(lambda: data(measured) | {"provenance": made.to_dict()}, lambda: text(measured))
 
 
 COMMAND = Command(

@@ -96,11 +96,7 @@ def run(given: argparse.Namespace) -> Answer:
     return Answer(
         lambda: (
             data(found)
-            | {
-                "provenance": provenance(
-                    None, "squeal.article.commands.identify", ("cma", "heyoka", "numpy")
-                )
-            }
+            | {"provenance": provenance([], "squeal.article.commands.identify").to_dict()}
         ),
         lambda: text(found),
     )

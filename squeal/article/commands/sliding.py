@@ -109,8 +109,8 @@ def run(given: argparse.Namespace) -> Answer:
     found = data(scene)
     if given.csv is not None:
         write_csv(given.csv, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"]))
-    where = provenance(scene.source, "squeal.article.commands.sliding", ("numpy",))
-    return Answer(lambda: found | {"provenance": where}, lambda: text(found))
+    made = provenance([scene.source], "squeal.article.commands.sliding")
+    return Answer(lambda: found | {"provenance": made.to_dict()}, lambda: text(found))
 
 
 COMMAND = Command(

@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 
 from squeal.analysis.maps import NAMES
 from squeal.article.studies.angles import CONTACT_OF, VERDICT_OF
+from squeal.files.provenance import Provenance
 from squeal.numerics.outline import Outline
 from squeal.plots.areas import draw
 from squeal.plots.maps import VERDICT_COLOURS
@@ -120,7 +121,8 @@ def drawing(found: dict[str, Any], printed: dict[str, Any]) -> Drawing:
         f"{100 * share['full']:.1f} %, on one edge on {100 * share['partial']:.1f} %. (e) Verdict "
         f"on the equilibria of model B2: {told['b2']}. Letters mark the article's cases."
     )
-    made = origin("squeal.article.figures.angle_maps", [found, printed])
+    results = [Provenance.from_dict(result["provenance"]) for result in (found, printed)]
+    made = origin("squeal.article.figures.angle_maps", results)
     return Drawing(angle_figure(found, printed), text, "Maps over the spring angles", made)
 
 

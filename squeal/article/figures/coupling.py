@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squeal.article.figures.loci import KILOHERTZ, PER_MS, growths, main, rows, scene_mark, title
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
@@ -149,7 +150,7 @@ def drawing(found: dict[str, Any]) -> Drawing:
         coupling_figure(found),
         alternative_text(found),
         "Mode coupling over the coefficient of friction",
-        origin("squeal.article.figures.coupling", found["scenes"]),
+        origin("squeal.article.figures.coupling", [Provenance.from_dict(found["provenance"])]),
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, program, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
@@ -45,7 +46,7 @@ def drawing(found: dict[str, Any]) -> Drawing:
         "Growth rate and frequency over friction: crosses are predicted, open marks fitted to the "
         "start of simulations; each cross lies within its mark."
     )
-    made = origin("squeal.article.figures.growth", [found])
+    made = origin("squeal.article.figures.growth", [Provenance.from_dict(found["provenance"])])
     return Drawing(growth_figure(found), text, "Growth rates fitted to simulations", made)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, program, style
 
 LOOKS = {
@@ -59,7 +60,7 @@ def _draw(given: argparse.Namespace) -> Drawing:
     found = json.loads(given.results.read_text(encoding="utf-8"))
     with style():
         figure = linear(found["linear"])
-    made = origin("squeal.article.figures.linear", [found])
+    made = origin("squeal.article.figures.linear", [Provenance.from_dict(found["provenance"])])
     title = "Error against run time of eigenvalue programs"
     return Drawing(figure, alternative(found["linear"]), title, made)
 

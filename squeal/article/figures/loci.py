@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, program, style
 
 KILOHERTZ, PER_MS = 2e3 * np.pi, 1e3
@@ -131,7 +132,7 @@ def drawing(found: dict[str, Any]) -> Drawing:
         "eigenvalues stay on the imaginary axis are marginal; at the scenes' friction "
         f"{growths(found)}."
     )
-    made = origin("squeal.article.figures.loci", found["scenes"])
+    made = origin("squeal.article.figures.loci", [Provenance.from_dict(found["provenance"])])
     return Drawing(loci_figure(found), text, "Root loci over the coefficient of friction", made)
 
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from squeal.article.figures.loci import main, rows, title
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"
@@ -136,7 +137,7 @@ def drawing(found: dict[str, Any]) -> Drawing:
         modes_figure(found),
         alternative_text(found),
         f"Mode shapes of model {MODEL}",
-        origin("squeal.article.figures.modes", scenes_of(found)),
+        origin("squeal.article.figures.modes", [Provenance.from_dict(found["provenance"])]),
     )
 
 

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, program, style
 
 LOOKS = {
@@ -97,7 +98,7 @@ def _draw(given: argparse.Namespace) -> Drawing:
     found = json.loads(given.results.read_text(encoding="utf-8"))
     with style():
         figure = precision(found)
-    made = origin("squeal.article.figures.precision", [found])
+    made = origin("squeal.article.figures.precision", [Provenance.from_dict(found["provenance"])])
     return Drawing(figure, alternative(found), "Work-precision diagrams", made)
 
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from squeal.article.studies.quasi_static import READINGS
+from squeal.files.provenance import Provenance
 from squeal.numerics.outline import Outline
 from squeal.plots.areas import draw
 from squeal.plots.maps import angle_axes_of_pi
@@ -79,7 +80,7 @@ def drawing(found: dict[str, Any], marks: Marks) -> Drawing:
         quasi_static_figure(found, marks),
         alternative_text(found),
         "Map of the quasi-static sliding motion, model B3",
-        origin("squeal.article.figures.quasi_static", [found]),
+        origin("squeal.article.figures.quasi_static", [Provenance.from_dict(found["provenance"])]),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squeal.files.provenance import Provenance
 from squeal.plots.style import DOUBLE, Drawing, origin, program, style
 
 SYMBOLS = {
@@ -116,7 +117,7 @@ def draw(given: argparse.Namespace) -> Drawing:
         figure,
         alternative(found),
         "Robustness of the claims",
-        origin("squeal.article.figures.robustness"),
+        origin("squeal.article.figures.robustness", [Provenance.from_dict(found["provenance"])]),
     )
 
 

@@ -235,7 +235,7 @@ def alternative_text(scene: Scene) -> str:
 
 def drawing(scene: Scene) -> Drawing:
     """The sketch, ready to be saved."""
-    made = {"provenance": provenance(scene.source, "squeal.model.mechanics", ())}
+    made = provenance([scene.source], "squeal.model.mechanics")
     return Drawing(
         sketch(scene),
         alternative_text(scene),

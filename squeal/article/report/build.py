@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
 import math
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.report import tables
 from squeal.article.report.latex import alternative, definitions, escape, number, percent, typeset
-from squeal.article.report.layout import FIGURES, TABLES
+from squeal.article.report.layout import FIGURES, RESULTS, TABLES
 from squeal.article.report.parameters import parameter_table
+from squeal.files.provenance import Provenance
 from squeal.files.writing import write_text
 from squeal.scene import Scene, read_scene
 
@@ -31,7 +32,7 @@ def simulated(stem: str, result: dict[str, Any]) -> dict[str, str]:
         f"{stem}.changes": str(len(result["events"])),
         f"{stem}.steps": str(result["steps"]),
         f"{stem}.stop": number(1e3 * result["final"]["t"]),
-        f"{stem}.scene": escape(result["provenance"]["scene"]),
+        f"{stem}.scene": escape(result["provenance"]["inputs"][0]["name"]),
     }
     for state, share in result["shares"].items():
         values[f"{stem}.share.{state}"] = percent(share)
@@ -76,27 +77,22 @@ def judged(claims: list[dict[str, Any]]) -> dict[str, str]:
     return values
 
 
-def versions() -> dict[str, str]:
-    """Versions of the packages that took part."""
-    names = ("numpy", "scipy", "heyoka", "control", "matplotlib")
-    found = {}
-    for package in names:
-        try:
-            found[f"version.{package}"] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            found[f"version.{package}"] = "not installed"
-    return found
+def versions(made: Iterable[Provenance]) -> dict[str, str]:
+    """Versions of the packages that computed the results: several where results differ."""
+    found: dict[str, dict[str, None]] = {}
+    for one in made:
+        for package, version in one.versions.items():
+            found.setdefault(f"version.{package}", {})[version] = None
+    return {key: ", ".join(several) for key, several in found.items()}
 
 
 def all_values(
     results: dict[str, dict[str, Any]], scenes: dict[str, list[Scene]]
 ) -> dict[str, str]:
     """Every value that the report may refer to."""
-    values = versions() | judged(results["claims"]["claims"])
+    values = versions(provenances(results).values()) | judged(results["claims"]["claims"])
     for stem in HISTORY_FIGURES:
         values |= simulated(stem, results[stem])
-    made = results["b1-a"]["provenance"]["versions"]
-    values |= {"version.squeal": made["squeal"], "version.python": made["python"]}
     values["method"] = escape(results["b1-a"]["method"])
     values["tolerance"] = number(results["b1-a"]["tolerance"], 3)
     for key, share in results["map"]["share"].items():
@@ -122,10 +118,14 @@ def all_values(
     return values
 
 
+def provenances(results: dict[str, dict[str, Any]]) -> dict[str, Provenance]:
+    """What made each result, by the result's name."""
+    return {name: Provenance.from_dict(found["provenance"]) for name, found in results.items()}
+
+
 def load(folder: Path) -> dict[str, dict[str, Any]]:
     """The JSON results of a folder by name, without their sampled histories."""
-    names = [*HISTORY_FIGURES, "map", "eigenvalues", "claims", "findings"]
-    found = {n: json.loads((folder / f"{n}.json").read_text(encoding="utf-8")) for n in names}
+    found = {n: json.loads((folder / f"{n}.json").read_text(encoding="utf-8")) for n in RESULTS}
     for result in found.values():
         result.pop("history", None)
     return found
@@ -152,7 +152,7 @@ def build(results_folder: Path, scene_folder: Path, figures: Path, out: Path) ->
         "eigenvalues.tex": tables.eigenvalue_table(results["eigenvalues"]),
         "claims.tex": tables.claims_table(results["claims"]["claims"]),
         "findings.tex": tables.findings_table(results["findings"]["findings"]),
-        "origin.tex": tables.origin_table(results),
+        "origin.tex": tables.origin_table(provenances(results)),
     }
     assert tuple(files) == TABLES
     out.mkdir(parents=True, exist_ok=True)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from squeal.article.report.latex import long_table, number, tabular, typeset
+from squeal.files.provenance import Provenance
 from squeal.model.states import (
     EDGE_NAMES,
     FULL,
@@ -148,14 +150,13 @@ def findings_table(findings: list[dict[str, Any]]) -> str:
     return long_table(["", "place", "finding", "measured"], rows)
 
 
-def origin_table(results: dict[str, dict[str, Any]]) -> str:
-    """Which scene and which sources made each result."""
-    rows = [
-        [
-            rf"\texttt{{{key}}}",
-            rf"\texttt{{{result['provenance']['scene_sha256'] or '--'}}}",
-            rf"\texttt{{{result['provenance']['source_sha256']}}}",
-        ]
-        for key, result in results.items()
-    ]
-    return tabular("lll", ["result", "scene", "sources"], [rows])
+def origin_table(results: Mapping[str, Provenance]) -> str:
+    """Which files and which sources made each result, after the digests of the files."""
+    files = dict.fromkeys(file for made in results.values() for file in made.inputs)
+    digests = [[rf"\texttt{{{f.name}}}", rf"\texttt{{{f.sha256[:16]}}}", ""] for f in files]
+    rows = []
+    for key, made in results.items():
+        names = ", ".join(file.name.removesuffix(".yaml") for file in made.inputs)
+        rows.append([rf"\texttt{{{key}}}", rf"\texttt{{{made.source_sha256}}}", names or "--"])
+    head = ["file or result", "of its bytes or sources", "computed from"]
+    return tabular("lll", head, [digests, rows])

@@ -83,8 +83,8 @@ def main() -> int:
         file.stem: dataclasses.asdict(accuracy(read_scene(file, "simulate")))
         for file in given.scenes
     }
-    where = provenance(None, "squeal.article.studies.accuracy", ("numpy", "heyoka"))
-    print(to_json({"scenes": found, "provenance": where}), end="")
+    where = provenance(given.scenes, "squeal.article.studies.accuracy")
+    print(to_json({"scenes": found, "provenance": where.to_dict()}), end="")
     return 0
 
 

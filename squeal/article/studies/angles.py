@@ -72,8 +72,9 @@ def by_verdict(found: Outline) -> dict[str, float]:
 
 def study(folder: Path) -> dict[str, Any]:
     """The maps for the scenes of a folder, with the cases' angles to mark on them."""
-    scenes = {case: read_scene(folder / f"b2-{case}.yaml") for case in CASES}
-    b3, fine = read_scene(folder / "b3.yaml"), angle_axes(FINE)
+    files = [*(folder / f"b2-{case}.yaml" for case in CASES), folder / "b3.yaml"]
+    *b2, b3 = map(read_scene, files)
+    scenes, fine = dict(zip(CASES, b2, strict=True)), angle_axes(FINE)
     grid = on_grid(b3, ("alpha1", "alpha2"), fine[0].values, fine[1].values)
     of_b2, of_b3 = equilibria(scenes["c"]), traced_map(b3, fine, grid[0])
     return {
@@ -84,7 +85,7 @@ def study(folder: Path) -> dict[str, Any]:
         "share": shares(of_b2),
         "share_b2": by_verdict(of_b2.regrouped(VERDICT_OF)),
         "share_b3": by_verdict(of_b3),
-        "provenance": provenance(None, "squeal.article.studies.angles", ("numpy",)),
+        "provenance": provenance(files, "squeal.article.studies.angles").to_dict(),
     }
 
 

@@ -84,8 +84,8 @@ def main() -> int:
     parser.add_argument("scenes", type=Path, nargs="+", metavar="SCENE.yaml")
     given = parser.parse_args()
     result: dict[str, Any] = {path.stem: examined(read_scene(path)) for path in given.scenes}
-    made = provenance(given.scenes[0], "squeal.article.studies.eigenvalues", ("numpy", "control"))
-    print(to_json(result | {"provenance": made}))
+    made = provenance(given.scenes, "squeal.article.studies.eigenvalues")
+    print(to_json(result | {"provenance": made.to_dict()}))
     return 0
 
 

@@ -19,8 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--long", action="store_true", help="the long runs over 1e6 periods")
     given = parser.parse_args(arguments)
     outcomes = [run_case(longer(case) if given.long else case) for case in CASES]
-    where = provenance(None, "squeal.article.studies.extreme", ("numpy", "heyoka"))
-    print(to_json({"cases": [asdict(o) for o in outcomes], "provenance": where}), end="")
+    where = provenance([], "squeal.article.studies.extreme")
+    print(to_json({"cases": [asdict(o) for o in outcomes], "provenance": where.to_dict()}), end="")
     return 1 if any(o.outcome == "wrong" for o in outcomes) else 0
 
 

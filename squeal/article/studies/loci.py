@@ -181,9 +181,6 @@ def examined(file: File) -> dict[str, Any]:
         "branch": branch(scene),
         "loop": none if at is None else loop(scene, at),
         "equilibrium": none if at is None else modes(scene, at),
-        "provenance": provenance(
-            file, "squeal.article.studies.loci", ("numpy", "scipy", "control")
-        ),
     }
 
 
@@ -191,7 +188,10 @@ def main() -> int:
     """Examine scenes and print one JSON object with a list of them."""
     parser = argparse.ArgumentParser(description="Eigenvalues over friction, loop and mode shapes.")
     parser.add_argument("scenes", type=File, nargs="+", metavar="SCENE.yaml")
-    print(to_json({"scenes": [examined(file) for file in parser.parse_args().scenes]}))
+    files = parser.parse_args().scenes
+    made = provenance(files, "squeal.article.studies.loci")
+    found = [examined(file) for file in files]
+    print(to_json({"scenes": found, "provenance": made.to_dict()}))
     return 0
 
 

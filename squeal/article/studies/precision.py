@@ -30,22 +30,21 @@ def main() -> int:
     parser.add_argument("scenes", type=Path, metavar="FOLDER")
     parser.add_argument("--peers", action="store_true", help="other libraries too")
     given = parser.parse_args()
+    files = [given.scenes / f"{stem}.yaml" for stem in (*STEMS, *MORE * given.peers)]
     cases: dict[str, Scene] = {
-        title(s): replace(read_scene(given.scenes / f"{s}.yaml", "simulate"), outputs=())
-        for s in (*STEMS, *MORE * given.peers)
+        title(file.stem): replace(read_scene(file, "simulate"), outputs=()) for file in files
     }
     cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
     paths = DEFAULT | (dict(peers()) if given.peers else {})
-    fig13 = read_scene(given.scenes / "b3.yaml")
+    files.append(given.scenes / "b3.yaml")
+    fig13 = read_scene(files[-1])
     linear = [*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13)]
     points, checks = measure(cases, paths, LONG if given.peers else PATIENCE, given.peers)
     found = {
         "points": [asdict(p) for p in points],
         "checks": [asdict(c) for c in checks],
         "linear": [asdict(t) for t in linear],
-        "provenance": provenance(
-            None, "squeal.article.studies.precision", ("numpy", "scipy", "heyoka")
-        ),
+        "provenance": provenance(files, "squeal.article.studies.precision").to_dict(),
     }
     print(to_json(found), end="")
     return 0

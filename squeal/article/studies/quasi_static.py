@@ -75,7 +75,7 @@ def main() -> int:
         "mu": scene.pad.mu,
         "share": found.share,
         **{name: one.told() for name, one in outlines.items()},
-        "provenance": provenance(given.scene, "squeal.article.studies.quasi_static", ("numpy",)),
+        "provenance": provenance([given.scene], "squeal.article.studies.quasi_static").to_dict(),
     }
     print(to_json(summary))
     return 0

@@ -116,8 +116,8 @@ def main() -> int:
     parser.add_argument("identified", type=Path, metavar="JSON")
     given = parser.parse_args()
     best = read_searches(given.identified)[0]
-    where = provenance(None, "squeal.article.studies.robustness", ("numpy", "heyoka"))
-    print(to_json(study(best.numbers, best.formulation) | {"provenance": where}), end="")
+    where = provenance([given.identified], "squeal.article.studies.robustness")
+    print(to_json(study(best.numbers, best.formulation) | {"provenance": where.to_dict()}), end="")
     return 0
 
 

@@ -20,7 +20,7 @@ from squeal.analysis.advice import advise
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.growth import fits
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
-from squeal.article.cases import CASES
+from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.literature.comparison import literature_rows
 from squeal.article.studies.loci import MU_MAX, branch, loop
 from squeal.equilibrium import sliding_equilibrium
@@ -94,11 +94,8 @@ def literature() -> list[dict[str, Any]]:
 
 def study(folder: Path) -> dict[str, Any]:
     """All of the chapter's numbers for the scenes of a folder."""
-    scenes = {
-        f"{model}-{case}": read_scene(folder / f"{model}-{case}.yaml")
-        for model in ("b1", "b2")
-        for case in CASES
-    }
+    files = [folder / f"{stem}.yaml" for stem in HISTORY_FIGURES]
+    scenes = {file.stem: read_scene(file) for file in files}
     other = fluttering(scenes["b2-c"])
     tried = [("b1-a", scenes["b1-a"]), ("b2-c", scenes["b2-c"])]
     if other is not None:
@@ -109,9 +106,7 @@ def study(folder: Path) -> dict[str, Any]:
         "fluttering": held(other) if other is not None else None,
         "growth": [growth(name, scene) for name, scene in tried],
         "literature": literature(),
-        "provenance": provenance(
-            None, "squeal.article.studies.stability", ("numpy", "scipy", "heyoka", "control")
-        ),
+        "provenance": provenance(files, "squeal.article.studies.stability").to_dict(),
     }
 
 

@@ -65,8 +65,8 @@ def main() -> int:
     parser.add_argument("identified", type=Path, metavar="JSON")
     given = parser.parse_args()
     found = [verified(search) for search in read_searches(given.identified)]
-    where = provenance(None, "squeal.article.studies.verify", ("numpy", "heyoka"))
-    print(to_json({"formulations": found, "provenance": where}), end="")
+    where = provenance([given.identified], "squeal.article.studies.verify")
+    print(to_json({"formulations": found, "provenance": where.to_dict()}), end="")
     return 0
 
 

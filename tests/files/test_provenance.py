@@ -1,0 +1,72 @@
+"""Provenance: every file, the sources and all packages behind a result."""
+
+import hashlib
+import json
+import platform
+import sys
+from importlib import metadata
+
+import pytest
+
+from squeal.article.commands import claims, findings
+from squeal.article.studies import eigenvalues, loci
+from squeal.files.provenance import NOT_INSTALLED, Provenance, provenance, version
+from squeal.files.sources import digest, packages
+from tests.conftest import ROOT, SCENES
+
+MODULE = "squeal.article.commands.sliding"
+
+
+def test_every_input_is_named_with_the_digest_of_its_bytes():
+    files = [SCENES / "b1-c.yaml", None, SCENES / "b2-a.yaml"]
+    made = provenance(files, MODULE)
+    assert [file.name for file in made.inputs] == ["b1-c.yaml", "b2-a.yaml"]
+    for file in made.inputs:
+        assert file.sha256 == hashlib.sha256((SCENES / file.name).read_bytes()).hexdigest()
+
+
+def test_sources_versions_and_machine():
+    made = provenance([], MODULE)
+    assert made.source_sha256 == digest(MODULE) != digest("squeal.commands.simulate")
+    assert set(made.versions) == {"squeal", "python", *packages(MODULE)}
+    assert made.versions["numpy"] == metadata.version("numpy")
+    assert made.versions["python"] == platform.python_version()
+    assert platform.machine() in made.platform
+    assert Provenance.from_dict(json.loads(json.dumps(made.to_dict()))) == made
+
+
+def test_version_is_that_of_the_loaded_package(monkeypatch):
+    class Loaded:
+        __version__ = "0.0.7"
+
+    monkeypatch.setitem(sys.modules, "numpy", Loaded)
+    assert version("numpy") == "0.0.7"
+
+
+def test_version_of_a_package_of_another_name_that_is_not_loaded(monkeypatch):
+    monkeypatch.delitem(sys.modules, "yaml", raising=False)
+    assert version("yaml") == metadata.version("PyYAML")
+
+
+def test_a_missing_package_is_told():
+    assert version("surely_no_such_package") == NOT_INSTALLED
+
+
+@pytest.mark.parametrize("study", [eigenvalues, loci])
+def test_studies_of_several_scenes_name_them_all(study, monkeypatch, capsys):
+    files = [str(SCENES / f"b2-{case}.yaml") for case in "ac"]
+    monkeypatch.setattr(sys, "argv", ["study", *files])
+    assert study.main() == 0
+    made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
+    assert [file.name for file in made.inputs] == ["b2-a.yaml", "b2-c.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("command", "more"), [(claims, ["identified.json"]), (findings, ["b3.yaml"])]
+)
+def test_commands_of_several_scenes_name_them_all(command, more, capsys):
+    scenes = ROOT / "workflow" / "scenes"
+    assert command.COMMAND.main(["--scenes", str(scenes), "--json"]) == 0
+    made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
+    cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
+    assert [file.name for file in made.inputs] == [*cases, *more]
