@@ -14,15 +14,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squeal.analysis.damping import UNSTABLE, modal_damping
+from squeal.equilibrium.many import branch_ends, moved_little, solved, subset
 from squeal.equilibrium.statics import Statics
+from squeal.errors import ComputationError
 from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
 from squeal.model.linear import about_origin, spring_directions
 from squeal.model.pad import Pad
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
+from squeal.model.units import Units
 from squeal.numerics.outline import Codes, Outline, outline
 from squeal.scene import Scene
-from squeal.stability import VERDICTS, sum_verdicts, undamped_verdicts
+from squeal.stability import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 NAMES = (*VERDICTS, "beyond a fold")
@@ -75,98 +79,61 @@ def _angle_rows(pad: Pad, formulation: Formulation, axes: tuple[Axis, Axis]) -> 
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
-def _subset(model: PadModel, names: tuple[str, str], pick: np.ndarray) -> PadModel:
-    changes = {name: getattr(model.pad, name)[pick] for name in names}
-    return PadModel(model.name, model.pad.replace(**changes), model.formulation)
-
-
-def _verdicts_at(model: PadModel, q: np.ndarray, contact: Any, n: int) -> np.ndarray:
-    """Codes of n pads about q (3, n) in one contact state."""
-    step = 1e-200
-    shifted = q[:, None] + 1j * step * np.eye(3)[:, :, None]
-    K = np.broadcast_to(-model.loads(shifted, contact).imag / step, (3, 3, n))
-    pad = model.pad
-    mass = (pad.m, pad.m, pad.I)
-    return undamped_verdicts([K[i, j] / mass[i] for i in range(3) for j in range(3)])
-
-
-def _balance(
-    statics: Statics, names: tuple[str, str], z: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """One pass of Newton's method with the contact state that the gaps tell; z (4, n) is moved.
-
-    Returns the size of each step relative to z, and the sign of the balance's determinant, which
-    changes at a fold. A separated pad is treated as if in full contact, which pulls it back.
-    """
-    heights = statics.gaps(z)
-    size, side = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
+def _stiffness(
+    model: PadModel, names: tuple[str, str], q: np.ndarray, touching: np.ndarray
+) -> np.ndarray:
+    """K (3, 3, n) of n pads about q (3, n); touching (2, n): the edges in contact, one at least."""
+    K, step = np.empty((3, 3, q.shape[1])), 1e-200
     for state in (FULL, LEAD, TRAIL):
-        here = np.all((heights < 0.0) == np.array(state)[:, None], axis=0)
-        if state == FULL:
-            here |= np.all(heights >= 0.0, axis=0)
-        if not here.any():
-            continue
-        part = dataclasses.replace(statics, model=_subset(statics.model, names, here))
-        at = z[:, here]
-        with np.errstate(all="ignore"):
-            f, J = part.residual(at, state), part.derivative(at, state)[:, :3]
-            good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
-            J[:, :, ~good], f[:, ~good] = np.eye(3)[:, :, None], 0.0
-            side[here] = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
-            singular = side[here] == 0.0
-            J[:, :, singular] = np.eye(3)[:, :, None]
-        step = np.linalg.solve(np.moveaxis(J, -1, 0), f.T[:, :, None])[:, :, 0].T
-        at[:3] -= step
-        z[:, here] = at
-        relative = np.max(np.abs(step), axis=0) / (1.0 + np.max(np.abs(at[:3]), axis=0))
-        size[here] = np.where(good & ~singular, relative, np.inf)
-    return size, side
+        here = np.all(touching == np.array(state)[:, None], axis=0)
+        if here.any():
+            shifted = q[:, None, here] + 1j * step * np.eye(3)[:, :, None]
+            K[:, :, here] = -subset(model, names, here).loads(shifted, state).imag / step
+    return K
 
 
-def _solved(statics: Statics, names: tuple[str, str], z: np.ndarray, passes: int) -> np.ndarray:
-    """Newton's method at fixed mu from z (4, n), which is moved.
-
-    Returns the sign of the determinant at the equilibrium, 0 where none was found or where the pad
-    has turned past 90 degrees.
-    """
-    for _ in range(passes):
-        size, side = _balance(statics, names, z)
-        if np.all(size < 1e-12):
-            break
-    upright = np.abs(statics.model.pad.theta0 + z[2] / statics.model.pad.w) < np.pi / 2
-    return np.where((size < 1e-12) & upright, side, 0.0)
+def _normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
+    """Matrices X (3, 3, n) of pads in coordinates with a mass matrix of one, (n, 3, 3)."""
+    unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
+    return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
 
 
-def _moved_little(z: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Where the places z (4, n) are still on the branch of those before."""
-    jump = np.max(np.abs(z[:3] - before[:3]), axis=0)
-    return np.asarray(jump < 0.3 * (1.0 + np.max(np.abs(before[:3]), axis=0)))
+def _damping(
+    scene: Scene, statics: Statics, names: tuple[str, str], values: np.ndarray
+) -> np.ndarray | None:
+    """Mass-normalised damping matrices (n, 3, 3) of pads with parameters `values`, None if zero."""
+    if scene.damping is None:
+        return None
+    model, units, n = statics.model, statics.units, values.shape[1]
+    if scene.damping.matrix is not None:
+        turn = np.array([1.0, 1.0, 1.0 / units.length])
+        C = np.array(scene.damping.matrix) * np.outer(turn, turn) * units.time / units.mass
+        return _normalised(model.pad, np.broadcast_to(C[:, :, None], (3, 3, n)))
+    pad = model.pad.replace(mu=0.0 * model.pad.mu)
+    rest = Statics(PadModel(model.name, pad, model.formulation), units)
+    z, touching = np.zeros((4, n)), np.ones((2, n), dtype=bool)
+    if scene.model != "B3":
+        solved(rest, names, z, 40)
+        touching = rest.gaps(z) < 0.0
+    A = _normalised(pad, _stiffness(rest.model, names, rest.place(z), touching))
+    assert scene.damping.ratios is not None
+    B, stable = modal_damping(A, scene.damping.ratios)
+    if not stable.all():
+        at = zip(names, values[:, np.argmin(stable)], strict=True)
+        place = ", ".join(f"{name} = {value:.6g}" for name, value in at)
+        raise ComputationError(f"{UNSTABLE} at {place}")
+    return B
 
 
-def _branch_ends(
-    statics: Statics, names: tuple[str, str], mu: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Equilibria (4, n) on the branches from mu = 0; the determinant's sign, 0 short of mu.
-
-    Each point walks in steps of its own, halved where Newton's method fails, passes a fold or
-    jumps to another branch; a step below mu/2000 means that the branch turns back.
-    """
-    z = np.zeros((4, mu.size))
-    side = _solved(statics, names, z, 40)
-    reached = (side != 0.0) & (mu == 0.0)
-    active = (side != 0.0) & ~reached
-    step = mu / 8
-    while active.any():
-        index = np.flatnonzero(active)
-        part = dataclasses.replace(statics, model=_subset(statics.model, names, index))
-        trial, before = z[:, index], z[:, index]
-        trial[3] = np.minimum(trial[3] + step[index], mu[index])
-        good = (_solved(part, names, trial, 8) == side[index]) & _moved_little(trial, before)
-        z[:, index[good]] = trial[:, good]
-        step[index] *= np.where(good, 1.5, 0.5)
-        reached |= active & (z[3] >= mu)
-        active &= ~reached & (step > mu / 2000)
-    return z, np.where(reached, side, 0.0)
+def _verdicts(pad: Pad, K: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    """Codes of n pads with K (3, 3, n), and B (n, 3, 3) as `_damping` gives it."""
+    mass = (pad.m, pad.m, pad.I)
+    if B is None:
+        return undamped_verdicts([K[i, j] / mass[i] for i in range(3) for j in range(3)])
+    A, damped = _normalised(pad, K), B.any(axis=(1, 2))
+    codes = undamped_verdicts(A.reshape(-1, 9).T)
+    codes[damped] = damped_verdicts(A[damped], B[damped])
+    return codes
 
 
 class Found(NamedTuple):
@@ -188,34 +155,35 @@ def codes_at(
     """Verdicts with two parameters of the scene replaced by the values (2, n).
 
     B1 and B2 are judged about the equilibrium on the branch from mu = 0, or about the one on the
-    same branch as the places `near` (4, n) of other values, which is quicker.
+    same branch as the places `near` (4, n) of other values, which is quicker. Modal damping
+    ratios refer to the modes without friction of each point's own pad; raises ComputationError
+    where such a mode is unstable.
     """
     n = values.shape[1]
     changes: dict[str, Any] = dict(zip(names, values, strict=True))
     model = PadModel(scene.model, scene.pad.replace(**changes), scene.formulation)
-    if scene.model == "B3":
-        codes = _verdicts_at(model, np.zeros((3, n)), FULL, n)
-        return Found(codes, np.full(n, STATES.index(FULL), dtype=np.int8))
-    units = Statics.of(scene.pad_model).units
+    held = scene.model == "B3"
+    units = Units(1.0, 1.0, 1.0, 1.0) if held else Statics.of(scene.pad_model).units
     scaled = model.pad.scaled(units.mass, units.length, units.time)
     statics = Statics(PadModel(model.name, scaled, model.formulation), units)
     mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
-    if near is None:
-        z, side = _branch_ends(statics, names, mu)
+    if held:
+        z, side = np.zeros((4, n)), np.ones(n)
+    elif near is None:
+        z, side = branch_ends(statics, names, mu)
     else:
         z = np.array([*near[:3], mu])
-        side = _solved(statics, names, z, 20)
-        side[(side != near[3]) | ~_moved_little(z, near)] = 0.0
+        side = solved(statics, names, z, 20)
+        side[(side != near[3]) | ~moved_little(z, near)] = 0.0
+    touching = np.ones((2, n), dtype=bool) if held else statics.gaps(z) < 0.0
+    here = (side != 0.0) & touching.any(axis=0)
+    part = dataclasses.replace(statics, model=subset(statics.model, names, here))
+    K = _stiffness(part.model, names, statics.place(z)[:, here], touching[:, here])
     codes = np.full(n, BEYOND_FOLD, dtype=np.int8)
+    codes[here] = _verdicts(part.model.pad, K, _damping(scene, part, names, values[:, here]))
     contact = np.full(n, STATES.index(NONE), dtype=np.int8)
-    touching = statics.gaps(z) < 0.0
-    for state in STATES:
-        here = (side != 0.0) & np.all(touching == np.array(state)[:, None], axis=0)
-        if state != NONE and here.any():
-            group = _subset(statics.model, names, here)
-            q = statics.place(z)[:, here]
-            codes[here] = _verdicts_at(group, q, state, int(here.sum()))
-            contact[here] = STATES.index(state)
+    for state in (FULL, LEAD, TRAIL):
+        contact[here & np.all(touching == np.array(state)[:, None], axis=0)] = STATES.index(state)
     return Found(codes, contact, np.array([*z[:3], side]))
 
 
@@ -240,7 +208,7 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
     """
     names = (axes[0].name, axes[1].name)
     x, y = axes[0].values, axes[1].values
-    if scene.model == "B3" and names == ("alpha1", "alpha2"):
+    if scene.model == "B3" and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_rows(scene.pad, scene.formulation, axes)
     else:
         codes, _ = on_grid(scene, names, x, y)

@@ -6,7 +6,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
-from squeal.stability.judgement import Judgement, judge, verdict
+from squeal.stability.judgement import Judgement, damped_verdicts, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Matrices, System
 from squeal.stability.sensitivity import sensitivities
@@ -26,6 +26,7 @@ __all__ = [
     "TrackedModes",
     "complex_eigenvalues",
     "critical_points",
+    "damped_verdicts",
     "friction_loop",
     "judge",
     "sensitivities",

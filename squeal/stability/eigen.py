@@ -179,7 +179,7 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
             root = complex(0.0, abs(root.imag)) if s.imag == 0 and s.real > 0 else complex(root)
             rows += [(v + 0.0, right[:, k], left[:, k], float(condition[k])) for v in (root, -root)]
     else:
-        matrix, rate = first_order(reduced)
+        matrix, rate = first_order(reduced.A, reduced.B)
         values, right, left, condition = standard_eigenvalues(matrix, reduced.rounding)
         n = reduced.n
         for k, v in enumerate(values * rate):
@@ -208,11 +208,8 @@ def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
         half = np.where(s.imag < 0, half.conj(), half)
         values = np.concatenate([half, -half], axis=1)
     else:
-        damped = [
-            r if r.B is not None else Reduced(r.A, np.zeros_like(r.A), r.T, r.rounding)
-            for r in all_reduced
-        ]
-        pairs = [first_order(r) for r in damped]
-        rates = np.array([rate for _, rate in pairs])
-        values = np.linalg.eigvals(np.array([m for m, _ in pairs])) * rates[:, None]
+        A = np.array([r.A for r in all_reduced])
+        B = np.array([np.zeros_like(r.A) if r.B is None else r.B for r in all_reduced])
+        matrices, rates = first_order(A, B)
+        values = np.linalg.eigvals(matrices) * rates[:, None]
     return np.take_along_axis(values, ordered(values), axis=1)

@@ -56,7 +56,7 @@ class Family:
         reduced = self.at(mu)
         if damped:
             B = np.zeros_like(reduced.A) if reduced.B is None else reduced.B
-            matrix, rate = first_order(Reduced(reduced.A, B, reduced.T, reduced.rounding))
+            matrix, rate = first_order(reduced.A, B)
             values = np.linalg.eigvals(matrix) * rate
         else:
             values = np.linalg.eigvals(reduced.A)
@@ -99,7 +99,7 @@ class Family:
         reduced = self.at(mu)
         if reduced.B is None:
             return True
-        matrix, _ = first_order(reduced)
+        matrix, _ = first_order(reduced.A, reduced.B)
         values, _, _, condition = standard_eigenvalues(matrix, reduced.rounding)
         noise = axis_noise(matrix, values, condition, reduced.rounding)
         return bool(np.any((values.imag != 0) & (np.abs(values.real) <= noise)))
@@ -108,7 +108,11 @@ class Family:
         reduced = self.at(mu)
         if not damped:
             return zero_roots(reduced.A, reduced.rounding)
-        return zero_roots(first_order(reduced)[0], reduced.rounding) if reduced.B is not None else 0
+        return (
+            zero_roots(first_order(reduced.A, reduced.B)[0], reduced.rounding)
+            if reduced.B is not None
+            else 0
+        )
 
     def lead(self, mu: float, damped: bool) -> tuple[float, float]:
         """Growth rates (1/s) of the fastest growing pair and real mode, 0 where there is none."""

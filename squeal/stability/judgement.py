@@ -19,11 +19,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from squeal.stability.cubic import VERDICTS, code, cubic_of
+from squeal.stability.cubic import DIVERGENCE, FLUTTER, STABLE, VERDICTS, code, cubic_of
 from squeal.stability.eigen import axis_noise, squared_frequencies, standard_eigenvalues
-from squeal.stability.matrices import Reduced, first_order, reduce
+from squeal.stability.matrices import EPS, Array, Reduced, first_order, reduce
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ def _by_squares(reduced: Reduced) -> Judgement:
 
 
 def _damped(reduced: Reduced) -> Judgement:
-    matrix, rate = first_order(reduced)
+    assert reduced.B is not None
+    matrix, rate = first_order(reduced.A, reduced.B)
     values, _, _, condition = standard_eigenvalues(matrix, reduced.rounding)
     noise = axis_noise(matrix, values, condition, reduced.rounding)
     noise[values == 0] = 0.0  # found by rank, hence exact
@@ -103,3 +104,27 @@ def _damped(reduced: Reduced) -> Judgement:
         k = int(np.argmax(np.where(on_axis, np.inf, values.real)))
     value, tolerance = float(values[k].real * rate), float(noise[k] * rate)
     return Judgement(name, "largest Re lambda", value, tolerance)
+
+
+def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+    """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
+
+    The coordinates are mass-normalised and no B is zero throughout. The codes are those of
+    `judge`: its tolerances are bounded from above for all systems together, and only those with an
+    eigenvalue within this bound of an axis are judged one by one.
+    """
+    matrices, _ = first_order(A, B)
+    values = np.linalg.eigvals(matrices)
+    error, norm = 2 * matrices.shape[-1] * rounding, np.linalg.norm(matrices, axis=(-2, -1))
+    apart = np.abs(values[:, :, None] - values[:, None, :]) / norm[:, None, None]
+    cluster = np.maximum(2, np.sum(apart <= 4 * error ** (1 / 3), axis=-1))
+    bound = norm[:, None] * error ** (1 / cluster)
+    grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
+    codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
+    codes[grows.real < 0.0] = STABLE
+    doubtful = np.abs(values.real) <= bound
+    doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
+    unit = np.eye(A.shape[-1])
+    for k in np.flatnonzero(doubtful.any(axis=-1)):
+        codes[k] = VERDICTS.index(_damped(Reduced(A[k], B[k], unit, rounding)).verdict)
+    return codes

@@ -93,14 +93,17 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     return Reduced(T.T @ stiffness @ T, B, T, rounding)
 
 
-def first_order(reduced: Reduced) -> tuple[Array, float]:
-    """First-order matrix (2n, 2n) of a damped system in the time unit 1/rate, and rate (1/s)."""
-    n, B = reduced.n, reduced.B
-    assert B is not None
-    rate = max(np.sqrt(np.linalg.norm(reduced.A, 2)), np.linalg.norm(B, 2)) or 1.0
-    rate = 2.0 ** np.round(np.log2(rate))  # a power of two rounds nothing
-    top = np.hstack([np.zeros((n, n)), np.eye(n)])
-    return np.vstack([top, np.hstack([-reduced.A / rate**2, -B / rate])]), float(rate)
+def first_order(A: Array, B: Array) -> tuple[Array, Array]:
+    """First-order matrices of z'' + B z' + A z = 0 in the time unit 1/rate, and rate (1/s).
+
+    A, B have shape (..., n, n); the matrices (..., 2n, 2n), the rates (...).
+    """
+    sizes = (np.linalg.norm(X, 2, axis=(-2, -1)) for X in (A, B))
+    rate = np.asarray(np.maximum(np.sqrt(next(sizes)), next(sizes)))
+    # a power of two rounds nothing
+    rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
+    unit, turn = np.broadcast_to(np.eye(A.shape[-1]), A.shape), rate[..., None, None]
+    return np.block([[np.zeros_like(A), unit], [-A / turn**2, -B / turn]]), rate
 
 
 def zero_roots(A: Array, rounding: float = 4 * EPS) -> int:

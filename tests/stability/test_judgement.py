@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from squeal.stability import VERDICTS, judge, sum_verdicts, undamped_verdicts, verdict
+from squeal.stability import (
+    VERDICTS,
+    damped_verdicts,
+    judge,
+    sum_verdicts,
+    undamped_verdicts,
+    verdict,
+)
 from squeal.stability.cubic import code, invariants
 from tests.stability.conftest import exact_squares, exact_verdict, random_pad
 
@@ -190,3 +197,26 @@ def test_verdicts_of_sums_at_the_boundary(rng):
         lower = Q - 1e-6 * np.eye(3)[:, :, None]
         falls = np.linalg.eigvalsh(np.moveaxis(lower, 2, 0)).min() < -0.5e-6
         assert np.all(sum_verdicts(lower, 0 * u) == VERDICTS.index("divergence")) == falls
+
+
+def test_verdicts_of_stacks_are_those_of_single_systems(rng):
+    # among them systems with an undamped mode, a rigid body, a threshold, and a double root at zero
+    systems = []
+    for _ in range(300):
+        root = rng.normal(size=(3, 3))
+        A = root @ root.T + rng.uniform(0, 1.5) * np.outer(rng.normal(size=3), rng.normal(size=3))
+        half = rng.normal(size=(3, 3))
+        systems.append((A, 10.0 ** rng.uniform(-9, 0.5) * (half @ half.T)))
+    coupled = lambda e: np.array([[2.0, -1 + 4 * e / 3, 0], [-1, 2, 0], [0, 0, 7.0]])  # noqa: E731
+    for c in (0.1, 1e-3, 1e-6):
+        at = 0.75 * (1 + 2 * c**2)
+        for share in (1.0, 1 - 1e-15, 1 + 1e-15, 1 - 1e-9, 1 + 1e-9, 0.9, 1.1):
+            systems.append((coupled(at * share), c * np.eye(3)))
+            systems.append((coupled(at * share), np.diag([c, c, 0.0])))
+    systems.append((np.diag([1.0, 2.0, 0.0]), np.diag([0.1, 0.2, 0.3])))
+    systems.append((np.diag([1.0, 2.0, 0.0]), np.diag([0.1, 0.2, 0.0])))
+    systems.append((np.diag([1.0, 2.0, -1e-3]), np.diag([0.1, 0.2, 0.3])))
+    A, B = (np.array(part) for part in zip(*systems, strict=True))
+    expected = [verdict(np.eye(3), b, a) for a, b in systems]
+    assert [VERDICTS[c] for c in damped_verdicts(A, B)] == expected
+    assert set(expected) == set(VERDICTS)

@@ -1,0 +1,83 @@
+"""Maps of damped scenes point by point against the verdict that `eigenvalues` gives there."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from squeal.analysis.eigenvalues import swept
+from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
+from squeal.errors import ComputationError
+from squeal.model.contact import Formulation
+from squeal.scene import read_scene
+from squeal.scene.schema import Damping
+from tests.conftest import SCENES
+
+MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))
+RATIOS = Damping(ratios=(0.004, 0.03, 0.001))
+
+
+def scene_of(stem, damping):
+    return dataclasses.replace(read_scene(SCENES / f"{stem}.yaml"), damping=damping)
+
+
+def verdict_at(scene, pad):
+    """What `eigenvalues --mu` tells of this pad, and 'beyond a fold' where its branch ends."""
+    ((_, one),) = swept(dataclasses.replace(scene, pad=pad), [pad.mu])
+    return "beyond a fold" if one is None else one.judgement.verdict
+
+
+@pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 10), ("b2-c", 10), ("b3", 21)])
+def test_damped_maps_are_the_eigenvalues_point_by_point(stem, n, damping):
+    scene, axes = scene_of(stem, damping), angle_axes(n)
+    codes, met = stability_map(scene, axes).codes, set()
+    for i, alpha1 in enumerate(axes[0].values):
+        for j, alpha2 in enumerate(axes[1].values):
+            pad = scene.pad.replace(alpha1=float(alpha1), alpha2=float(alpha2))
+            expected = verdict_at(scene, pad)
+            assert NAMES[codes[i, j]] == expected, (alpha1, alpha2)
+            met.add(expected)
+    assert met >= {"stable", "flutter"}
+
+
+@pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
+def test_masses_and_friction_that_vary(damping):
+    # the damping ratios are those of each point's own pad
+    scene = scene_of("b2-b", damping)
+    axes = (Axis("mu", 0.0, 0.6, 6), Axis("m", 0.05, 0.5, 5))
+    codes = stability_map(scene, axes).codes
+    for i, mu in enumerate(axes[0].values):
+        for j, m in enumerate(axes[1].values):
+            pad = scene.pad.replace(mu=float(mu), m=float(m))
+            assert NAMES[codes[i, j]] == verdict_at(scene, pad), (mu, m)
+
+
+def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
+    scene, axes = scene_of("b3", None), angle_axes(9)
+    plain = stability_map(scene, axes).codes
+    for zero in (Damping(ratios=(0.0,) * 3), Damping(matrix=((0.0,) * 3,) * 3)):
+        assert np.array_equal(stability_map(scene_of("b3", zero), axes).codes, plain)
+
+
+def test_traced_damped_map_has_the_boundary_of_the_eigenvalues():
+    scene, axes = scene_of("b2-c", RATIOS), angle_axes(8)
+    outline = stability_map(scene, axes, traced=True).outline
+    checked = 0
+    for (alpha1, alpha2), sides in zip(outline.segments[:, 0], outline.sides, strict=True):
+        on_edge = np.abs(axes[1].values - alpha2).min() < 1e-9  # of the grid: there it is bisected
+        if on_edge and sorted(NAMES[c] for c in sides) == ["flutter", "stable"]:
+            pads = [
+                scene.pad.replace(alpha1=float(alpha1 + d), alpha2=float(alpha2))
+                for d in (-1e-5, 1e-5)
+            ]
+            assert {verdict_at(scene, pad) for pad in pads} == {"flutter", "stable"}
+            checked += 1
+    assert checked > 3
+
+
+def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
+    # Eq. (21) as printed turns the contact's moment round: rotation falls off without friction
+    scene = dataclasses.replace(scene_of("b3", RATIOS), formulation=Formulation(delta_moment="-"))
+    with pytest.raises(ComputationError, match="unstable without friction at k_c = "):
+        stability_map(scene, (Axis("k_c", 1e5, 1e9, 4), Axis("mu", 0.0, 0.1, 2)))
