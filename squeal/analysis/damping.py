@@ -11,7 +11,6 @@ from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.scene import Scene
 
-
 UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
 
 
