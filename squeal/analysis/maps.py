@@ -131,7 +131,7 @@ def _verdicts(pad: Pad, K: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     if B is None:
         return undamped_verdicts([K[i, j] / mass[i] for i in range(3) for j in range(3)])
     A, damped = _normalised(pad, K), B.any(axis=(1, 2))
-    codes = undamped_verdicts(A.reshape(-1, 9).T)
+    codes = undamped_verdicts(list(A.reshape(-1, 9).T))
     codes[damped] = damped_verdicts(A[damped], B[damped])
     return codes
 

@@ -57,7 +57,7 @@ class Family:
         if damped:
             B = np.zeros_like(reduced.A) if reduced.B is None else reduced.B
             matrix, rate = first_order(reduced.A, B)
-            values = np.linalg.eigvals(matrix) * rate
+            values: np.ndarray = np.linalg.eigvals(matrix) * rate
         else:
             values = np.linalg.eigvals(reduced.A)
         return values[np.argsort(np.abs(values))]

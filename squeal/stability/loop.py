@@ -184,6 +184,7 @@ def _undamped(reduced: Reduced, b: Array, c: Array) -> tuple[Array, Array, Array
 
 def _damped(reduced: Reduced, b: Array, c: Array) -> tuple[Array, Array, Array]:
     """Polynomials in lambda / rate, and mu where a root lies on the imaginary axis."""
+    assert reduced.B is not None
     matrix, rate = first_order(reduced.A, reduced.B)
     n = reduced.n
     force = np.concatenate([np.zeros(n), b / rate**2])
