@@ -1,6 +1,7 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs
+# make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
 
@@ -13,7 +14,7 @@ UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-versi
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint benchmark lock clean distclean
+.PHONY: report test lint benchmark page page-test lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -33,6 +34,12 @@ benchmark: $(PEERS)
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
 
+page: $(ENVIRONMENT)
+	@$(BIN)/python -m page.build
+
+page-test: $(ENVIRONMENT)
+	@$(BIN)/pytest -n 0 -rs page/tests
+
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
@@ -40,8 +47,8 @@ lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
-	rm -rf .snakemake .pytest_cache .mypy_cache .ruff_cache
-	find squeal tests workflow -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf page/built .snakemake .pytest_cache .mypy_cache .ruff_cache
+	find squeal page tests workflow -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf $(filter-out %/README.md %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
 

@@ -73,8 +73,13 @@ def equations(
 
 
 @lru_cache(maxsize=64)
-def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Any:
-    """The integrator of one contact state; the compiled code is shared through heyoka's caches."""
+def compiled(
+    law: ContactLaw, contact: State, tolerance: float, fp_type: Any, **options: Any
+) -> Any:
+    """The integrator of one contact state; the compiled code is shared through heyoka's caches.
+
+    `options` go to heyoka, which compiles in another way then.
+    """
     system, heights, limits = equations(law, contact)
     rising, falling = hy.event_direction.positive, hy.event_direction.negative
     events = [
@@ -91,13 +96,14 @@ def _compiled(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -
         tol=fp_type(tolerance),
         t_events=events,
         fp_type=fp_type,
+        **options,
     )
 
 
 @lru_cache(maxsize=64)
 def _pool(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Pool[Any]:
     """Integrators of one contact state, copies of the compiled one, which itself never runs."""
-    return Pool(lambda: copy.copy(_compiled(law, contact, tolerance, fp_type)))
+    return Pool(lambda: copy.copy(compiled(law, contact, tolerance, fp_type)))
 
 
 def _highest_parameter(system: list[tuple[Any, Any]], others: list[Any]) -> int:

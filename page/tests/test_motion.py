@@ -1,0 +1,72 @@
+"""The page's motion against the Python run: steps, contact changes and end states."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from page.export import bits
+from page.tests.conftest import as_json
+from squeal.errors import ComputationError
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.states import STATES, name
+from squeal.model.units import natural_units
+from squeal.scene import Scene, read_scene
+from squeal.simulation.run import simulate
+from tests.conftest import ROOT, random_pad
+
+CASES = [f"{model}-{case}" for model in ("b1", "b2") for case in "abcd"]
+CHOICES: Any = itertools.product(*FORMULATION_CHOICES.values())
+FORMULATIONS = [Formulation(*words) for words in CHOICES]
+
+
+def random_scene(seed):
+    """A pad of either model, in any formulation, that starts anywhere near the surface."""
+    r = np.random.default_rng(seed)
+    model: Any = "B1" if seed % 2 else "B2"
+    unused: Any = {"B1": {"k_c": None}, "B2": {"k3": None, "k4": None}}[model]
+    initial = tuple(float(v) for v in r.uniform(-1.0, 1.0, 6) * 0.02)
+    formulation = FORMULATIONS[seed // 2 % len(FORMULATIONS)] if model == "B2" else Formulation()
+    return Scene(model, random_pad(seed, **unused), formulation, initial, stop=50.0)
+
+
+def compare(scene, answer):
+    """Error of the end state and of the contact times, in natural units."""
+    result = simulate(scene)
+    assert answer["steps"] == result.steps
+    names = {bits(state): name(scene.model, state) for state in STATES}
+    assert [(names[a], names[b]) for _, a, b in answer["changes"]] == [
+        (e.source, e.target) for e in result.events
+    ]
+    units = natural_units(scene.pad, scene.initial)
+    assert [answer["units"][key] for key in ("mass", "length", "time", "lever")] == pytest.approx(
+        [units.mass, units.length, units.time, units.lever], rel=1e-15
+    )
+    ends = units.to_scaled(np.array([answer["state"], result.final[1:]]))
+    times = [t - e.t for (t, *_), e in zip(answer["changes"], result.events, strict=True)]
+    late = max(map(abs, times), default=0.0) / units.time
+    return max(late, np.max(np.abs(ends[0] - ends[1])) / np.max(np.abs(ends[1])))
+
+
+def test_the_eight_cases_of_the_article(node):
+    scenes = [read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml") for stem in CASES]
+    answers = node("runs.js", [as_json(scene) for scene in scenes])
+    for scene, answer in zip(scenes, answers, strict=True):
+        assert compare(scene, answer) < 1e-10, scene.source
+
+
+def test_random_pads(node):
+    scenes = [random_scene(seed) for seed in range(270)]
+    answers = node("runs.js", [as_json(scene) for scene in scenes])
+    ended = 0
+    for scene, answer in zip(scenes, answers, strict=True):
+        if answer["end"] is None:
+            assert compare(scene, answer) < 1e-10, scene
+            continue
+        ended += 1  # the pad has left the model
+        with pytest.raises(ComputationError, match=f"^{answer['end']} at t = ") as refusal:
+            simulate(scene)
+        assert float(str(refusal.value).split()[-6]) == pytest.approx(answer["t"], rel=1e-8)
+    assert len(scenes) - ended >= 200
+    assert sum(len(answer["changes"]) for answer in answers) > 1000  # the switching is at work
