@@ -18,6 +18,7 @@ from squeal.article.report.layout import (
     RESULTS,
     TABLES,
 )
+from squeal.article.studies import STUDIES
 from squeal.files.sources import sources
 
 PYTHON = sys.executable
@@ -75,40 +76,18 @@ rule simulate:
         "{PYTHON} -m squeal.commands.simulate {input.scene} --csv {output.history} --json > {output.summary}"
 
 
-rule map:
+rule study:
     input:
         lock=LOCK,
-        scene=f"{SCENES}/b3.yaml",
-        package=sources("squeal.article.studies.quasi_static"),
+        files=lambda wildcards: [f"workflow/{name}" for name in STUDIES[wildcards.name]],
+        program=sources("squeal.article.studies.__main__"),
+        package=lambda wildcards: sources(f"squeal.article.studies.{wildcards.name}"),
     output:
-        "results/map.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.quasi_static {input.scene} > {output}"
-
-
-rule eigenvalues:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
-        package=sources("squeal.article.studies.eigenvalues"),
-    output:
-        "results/eigenvalues.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.eigenvalues {input.scenes} > {output}"
-
-
-rule judge:
-    input:
-        lock=LOCK,
-        searches=IDENTIFIED,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
-        package=lambda wildcards: sources(f"squeal.article.commands.{wildcards.what}"),
-    output:
-        "results/{what}.json",
+        "results/{name}.json",
     wildcard_constraints:
-        what="claims|findings",
+        name="|".join(STUDIES),
     shell:
-        "{PYTHON} -m squeal.article.commands.{wildcards.what} --scenes {SCENES} --json > {output}"
+        "{PYTHON} -m squeal.article.studies {wildcards.name} {input.files} > {output}"
 
 
 rule sketch:
@@ -158,7 +137,7 @@ rule history:
 
 rule quasi_static:
     input:
-        map="results/map.json",
+        map="results/quasi_static.json",
         cases=expand(f"{SCENES}/b2-{{case}}.yaml", case=CASES),
         package=sources("squeal.article.figures.quasi_static"),
     output:
@@ -166,28 +145,6 @@ rule quasi_static:
         text="figures/fig13.txt",
     shell:
         "{PYTHON} -m squeal.article.figures.quasi_static {input.map} --mark {input.cases} --pdf {output.pdf}"
-
-
-rule stability:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=STEMS),
-        package=sources("squeal.article.studies.stability"),
-    output:
-        "results/stability.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.stability {SCENES} > {output}"
-
-
-rule loci:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
-        package=sources("squeal.article.studies.loci"),
-    output:
-        "results/loci.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.loci {input.scenes} > {output}"
 
 
 rule loci_figure:
@@ -203,21 +160,10 @@ rule loci_figure:
         "{PYTHON} -m squeal.article.figures.{wildcards.name} {input.results} --pdf {output.pdf}"
 
 
-rule angles:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=[*(f"b2-{case}" for case in CASES), "b3"]),
-        package=sources("squeal.article.studies.angles"),
-    output:
-        "results/angles.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.angles {SCENES} > {output}"
-
-
 rule angle_maps:
     input:
         angles="results/angles.json",
-        map="results/map.json",
+        map="results/quasi_static.json",
         package=sources("squeal.article.figures.angle_maps"),
     output:
         pdf="figures/maps.pdf",
@@ -235,19 +181,6 @@ rule growth_figure:
         text="figures/growth.txt",
     shell:
         "{PYTHON} -m squeal.article.figures.growth {input.results} --pdf {output.pdf}"
-
-
-rule identified:
-    input:
-        lock=LOCK,
-        searches=IDENTIFIED,
-        package=lambda wildcards: sources(f"squeal.article.studies.{wildcards.what}"),
-    output:
-        "results/{what}.json",
-    wildcard_constraints:
-        what="verify|robustness",
-    shell:
-        "{PYTHON} -m squeal.article.studies.{wildcards.what} {input.searches} > {output}"
 
 
 rule robustness_figure:
@@ -274,27 +207,6 @@ rule identification_tables:
         "--robustness {input.robustness} --caption {input.caption} --out paper/generated"
 
 
-rule extreme:
-    input:
-        lock=LOCK,
-        package=sources("squeal.article.studies.extreme"),
-    output:
-        "results/extreme.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.extreme > {output}"
-
-
-rule accuracy:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=HISTORY_FIGURES),
-        package=sources("squeal.article.studies.accuracy"),
-    output:
-        "results/accuracy.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.accuracy {input.scenes} > {output}"
-
-
 rule extreme_tables:
     input:
         results="results/extreme.json",
@@ -304,17 +216,6 @@ rule extreme_tables:
         GENERATED_EXTREME,
     shell:
         "{PYTHON} -m squeal.article.report.extreme {input.results} {input.accuracy} --out paper/generated"
-
-
-rule precision:
-    input:
-        lock=LOCK,
-        scenes=expand(f"{SCENES}/{{stem}}.yaml", stem=["b1-c", "b2-c", "b3"]),
-        package=sources("squeal.article.studies.precision"),
-    output:
-        "results/precision.json",
-    shell:
-        "{PYTHON} -m squeal.article.studies.precision {SCENES} > {output}"
 
 
 rule precision_figure:
@@ -347,7 +248,7 @@ rule chapter_tables:
         study="results/stability.json",
         loci="results/loci.json",
         angles="results/angles.json",
-        map="results/map.json",
+        map="results/quasi_static.json",
         texts=[f"figures/{name}.txt" for name in CHAPTER_FIGURES],
         package=sources("squeal.article.report.stability"),
     output:

@@ -6,14 +6,14 @@ each path for a final error of at most 1e-10, as such and as a multiple of the d
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from pathlib import Path
 
-from squeal.article.precision.measure import Point, time_at
 from squeal.article.precision.peers import peers
 from squeal.article.report.precision import ERROR, OURS
+from squeal.article.results.precision import Precision, time_at
+from squeal.article.studies.precision import MORE, STEMS
 from squeal.files.writing import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -23,13 +23,9 @@ RESULTS, FIGURE = ROOT / "results" / "benchmark.json", ROOT / "figures" / "bench
 def main() -> None:
     """Measure, write, draw, print."""
     print(f"peers beside SciPy: {', '.join(name for name, _ in peers()) or 'none installed'}")
-    command = [
-        sys.executable,
-        "-m",
-        "squeal.article.precision",
-        str(ROOT / "workflow/scenes"),
-        "--peers",
-    ]
+    scenes = [str(ROOT / f"workflow/scenes/{name}.yaml") for name in (*STEMS, *MORE, "b3")]
+    program = [sys.executable, "-m", "squeal.article.studies"]
+    command = [*program, "precision", *scenes, "--peers"]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     RESULTS.parent.mkdir(exist_ok=True)
     write_text(RESULTS, text)
@@ -42,7 +38,7 @@ def main() -> None:
         str(FIGURE),
     ]
     subprocess.run(draw, check=True)
-    points = [Point(**p) for p in json.loads(text)["points"]]
+    points = Precision.read(RESULTS).points
     for case in dict.fromkeys(p.case for p in points):
         print(f"{case}: ms for an error of {ERROR:g}, multiple of ours, contact changes missed")
         own = time_at(points, case, OURS, ERROR)

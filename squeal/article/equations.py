@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from squeal.article.results.quasi_static import Readings
 from squeal.model.linear import spring_directions, spring_stiffness
 from squeal.model.pad import Pad
 
@@ -55,3 +58,28 @@ def bounds(pad: Pad, angles: Any = None) -> Bounds:
     row_3 = (K31 - mu * h * K21) * np.sign(K31) > 0.0
     sign_aware = row_1 & row_3 if mu > 0.0 else np.ones_like(row_1)
     return Bounds(a, b, (mu < a) & (mu < b), sign_aware)
+
+
+@dataclass(frozen=True)
+class QuasiStaticMap:
+    """Where Eqs. (23a, b) hold: angles (n,) in rad, and two truth tables (n, n).
+
+    The first index runs over alpha1. `as_printed` compares mu with the quotients as they stand;
+    `sign_aware` asks for Rn > 0 in each pair of rows of Eq. (21) instead (finding E9).
+    """
+
+    angles: np.ndarray
+    as_printed: np.ndarray
+    sign_aware: np.ndarray
+
+    @property
+    def share(self) -> Readings:
+        """Share of the map where each reading holds."""
+        return Readings(float(self.as_printed.mean()), float(self.sign_aware.mean()))
+
+
+def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
+    """Both readings of Eqs. (23a, b) at the middles of n x n equal cells of (0, pi)^2."""
+    angles = math.pi * (np.arange(n) + 0.5) / n
+    found = bounds(pad, tuple(np.meshgrid(angles, angles, indexing="ij")))
+    return QuasiStaticMap(angles, np.asarray(found.as_printed), np.asarray(found.sign_aware))

@@ -57,7 +57,7 @@ class Outline:
                     found.append((np.array(line), (low, high)))
         return found
 
-    def told(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """The outline as plain lists for a result file, lengths to 1e-7."""
         return {
             "segments": np.round(self.segments, 7).tolist(),
@@ -67,10 +67,10 @@ class Outline:
         }
 
     @staticmethod
-    def of(told: dict[str, Any]) -> Outline:
-        """An outline from what `told` gave."""
-        segments, polygons = (np.array(told[key], dtype=float) for key in ("segments", "polygons"))
-        sides, codes = (np.array(told[key], dtype=int) for key in ("sides", "codes"))
+    def from_dict(plain: dict[str, Any]) -> Outline:
+        """An outline from what `to_dict` gave."""
+        segments, polygons = (np.array(plain[key], dtype=float) for key in ("segments", "polygons"))
+        sides, codes = (np.array(plain[key], dtype=int) for key in ("sides", "codes"))
         shapes = segments.reshape(-1, 2, 2), sides.reshape(-1, 2), polygons.reshape(-1, 4, 2)
         return Outline(*shapes, codes)
 

@@ -1,5 +1,6 @@
 """Figures draw the data that they are given, in the colours of the states, with embedded fonts."""
 
+import dataclasses
 import itertools
 import math
 import re
@@ -9,9 +10,11 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 
 from squeal.analysis.maps import angle_axes, stability_map
+from squeal.article.equations import quasi_static_map
 from squeal.article.figures import charts, quasi_static, sketch
-from squeal.article.studies.quasi_static import quasi_static_map, quasi_static_outlines
+from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.commands.simulate import COMMAND as SIMULATE
+from squeal.files.provenance import Provenance
 from squeal.files.results import read_run
 from squeal.model.mechanics import coefficients
 from squeal.model.states import MEANINGS, names, transitions
@@ -120,10 +123,8 @@ def test_state_colours_stand_out_on_white():
 
 def drawings(runs):
     pad = read_scene(SCENES / "b3.yaml").pad
-    found = quasi_static_map(pad, 20)
-    outlines = {name: one.told() for name, one in quasi_static_outlines(pad, found).items()}
-    made = runs["b1-a"].summary["provenance"]
-    summary = {"mu": 0.5, "share": found.share, **outlines, "provenance": made}
+    made = Provenance.from_dict(runs["b1-a"].summary["provenance"])
+    summary = dataclasses.replace(quasi_static_study(pad, 20), provenance=made).to_dict()
     yield histories.drawing(runs["b1-a"])
     yield histories.drawing(runs["b2-c"])
     yield charts.drawing("B1")

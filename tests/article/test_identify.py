@@ -128,7 +128,7 @@ def test_search_stops_resumes_and_refuses_another_search(tmp_path):
 
 @pytest.fixture(scope="module")
 def stored():
-    return read_searches(ROOT / "workflow" / "identified.json")
+    return read_searches([ROOT / "workflow" / "identified.json"])
 
 
 def test_stored_pads_are_of_all_formulations_and_the_best_is_that_of_the_scenes(stored):

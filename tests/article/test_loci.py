@@ -2,16 +2,17 @@
 
 import dataclasses
 import json
-import sys
 
 import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.figures import coupling, loci, modes
-from squeal.article.studies import loci as module
+from squeal.article.results.loci import Branch, SingleLoop
+from squeal.article.studies.__main__ import main
 from squeal.article.studies.loci import branch, examined, frozen, loop
 from squeal.equilibrium import sliding_equilibrium
+from squeal.files.records import Missing
 from squeal.model.states import FULL
 from squeal.scene import Scene, read_scene
 from tests import naive
@@ -27,8 +28,7 @@ def found(tmp_path_factory):
     files = [str(SCENES / f"{stem}.yaml") for stem in STEMS]
     with out.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
-        patch.setattr(sys, "argv", ["loci", *files])
-        assert module.main() == 0
+        assert main(["loci", *files]) == 0
     return json.loads(out.read_text())
 
 
@@ -40,10 +40,10 @@ def at_rest(scene):
 def test_gain_margin_is_the_threshold_of_the_eigenvalues(seed):
     scene = Scene("B2", random_pad(seed))
     one = loop(scene, at_rest(scene))
-    assert one["rank_one"]
-    assert len(one["thresholds"]) >= 1
-    assert one["gain_margins"] == pytest.approx(one["thresholds"], rel=1e-9)
-    assert one["apart"] <= 1e-9 * max(one["thresholds"])
+    assert isinstance(one, SingleLoop)
+    assert len(one.thresholds) >= 1
+    assert one.gain_margins == pytest.approx(one.thresholds, rel=1e-9)
+    assert one.apart <= 1e-9 * max(one.thresholds)
 
 
 @pytest.mark.parametrize("seed", [2, 10])
@@ -51,10 +51,11 @@ def test_root_locus_is_the_eigenvalues_of_other_digits(seed):
     scene = Scene("B2", random_pad(seed))
     at = at_rest(scene)
     one = loop(scene, at)
-    assert one["locus_apart"] < 1e-8
-    poles = np.array(one["real"]) + 1j * np.array(one["imag"])
+    assert isinstance(one, SingleLoop)
+    assert one.locus_apart < 1e-8
+    poles = np.array(one.real) + 1j * np.array(one.imag)
     for i in (0, 37, 100):
-        pad = scene.pad.replace(mu=one["gains"][i])
+        pad = scene.pad.replace(mu=one.gains[i])
         K = -naive.jacobian("B2", pad, scene.formulation, at.q, at.state)
         M = np.array([pad.m, pad.m, pad.I])
         squares = np.linalg.eigvals(np.array(K.tolist(), dtype=float) / M[:, None])
@@ -67,13 +68,13 @@ def test_root_locus_is_the_eigenvalues_of_other_digits(seed):
 def test_rank_of_the_friction_term():
     full = Scene("B2", random_pad(2))
     assert at_rest(full).state == FULL
-    assert loop(full, at_rest(full))["rank_one"]
+    assert loop(full, at_rest(full)).rank_one
     scene = read_scene(SCENES / "b1-a.yaml")
     tilted = dataclasses.replace(scene, pad=scene.pad.replace(theta0=0.02))
     one = loop(tilted, at_rest(tilted))
-    assert not one["rank_one"]
-    assert "rank one" in one["reason"]
-    assert "real" not in one
+    assert not one.rank_one
+    assert "rank one" in one.reason
+    assert not isinstance(one, SingleLoop)
 
 
 def test_stiffness_of_a_held_equilibrium_is_linear_in_mu():
@@ -110,19 +111,20 @@ def test_rows_of_a_branch_are_modes_and_their_conjugates(found):
 
 def test_a_branch_is_followed_up_to_its_fold():
     one = branch(Scene("B2", random_pad(2)))
-    assert one["fold"] is not None
-    assert one["thresholds"][-1]["kind"] == "fold"
-    assert one["fold"] * (1 - 2e-9) < one["mu"][-1] < one["fold"]
+    assert isinstance(one, Branch)
+    assert one.fold is not None
+    assert one.thresholds[-1].kind == "fold"
+    assert one.fold * (1 - 2e-9) < one.mu[-1] < one.fold
     # the balance is singular at the fold: an eigenvalue goes to zero there as its fourth root
-    size = np.abs(np.array(one["real"]) + 1j * np.array(one["imag"]))
+    size = np.abs(np.array(one.real) + 1j * np.array(one.imag))
     assert size[:, -1].min() < 0.05 * size[:, 0].min()
-    for change in one["contact_changes"]:
-        i = one["mu"].index(change["mu"])
-        assert one["mu"][i - 1] == np.nextafter(change["mu"], 0.0)
+    for change in one.contact_changes:
+        i = one.mu.index(change.mu)
+        assert one.mu[i - 1] == np.nextafter(change.mu, 0.0)
 
 
 def test_without_a_branch_there_is_the_reason():
-    assert "reason" in branch(Scene("B2", random_pad(1, k_c=0.0)))
+    assert isinstance(branch(Scene("B2", random_pad(1, k_c=0.0))), Missing)
 
 
 def test_mode_shapes_solve_the_eigenvalue_problem(found):
@@ -207,7 +209,7 @@ def test_texts_name_every_case_shown(found, figure):
 
 
 def test_a_scene_off_its_branch_is_marked_otherwise():
-    one = examined(SCENES / "b2-b.yaml")
+    one = examined(SCENES / "b2-b.yaml").to_dict()
     assert loci.scene_mark(one) == "o"
     one["equilibrium"]["on_branch"] = False
     figure = loci.loci_figure({"scenes": [one]})

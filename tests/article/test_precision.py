@@ -20,16 +20,13 @@ from squeal.article.precision.linear import (
 )
 from squeal.article.precision.maps import matrices, named
 from squeal.article.precision.measure import (
-    Check,
-    Point,
-    Timing,
     compare_times,
     confirm,
     points_of,
-    time_at,
 )
 from squeal.article.precision.paths import DEFAULT, Run
 from squeal.article.report.precision import check_values, linear_values, speed_table, values
+from squeal.article.results.precision import Check, Point, Timing, time_at
 from squeal.errors import ComputationError
 from squeal.model.linear import about_origin
 from squeal.scene import read_scene

@@ -9,7 +9,6 @@ import pytest
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.claims import CLAIMS
-from squeal.article.commands import claims as claims_command
 from squeal.article.equations import stiffness
 from squeal.article.findings.equations import (
     energy_gained,
@@ -26,9 +25,11 @@ from squeal.article.report.build import agreement, all_values, angle
 from squeal.article.report.latex import alternative, definitions, number, typeset
 from squeal.article.report.layout import FIGURES, TABLES
 from squeal.article.report.parameters import parameter_rows
+from squeal.article.studies.claims import study as claims_study
 from squeal.article.studies.eigenvalues import examined, poles
 from squeal.commands.simulate import data as simulation_data
 from squeal.files.provenance import provenance
+from squeal.files.records import to_dict
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise
 from squeal.model.pad import PARAMETERS
@@ -55,15 +56,17 @@ def results(scenes):
     runs = {m: simulation_data(s[0], simulate(s[0])) for m, s in scenes.items()}
     found = {stem: runs[stem[:2]] for stem in HISTORY_FIGURES}
     made = provenance([], "squeal.article.studies.quasi_static").to_dict()
-    claims = claims_command.data(claims_command.judge_folder(SCENES))
+    claims = claims_study([SCENES / f"{stem}.yaml" for stem in HISTORY_FIGURES]).to_dict()
     return found | {
         "claims": claims | {"provenance": made},
         "findings": {"findings": [], "provenance": made},
-        "map": {"share": {"as_printed": 0.1, "sign_aware": 0.9}, "mu": 0.5, "n": 9}
+        "quasi_static": {"share": {"as_printed": 0.1, "sign_aware": 0.9}, "mu": 0.5, "n": 9}
         | {"provenance": made},
-        "eigenvalues": {"b2-a": examined(scenes["b2"][0])}
-        | {f"b2-{c}": {"reason": "none"} for c in "bcd"}
-        | {"provenance": made},
+        "eigenvalues": {
+            "scenes": {"b2-a": to_dict(examined(scenes["b2"][0]))}
+            | {f"b2-{c}": {"reason": "none"} for c in "bcd"},
+            "provenance": made,
+        },
     }
 
 
@@ -214,20 +217,18 @@ def test_poles_of_a_pad_on_springs_alone():
     """Uncoupled: a frequency sqrt(k/m)/(2 pi), two poles at the origin, and a divergence."""
     K = np.diag([8.0e6, 0.0, -2.0e4])
     found = poles(Linearisation(np.diag([2.0, 2.0, 5e-4]), np.zeros((3, 3)), K))
-    still = [p for p in found if p["imag"] == 0.0]
-    (moving,) = (p for p in found if p["imag"])
-    assert moving["frequency_hz"] == pytest.approx(2000.0 / (2 * math.pi), rel=1e-12)
-    assert moving["real"] == 0.0
+    still = [p for p in found if p.imag == 0.0]
+    (moving,) = (p for p in found if p.imag)
+    assert moving.frequency_hz == pytest.approx(2000.0 / (2 * math.pi), rel=1e-12)
+    assert moving.real == 0.0
     growth = math.sqrt(2.0e4 / 5e-4)
-    assert sorted(p["real"] or 0.0 for p in still) == pytest.approx(
-        [-growth, 0.0, 0.0, growth], abs=1e-3
-    )
+    assert sorted(p.real for p in still) == pytest.approx([-growth, 0.0, 0.0, growth], abs=1e-3)
 
 
 def test_python_control_agrees_with_the_program(results):
-    found = results["eigenvalues"]["b2-a"]
+    found = results["eigenvalues"]["scenes"]["b2-a"]
     assert found["apart"] < 1e-9
-    table = tables.eigenvalue_table(results["eigenvalues"])
+    table = tables.eigenvalue_table(results["eigenvalues"]["scenes"])
     assert f"{found['poles'][0]['frequency_hz']:.1f}" in table
     assert found["verdict"] in table
     assert "none" in table

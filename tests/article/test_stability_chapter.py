@@ -11,14 +11,16 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.analysis.growth import fit
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
+from squeal.article.cases import HISTORY_FIGURES, STEMS
 from squeal.article.figures import angle_maps, growth
 from squeal.article.precision.maps import matrices, named
 from squeal.article.report.stability import advice_list, literature_table, threshold_table, values
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.loci import examined
-from squeal.article.studies.quasi_static import quasi_static_map, quasi_static_outlines
+from squeal.article.studies.quasi_static import quasi_static
 from squeal.article.studies.stability import study
 from squeal.equilibrium import Path, sliding_equilibrium
+from squeal.files.provenance import provenance
 from squeal.model.linear import about_origin
 from squeal.scene import read_scene
 from squeal.stability import verdict
@@ -31,9 +33,17 @@ def scene_of(stem, **changes):
     return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
 
 
+def result(study, stems):
+    """A study's result as its file holds it."""
+    files = [SCENES / f"{stem}.yaml" for stem in stems]
+    return dataclasses.replace(
+        study(files), provenance=provenance(files, study.__module__)
+    ).to_dict()
+
+
 @pytest.fixture(scope="module")
 def found():
-    return study(SCENES)
+    return result(study, HISTORY_FIGURES)
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +52,10 @@ def maps():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(angle_study, "FINE", 60)
         patch.setattr(angle_study, "COARSE", 30)
-        angles = angle_study.study(SCENES)
-    pad = scene_of("b3").pad
-    conditions = quasi_static_map(pad, 60)
-    outlines = {k: one.told() for k, one in quasi_static_outlines(pad, conditions).items()}
-    made = {"share": conditions.share, "provenance": angles["provenance"]}
-    return angles, made | outlines
+        angles = result(angle_study.study, STEMS)
+    return angles, quasi_static(scene_of("b3").pad, 60).to_dict() | {
+        "provenance": angles["provenance"]
+    }
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
@@ -178,7 +186,7 @@ def test_what_reaches_the_report(found, maps):
 
 
 def test_threshold_table_tells_each_way_to_find_them(found, maps):
-    scenes = [examined(SCENES / f"{name}.yaml") for name in ("b1-a", "b2-a")]
+    scenes = [examined(SCENES / f"{name}.yaml").to_dict() for name in ("b1-a", "b2-a")]
     table = threshold_table(scenes, found["fluttering"])
     rows = [line.split(" & ") for line in table.splitlines() if line.endswith(r"\\")][1:]
     mu = critical_friction(scene_of("b1-a")).points[0].mu

@@ -9,7 +9,7 @@ from importlib import metadata
 import pytest
 
 from squeal.article.commands import claims, findings
-from squeal.article.studies import eigenvalues, loci
+from squeal.article.studies.__main__ import main
 from squeal.files.provenance import NOT_INSTALLED, Provenance, provenance, version
 from squeal.files.sources import digest, packages
 from tests.conftest import ROOT, SCENES
@@ -52,11 +52,10 @@ def test_a_missing_package_is_told():
     assert version("surely_no_such_package") == NOT_INSTALLED
 
 
-@pytest.mark.parametrize("study", [eigenvalues, loci])
-def test_studies_of_several_scenes_name_them_all(study, monkeypatch, capsys):
+@pytest.mark.parametrize("study", ["eigenvalues", "loci"])
+def test_studies_of_several_scenes_name_them_all(study, capsys):
     files = [str(SCENES / f"b2-{case}.yaml") for case in "ac"]
-    monkeypatch.setattr(sys, "argv", ["study", *files])
-    assert study.main() == 0
+    assert main([study, *files]) == 0
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     assert [file.name for file in made.inputs] == ["b2-a.yaml", "b2-c.yaml"]
 

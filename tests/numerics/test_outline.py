@@ -7,7 +7,8 @@ import pytest
 
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.analysis.maps import Axis, angle_axes, codes_at, stability_map
-from squeal.article.studies.quasi_static import quasi_static_map, quasi_static_outlines
+from squeal.article.equations import quasi_static_map
+from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path
 from squeal.model.linear import about_origin
 from squeal.numerics.outline import Outline, crossings, outline
@@ -69,7 +70,7 @@ def test_areas_where_three_meet():
 
 def test_an_outline_keeps_through_a_file_and_regroups():
     found = traced(ring)
-    back = Outline.of(found.told())
+    back = Outline.from_dict(found.to_dict())
     assert np.abs(back.polygons - found.polygons).max() < 1e-7
     assert np.array_equal(back.sides, found.sides)
     two = found.regrouped(np.array([0, 0, 1]))
@@ -79,10 +80,9 @@ def test_an_outline_keeps_through_a_file_and_regroups():
 
 def test_conditions_23_are_traced():
     pad = read_scene(SCENES / "b3.yaml").pad
-    found = quasi_static_outlines(pad, quasi_static_map(pad, 120))
-    dense = quasi_static_map(pad, 1500).share
-    for name, one in found.items():
-        assert one.area[1] / np.pi**2 == pytest.approx(dense[name], abs=1e-3)
+    found, dense = quasi_static(pad, 120), quasi_static_map(pad, 1500).share
+    assert found.as_printed.area[1] / np.pi**2 == pytest.approx(dense.as_printed, abs=1e-3)
+    assert found.sign_aware.area[1] / np.pi**2 == pytest.approx(dense.sign_aware, abs=1e-3)
 
 
 def test_undamped_flutter_of_b3_starts_where_the_discriminant_vanishes():

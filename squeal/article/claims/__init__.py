@@ -1,7 +1,16 @@
 """The article's statements about its results, each as a measurement with a margin and a verdict."""
 
 from squeal.article.claims.catalogue import CLAIMS, Claim
-from squeal.article.claims.judging import Judged, judge_claims
+from squeal.article.claims.judging import Judged, judge_claims, judge_scenes
 from squeal.article.claims.measures import Case, batch_case, measure
 
-__all__ = ["CLAIMS", "Case", "Claim", "Judged", "batch_case", "judge_claims", "measure"]
+__all__ = [
+    "CLAIMS",
+    "Case",
+    "Claim",
+    "Judged",
+    "batch_case",
+    "judge_claims",
+    "judge_scenes",
+    "measure",
+]

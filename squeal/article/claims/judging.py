@@ -7,19 +7,17 @@ accuracy of the located contact changes.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
 from squeal.article.claims.catalogue import CLAIMS, Claim
-from squeal.article.claims.measures import Case
-from squeal.article.equations import bounds, stiffness
+from squeal.article.claims.measures import Case, measure
+from squeal.article.equations import quasi_static_map, stiffness
 from squeal.model.linear import rank
 from squeal.model.pad import Pad
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
+from squeal.scene import Scene
 
 TOUCH = 1e-9
 CALM = 0.01  # accelerations below this share of the greatest count as settled
@@ -56,13 +54,9 @@ def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
     The map has `points` middles of cells a side; it leaves the pads' own angles aside, so that one
     of the pads tells it.
     """
-    middles = math.pi * (np.arange(points) + 0.5) / points
-    angles = np.meshgrid(middles, middles, indexing="ij", sparse=True)
     pad = next(iter(pads.values()))
-    return Linear(
-        {case: rank(pad, stiffness(pad)) for case, pad in pads.items()},
-        float(np.mean(bounds(pad, angles).as_printed)),
-    )
+    ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
+    return Linear(ranks, quasi_static_map(pad, points).share.as_printed)
 
 
 Result = tuple[float, str]
@@ -249,3 +243,9 @@ def judge_claims(b1: Cases, b2: Cases, linear: Linear) -> list[Judged]:
         else j
         for j in judged
     ]
+
+
+def judge_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> list[Judged]:
+    """Simulate and judge the four cases of each model. Raises ComputationError where one ends."""
+    first, second = ({case: measure(s) for case, s in scenes.items()} for scenes in (b1, b2))
+    return judge_claims(first, second, linear_measures({c: s.pad for c, s in b2.items()}))

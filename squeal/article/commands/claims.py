@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.claims import Judged, judge_claims, measure
-from squeal.article.claims.judging import linear_measures
-from squeal.article.identify.stored import read_searches
+from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.results.claims import Claims
+from squeal.article.studies.claims import study
 from squeal.commands.base import Answer, Command, Parser, table
 from squeal.errors import InputError
 from squeal.files.provenance import provenance
 from squeal.files.sources import ROOT
-from squeal.scene import read_scene
 
 
 def options(parser: Parser) -> None:
@@ -28,97 +27,45 @@ def options(parser: Parser) -> None:
     )
 
 
-def scene_folder(given: Path | None) -> Path:
-    """The folder of the article's scenes. Raises InputError if there is none."""
+def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
+    """The files of the article's scenes. Raises InputError if their folder holds none."""
     places = [given] if given else [Path("workflow/scenes"), ROOT.parent / "workflow" / "scenes"]
-    for place in places:
-        if (place / "b1-a.yaml").is_file():
-            return place
+    for folder in places:
+        if (folder / "b1-a.yaml").is_file():
+            return [folder / f"{stem}.yaml" for stem in stems]
     raise InputError(
-        f"--scenes {places[0]}: holds no b1-a.yaml; a folder with the article's scenes is allowed"
+        f"--scenes {places[0]}: holds no b1-a.yaml; a folder with the article's scenes is allowed, "
+        "such as workflow/scenes of this software's repository or one that `squeal identify "
+        "--scenes FOLDER` has written"
     )
 
 
-def judge_folder(folder: Path) -> list[Judged]:
-    """Simulate and judge the eight scenes of a folder."""
-    scenes = {
-        model: {case: read_scene(folder / f"{model}-{case}.yaml", "simulate") for case in CASES}
-        for model in ("b1", "b2")
-    }
-    measured = {
-        model: {case: measure(scene) for case, scene in cases.items()}
-        for model, cases in scenes.items()
-    }
-    return judge_claims(
-        measured["b1"],
-        measured["b2"],
-        linear_measures({case: scene.pad for case, scene in scenes["b2"].items()}),
-    )
-
-
-def stored_searches(folder: Path) -> list[Path]:
-    """The file of the stored searches beside the folder of scenes, if there is one."""
-    file = folder.parent / "identified.json"
-    return [file] if file.is_file() else []
-
-
-def formulations(folder: Path) -> list[dict[str, Any]]:
-    """What the stored searches found for each formulation, next to the article's scenes."""
-    return [
-        vars(search.formulation) | {"pads": search.pads, "kept": search.kept}
-        for file in stored_searches(folder)
-        for search in read_searches(file)
-    ]
-
-
-def formulations_text(found: list[dict[str, Any]]) -> str:
-    """The same for people, to follow the claims."""
-    if not found:
+def formulations_text(found: Claims) -> str:
+    """What searches found for each formulation, to follow the claims."""
+    if not found.formulations:
         return ""
-    rows = [tuple(key.replace("_", " ") for key in found[0])]
-    rows += [tuple(str(value) for value in row.values()) for row in found]
+    rows = [tuple(key.replace("_", " ") for key in vars(found.formulations[0]))]
+    rows += [tuple(str(value) for value in vars(row).values()) for row in found.formulations]
     head = "the most that one pad was found to keep in each formulation, also over twice the time"
     return f"\n\n{head}\n{table(rows)}"
 
 
-def data(judged: list[Judged]) -> dict[str, Any]:
-    """The claims as a JSON object."""
-    return {
-        "claims": [
-            {
-                "id": j.claim.id,
-                "verdict": j.verdict,
-                "measured": j.measured,
-                "where": j.claim.where,
-                "statement": j.claim.statement,
-                "case": j.claim.case,
-                "margin": j.margin,
-            }
-            for j in judged
-        ]
-    }
-
-
-def text(judged: list[Judged]) -> str:
-    """The same for people."""
+def text(found: Claims) -> str:
+    """The claims for people."""
     rows = [("claim", "statement", "verdict", "margin", "measured")]
-    rows += [
-        (j.claim.id, j.claim.statement, j.verdict, f"{j.margin:+.3g}", j.measured) for j in judged
-    ]
-    held = sum(j.verdict == "reproduced" for j in judged)
-    return table(rows, right=False) + f"\n\n{held} of {len(judged)} reproduced"
+    rows += [(c.id, c.statement, c.verdict, f"{c.margin:+.3g}", c.measured) for c in found.claims]
+    held = sum(c.verdict == "reproduced" for c in found.claims)
+    count = f"\n\n{held} of {len(found.claims)} reproduced"
+    return table(rows, right=False) + count + formulations_text(found)
 
 
 def run(given: argparse.Namespace) -> Answer:
-    """Judge the claims on the article's scenes."""
-    folder = scene_folder(given.scenes)
-    judged, found = judge_folder(folder), formulations(folder)
-    read = [folder / f"{stem}.yaml" for stem in HISTORY_FIGURES]
-    made = provenance([*read, *stored_searches(folder)], "squeal.article.commands.claims")
-    return Answer(
-        lambda: data(judged) | {"formulations": found, "provenance": made.to_dict()},
-        lambda: text(judged) + formulations_text(found),
-    )
+    """Judge the claims on the article's scenes, beside the stored searches if there are any."""
+    files = scene_files(given.scenes, HISTORY_FIGURES)
+    stored = files[0].parent.parent / "identified.json"
+    files += [stored] * stored.is_file()
+    found, made = study(files), provenance(files, "squeal.article.commands.claims")
+    return Answer(lambda: replace(found, provenance=made).to_dict(), lambda: text(found))
 
 
 COMMAND = Command(

@@ -1,6 +1,6 @@
 """Stiff and extreme cases: each ends in a right answer, a warning or a clear refusal."""
 
 from squeal.article.extreme.cases import CASES, Case
-from squeal.article.extreme.run import Outcome, run_case
+from squeal.article.extreme.run import run_case
 
-__all__ = ["CASES", "Case", "Outcome", "run_case"]
+__all__ = ["CASES", "Case", "run_case"]

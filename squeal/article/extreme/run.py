@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-import resource
+import sys
 import tempfile
 import time as clock
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
 from squeal.article.extreme.cases import PERIODS, Case
+from squeal.article.results.extreme import Outcome, Word
 from squeal.errors import ComputationError, InputError
 from squeal.model.equations import PadModel
 from squeal.scene import Scene, read_scene
@@ -22,25 +22,6 @@ from squeal.simulation.run import in_natural_units
 
 RIGHT = 1e-9  # greatest relative error of a right answer
 LONG = 100  # how many times longer the long runs are with --long
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a case: `right`, `refused` or `warned` as it should be, else `wrong`.
-
-    error: relative, None where there is no number to compare; steps and contact changes of the run;
-    run_time in s, of the simulation alone; told: what the error is measured against, or what the
-    program said.
-    """
-
-    group: str
-    name: str
-    outcome: Literal["right", "refused", "warned", "wrong"]
-    error: float | None
-    steps: int
-    changes: int
-    run_time: float
-    told: str
 
 
 def _place(scene: Scene, found: Simulation) -> np.ndarray:
@@ -74,15 +55,26 @@ def _against_units(case: Case, found: Simulation) -> tuple[float, str]:
     return error_against(place, _place(case.scene, found)), "the same pad in other units"
 
 
-def _drift(case: Case, found: Simulation, before: int) -> tuple[float, str]:
+def peak_memory() -> float | None:
+    """Peak memory of this process in MB, None on systems that do not say."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    unit = 1024**2 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+
+
+def _drift(case: Case, found: Simulation, before: float | None) -> tuple[float, str]:
     scene = case.scene
     model = PadModel(scene.model, scene.pad, scene.formulation)
     energies = []
     for state in (scene.initial, found.final[1:]):
         q, rates = np.array(state[:3]), np.array(state[3:])
         energies.append(float(model.energy(q, rates, model.state_at(q))))
-    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    told = f"drift of energy; peak memory grew by {max(grown, 0.0):.0f} MB"
+    told, after = "drift of energy", peak_memory()
+    if before is not None and after is not None:
+        told += f"; peak memory grew by {after - before:.0f} MB"
     return abs(energies[1] / energies[0] - 1.0), told
 
 
@@ -104,8 +96,8 @@ def _refused(case: Case) -> Outcome:
             said = float(told.split("t = ")[1].split(" ")[0])
             right = right and math.isclose(said, case.time, rel_tol=1e-6)
     spent = clock.perf_counter() - begun
-    words = "refused" if right else "wrong"
-    return Outcome(case.group, case.name, words, None, 0, 0, spent, told)  # type: ignore[arg-type]
+    words: Word = "refused" if right else "wrong"
+    return Outcome(case.group, case.name, words, None, 0, 0, spent, told)
 
 
 def _ended(case: Case, told: str) -> Outcome:
@@ -115,7 +107,7 @@ def _ended(case: Case, told: str) -> Outcome:
         alike = False
     except ComputationError as failure:
         alike = str(failure) == told
-    words: Literal["refused", "wrong"] = "refused" if alike else "wrong"
+    words: Word = "refused" if alike else "wrong"
     return Outcome(case.group, case.name, words, None, 0, 0, 0.0, told)
 
 
@@ -123,8 +115,8 @@ def run_case(case: Case) -> Outcome:
     """Run a case and hold its outcome against the truth."""
     if case.truth == "refusal":
         return _refused(case)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    outcome: Literal["right", "warned", "wrong"] = "right"
+    before = peak_memory()
+    outcome: Word = "right"
     error: float | None = None
     try:
         found = simulate(case.scene)

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import NAMES
-from squeal.article.studies.angles import CONTACT_OF, VERDICT_OF
+from squeal.article.results.angles import Coding
 from squeal.files.provenance import Provenance
 from squeal.numerics.outline import Outline
 from squeal.plots.areas import draw
@@ -75,14 +74,15 @@ def _key(axes: Axes, entries: list[tuple[str, str]], title: str, top: float) -> 
 
 def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
     """Two readings of (23a, b), verdict on B3, contact and verdict of B2's equilibria."""
-    b2 = Outline.of(found["b2"])
+    coding = Coding.from_dict(found["coding"])
+    b2 = Outline.from_dict(found["b2"])
     contacts = tuple(CONTACTS.values())
     panels = [
-        (Outline.of(printed["as_printed"]), HOLDS, "(a) (23a, b) as printed"),
-        (Outline.of(printed["sign_aware"]), HOLDS, "(b) (23a, b), signs followed"),
-        (Outline.of(found["b3"]), VERDICT_COLOURS, "(c) verdict, B3 about the origin"),
-        (b2.regrouped(CONTACT_OF), contacts, "(d) contact of B2's equilibrium"),
-        (b2.regrouped(VERDICT_OF), VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
+        (Outline.from_dict(printed["as_printed"]), HOLDS, "(a) (23a, b) as printed"),
+        (Outline.from_dict(printed["sign_aware"]), HOLDS, "(b) (23a, b), signs followed"),
+        (Outline.from_dict(found["b3"]), VERDICT_COLOURS, "(c) verdict, B3 about the origin"),
+        (b2.regrouped(coding.contact_of), contacts, "(d) contact of B2's equilibrium"),
+        (b2.regrouped(coding.verdict_of), VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
     ]
     with style():
         figure = Figure(figsize=(DOUBLE, 5.1))
@@ -95,7 +95,7 @@ def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
         last.axis("off")
         met = [
             (VERDICT_COLOURS[k], name)
-            for k, name in enumerate(NAMES[:-1])
+            for k, name in enumerate(found["verdicts"][:-1])
             if found["share_b2"][name] + found["share_b3"][name] > 0.0
         ]
         _key(last, [(HOLDS[1], "(23a) and (23b) hold")], "(a), (b)", 1.0)

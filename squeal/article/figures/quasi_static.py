@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from squeal.article.studies.quasi_static import READINGS
 from squeal.files.provenance import Provenance
 from squeal.numerics.outline import Outline
 from squeal.plots.areas import draw
@@ -55,9 +54,9 @@ def quasi_static_figure(found: dict[str, Any], marks: Marks) -> Figure:
     with style():
         figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
         panels = figure.subplots(1, 2)
-        for axes, name, title in zip(panels, READINGS, told, strict=True):
+        for axes, name, title in zip(panels, ("as_printed", "sign_aware"), told, strict=True):
             share = f"{100 * found['share'][name]:.1f} % of the map"
-            _region(axes, Outline.of(found[name]), marks, f"{title}: {share}")
+            _region(axes, Outline.from_dict(found[name]), marks, f"{title}: {share}")
         panels[1].set_ylabel("")
     return figure
 

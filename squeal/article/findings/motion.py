@@ -14,15 +14,14 @@ import numpy as np
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.analysis.work import contact_work
 from squeal.article.claims import Case, judge_claims, measure
-from squeal.article.claims.judging import Linear
-from squeal.article.equations import stiffness
+from squeal.article.claims.judging import linear_measures
+from squeal.article.equations import quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
-from squeal.article.studies.quasi_static import quasi_static_map
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.model.contact import LineForce
 from squeal.model.equations import PadModel
-from squeal.model.linear import balanced, rank
+from squeal.model.linear import balanced
 from squeal.model.states import STATES, name, names
 from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
@@ -59,9 +58,7 @@ class Study:
 
     def reproduced(self, b2: Mapping[str, Case]) -> int:
         """How many claims hold with these measures of the B2 cases."""
-        pads = {case: scene.pad for case, scene in self.b2.items()}
-        share = quasi_static_map(self.b3.pad, GRID).share["as_printed"]
-        linear = Linear({c: rank(p, stiffness(p)) for c, p in pads.items()}, share)
+        linear = linear_measures({case: scene.pad for case, scene in self.b2.items()}, GRID)
         judged = judge_claims(self.cases[0], b2, linear)
         return sum(j.verdict == "reproduced" for j in judged)
 
@@ -184,11 +181,11 @@ def sliding_conditions(study: Study) -> Measured:
         K = stiffness(scene.pad)
         mismatch.append(abs(K[2, 0] / (scene.pad.h * K[0, 0]) - 1.0))
     reached = 1.0 - stability_map(study.b2["c"], angle_axes(COARSE)).share["beyond a fold"]
-    numbers = share | {"least_mismatch": min(mismatch), "equilibrium": reached}
+    numbers = share.to_dict() | {"least_mismatch": min(mismatch), "equilibrium": reached}
     return Measured(
         numbers,
-        f"As printed (23) holds on {100 * share['as_printed']:.1f} % of the map, signs followed on "
-        f"{100 * share['sign_aware']:.1f} %; the equilibrium branch of B2 reaches mu from 0 on "
+        f"As printed (23) holds on {100 * share.as_printed:.1f} % of the map, signs followed on "
+        f"{100 * share.sign_aware:.1f} %; the equilibrium branch of B2 reaches mu from 0 on "
         f"{100 * reached:.0f} % ({COARSE} x {COARSE} points). K31 misses h K11 by at least "
         f"{100 * min(mismatch):.3g} % in the four cases.",
     )

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES
-from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, measure
+from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, judge_scenes
 from squeal.article.claims.judging import linear_measures
 from squeal.article.identify.space import (
     MODELS,
@@ -101,8 +101,7 @@ def judge_one(
     Raises ComputationError where a motion leaves the model.
     """
     scenes = scenes_of(numbers, formulation, tolerance, stop)
-    b1, b2 = ({case: measure(scene) for case, scene in scenes[model].items()} for model in MODELS)
-    return judge_claims(b1, b2, linear_measures({c: s.pad for c, s in scenes["B2"].items()}))
+    return judge_scenes(scenes["B1"], scenes["B2"])
 
 
 def _price(judged: Judged, numbers: Numbers) -> float:

@@ -1,7 +1,7 @@
 """The outcome of finished searches, one for each formulation: `workflow/identified.json`.
 
-`python -m identify.stored STATE... > workflow/identified.json` makes it from the state files
-of `squeal identify`; with `--scenes FOLDER` it also writes the scenes of the best pad.
+`python -m squeal.article.identify.stored STATE... > workflow/identified.json` makes it from the
+state files of `squeal identify`; with `--scenes FOLDER` it also writes the scenes of the best pad.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import STOP, Numbers, tilt_of
 from squeal.article.identify.write import write_scenes
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
+from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
 
@@ -25,7 +26,7 @@ DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
 
 
 @dataclass(frozen=True)
-class Search:
+class Search(Record):
     """A finished search: formulation, seed, starts and pads tried; of its best pad the number of
     claims kept, the cost and the numbers."""
 
@@ -74,12 +75,15 @@ def preference(search: Search) -> tuple[int, int, float]:
     return -search.kept, sum(a != b for a, b in switches), departure(search.numbers)
 
 
-def read_searches(file: Path) -> list[Search]:
-    """All stored searches, the best first: the first one's pad is that of the article's scenes."""
-    entries = json.loads(file.read_text(encoding="utf-8"))
-    return [
-        Search(**entry | {"formulation": Formulation(**entry["formulation"])}) for entry in entries
-    ]
+def read_searches(files: Sequence[Path]) -> list[Search]:
+    """All stored searches, the best first: the first one's pad is that of the article's scenes.
+
+    Raises InputError where a file holds something else, or none is given.
+    """
+    found = [search for file in files for search in read_json(tuple[Search, ...], file)]
+    if not found:
+        raise InputError("no stored search is given; the file workflow/identified.json holds some")
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes")
     given = parser.parse_args(arguments)
     found = sorted((from_state(file) for file in given.states), key=preference)
-    print(to_json([asdict(search) for search in found]), end="")
+    print(to_json([search.to_dict() for search in found]), end="")
     if given.scenes is not None:
         write_scenes(found[0].numbers, found[0].formulation, given.scenes)
     return 0

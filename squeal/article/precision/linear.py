@@ -13,7 +13,8 @@ from functools import partial
 import numpy as np
 
 from squeal.article.literature.comparison import literature_system
-from squeal.article.precision.measure import Timing, timed
+from squeal.article.precision.measure import timed
+from squeal.article.results.precision import Timing
 from squeal.model.linear import about_origin
 from squeal.scene import Scene
 from squeal.scene.system import PlainSystem

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
-from squeal.article.precision.measure import Timing, timed
+from squeal.article.precision.measure import timed
+from squeal.article.results.precision import Timing
 from squeal.model.linear import about_origin, spring_directions
 from squeal.scene import Scene
 from squeal.stability import VERDICTS

@@ -6,13 +6,14 @@ import math
 import statistics
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from squeal.article.precision.paths import SEVERAL, Path, with_scipy
+from squeal.article.results.precision import Check, Point
 from squeal.errors import ComputationError
 from squeal.scene import Scene
 from squeal.simulation.reference import Reference, error_against, reference
@@ -22,37 +23,6 @@ TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
 PATIENCE = 0.4  # s: a path slower than this is not asked for tighter tolerances
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 OTHER_ORDER = 1e-25  # a tolerance of quad precision with another order and other steps
-
-
-@dataclass(frozen=True)
-class Point:
-    """One run of a path: relative error of the final place, greatest error of the contact times in
-    natural units (None if none were found), seconds (median), steps, changes missed and made up."""
-
-    case: str
-    path: str
-    tolerance: float
-    error: float | None
-    time_error: float | None
-    seconds: float
-    steps: int
-    missed: int
-    extra: int
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Error and median time (s) of a program at a task of the linear side.
-
-    `size` is what was asked of it: matrices of a sweep, points a side of a map, halvings of the
-    interval around a threshold.
-    """
-
-    task: str
-    program: str
-    size: int
-    error: float
-    seconds: float
 
 
 def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int, float | None]:
@@ -108,20 +78,6 @@ def points_of(
     return found
 
 
-@dataclass(frozen=True)
-class Check:
-    """A reference against another method, and against itself at another order if `order` is set.
-
-    Relative difference of the final place, greatest one of the contact times in natural units.
-    """
-
-    case: str
-    changes: int
-    place: float
-    times: float | None
-    order: float | None
-
-
 def confirm(case: str, scene: Scene, exact: Reference, order: bool) -> Check:
     """Hold a reference against SciPy's DOP853 at its tightest. Raises ComputationError."""
     other = with_scipy("DOP853", scene, 1e-14)
@@ -146,16 +102,3 @@ def measure(
         for name, path in paths.items():
             points += points_of(case, scene, exact, name, path, patience)
     return points, checks
-
-
-def time_at(points: list[Point], case: str, path: str, error: float) -> float | None:
-    """The least time of a path for a final error of at most `error` with no change missed."""
-    good = [
-        p.seconds
-        for p in points
-        if (p.case, p.path) == (case, path)
-        and p.error is not None
-        and p.error <= error
-        and p.missed == p.extra == 0
-    ]
-    return min(good, default=None)

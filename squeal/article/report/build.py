@@ -95,11 +95,11 @@ def all_values(
         values |= simulated(stem, results[stem])
     values["method"] = escape(results["b1-a"]["method"])
     values["tolerance"] = number(results["b1-a"]["tolerance"], 3)
-    for key, share in results["map"]["share"].items():
+    for key, share in results["quasi_static"]["share"].items():
         values[f"map.{key}"] = percent(share)
-    values["map.mu"] = number(results["map"]["mu"], 4)
-    values["map.n"] = str(results["map"]["n"])
-    cases = {k: v for k, v in results["eigenvalues"].items() if k != "provenance"}
+    values["map.mu"] = number(results["quasi_static"]["mu"], 4)
+    values["map.n"] = str(results["quasi_static"]["n"])
+    cases = results["eigenvalues"]["scenes"]
     for stem, found in cases.items():
         values[f"eigenvalues.{stem}.verdict"] = found.get("verdict", "no sliding equilibrium")
     values["eigenvalues.apart"] = number(max([f.get("apart", 0.0) for f in cases.values()]), 2)
@@ -149,7 +149,7 @@ def build(results_folder: Path, scene_folder: Path, figures: Path, out: Path) ->
         "table-1.tex": tables.table_1(),
         "table-2.tex": tables.table_2(),
         "parameters.tex": parameter_table(scenes),
-        "eigenvalues.tex": tables.eigenvalue_table(results["eigenvalues"]),
+        "eigenvalues.tex": tables.eigenvalue_table(results["eigenvalues"]["scenes"]),
         "claims.tex": tables.claims_table(results["claims"]["claims"]),
         "findings.tex": tables.findings_table(results["findings"]["findings"]),
         "origin.tex": tables.origin_table(provenances(results)),

@@ -1,14 +1,10 @@
 """Names and numbers of what the report is made of; light, since the workflow reads it each time."""
 
 from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.studies import STUDIES
 
 FIGURES = range(1, 14)
-COMPUTED = (
-    *("map", "eigenvalues", "claims", "findings", "stability", "loci", "angles"),
-    *("verify", "robustness", "extreme", "accuracy", "precision"),
-)
-"""Results of several scenes or of none: results/NAME.json."""
-RESULTS = (*HISTORY_FIGURES, *COMPUTED)
+RESULTS = (*HISTORY_FIGURES, *STUDIES)
 """All results that the report rests on."""
 LOCI_FIGURES = ("coupling", "loci", "modes")
 """Figures of the stability chapter that are drawn from results/loci.json."""

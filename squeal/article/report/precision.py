@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.article.precision.measure import Check, Point, time_at
 from squeal.article.report.latex import alternative, definitions, number, tabular, typeset
 from squeal.article.report.layout import PRECISION_FIGURES, PRECISION_FILES
+from squeal.article.results.precision import Check, Point, time_at
 from squeal.files.writing import write_text
 
 ERROR = 1e-10  # at which the paths are compared

@@ -96,8 +96,6 @@ def eigenvalue_table(found: dict[str, Any]) -> str:
     """Complex eigenvalues of the four cases, one row for a pair or a real eigenvalue."""
     groups = []
     for scene, result in found.items():
-        if scene == "provenance":
-            continue
         case = f"({scene[-1]})"
         if "reason" in result:
             text = rf"\multicolumn{{5}}{{l}}{{{typeset(result['reason'])}}}"

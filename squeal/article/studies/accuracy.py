@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
 import math
 import statistics
-import sys
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json
+from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.scene import Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
@@ -25,29 +21,7 @@ LOST = 0.01  # a motion is foretold until its tolerance has grown to this share
 REPEATS = 5
 
 
-@dataclass(frozen=True)
-class Accuracy:
-    """What a simulated scene is worth.
-
-    error: of the final place against quad precision, relative; growth: of small deviations over
-    the scene's time; exponent in 1/s, `measured` over how many times the scene's time; horizon in
-    s: when the tolerance has grown to `LOST`, None where deviations do not grow exponentially;
-    run_time in s, median.
-    """
-
-    error: float
-    growth: float
-    exponent: float
-    measured: float
-    horizon: float | None
-    steps: int
-    changes: int
-    run_time: float
-    tolerance: float
-    stop: float
-
-
-def accuracy(scene: Scene) -> Accuracy:
+def accuracy(scene: Scene) -> SceneAccuracy:
     """Error, growth of errors, effort and predictability horizon of a scene of B1 or B2.
 
     Raises ComputationError without quad precision, or where the model ends.
@@ -60,7 +34,7 @@ def accuracy(scene: Scene) -> Accuracy:
     # growth by a power of t is no loss of foresight: it leaves ln(t)/t in the measured exponent
     grows = exponent * over_longer.t > 3.0 * math.log(over_longer.t)
     tolerance = max(scene.tolerance, float(np.finfo(float).eps))
-    return Accuracy(
+    return SceneAccuracy(
         error=error_against(final, reference(scene).place),
         growth=math.exp(over_scene.logarithm),
         exponent=exponent / units.time,
@@ -74,19 +48,6 @@ def accuracy(scene: Scene) -> Accuracy:
     )
 
 
-def main() -> int:
-    """Print the accuracy of each scene given as JSON."""
-    parser = argparse.ArgumentParser(description="Error, effort and horizon of simulated scenes.")
-    parser.add_argument("scenes", type=Path, nargs="+", metavar="SCENE.yaml")
-    given = parser.parse_args()
-    found = {
-        file.stem: dataclasses.asdict(accuracy(read_scene(file, "simulate")))
-        for file in given.scenes
-    }
-    where = provenance(given.scenes, "squeal.article.studies.accuracy")
-    print(to_json({"scenes": found, "provenance": where.to_dict()}), end="")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def study(files: Sequence[Path]) -> Accuracy:
+    """The accuracy of each scene given."""
+    return Accuracy({file.stem: accuracy(read_scene(file, "simulate")) for file in files})

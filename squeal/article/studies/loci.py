@@ -1,12 +1,8 @@
-"""Eigenvalues over friction, the friction loop and mode shapes of scenes, for the report's figures.
-
-`python -m squeal.article.studies.loci SCENE.yaml ... > loci.json`
-"""
+"""Eigenvalues over friction, the friction loop and mode shapes of scenes."""
 
 from __future__ import annotations
 
-import argparse
-import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path as File
 from typing import Any
@@ -16,10 +12,20 @@ import numpy as np
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.damping import damping_matrix
 from squeal.analysis.eigenvalues import analyse
+from squeal.article.results.loci import (
+    Branch,
+    ContactChange,
+    Loci,
+    Loop,
+    Modes,
+    ModeShape,
+    SceneLoci,
+    SingleLoop,
+    Threshold,
+)
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json
+from squeal.files.records import Missing
 from squeal.model.equations import PadModel
 from squeal.model.states import name
 from squeal.scene import Scene, read_scene
@@ -47,17 +53,18 @@ def values_of_mu(path: Path, marked: list[float]) -> np.ndarray:
     return np.unique(np.concatenate([grid, extra]))
 
 
-def branch(scene: Scene) -> dict[str, Any]:
-    """Tracked eigenvalues along the equilibrium branch, and what happens on it.
+def nested(values: np.ndarray) -> Any:
+    """An array (n,) or (n, m) as tuples of floats, in tuples."""
+    return tuple(map(nested, values)) if values.ndim > 1 else tuple(values.tolist())
 
-    `real`, `imag` (1/s, rad/s): six rows over `mu`; rows 2k and 2k + 1 are a mode and its
-    conjugate, by rising frequency at mu = 0. Where there is no branch only `reason` is given.
-    """
+
+def branch(scene: Scene) -> Branch | Missing:
+    """Tracked eigenvalues along the equilibrium branch, or why there is no branch."""
     try:
         path = Path.of(scene.pad_model, MU_MAX)
         critical = critical_friction(scene, MU_MAX)
     except ComputationError as error:
-        return {"reason": str(error)}
+        return Missing(str(error))
     C = damping_matrix(scene)
 
     def system(mu: float) -> Matrices:
@@ -67,20 +74,20 @@ def branch(scene: Scene) -> dict[str, Any]:
     marked = [scene.pad.mu, *(point.mu for point in critical.points)]
     tracked = track(system, values_of_mu(path, marked))
     changes = [
-        {"mu": mu, "into": name(scene.model, path.at(mu)[1])}
+        ContactChange(mu, name(scene.model, path.at(mu)[1]))
         for mu in path.breakpoints
         if mu <= path.mu_end
     ]
-    return {
-        "mu": tracked.mus.tolist(),
-        "real": tracked.values.real.T.tolist(),
-        "imag": tracked.values.imag.T.tolist(),
-        "contact_changes": changes,
-        "fold": path.fold,
-        "end": path.end,
-        "verdict_at_zero": critical.at_zero,
-        "thresholds": [asdict(point) for point in critical.points],
-    }
+    return Branch(
+        mu=nested(tracked.mus),
+        real=nested(tracked.values.real.T),
+        imag=nested(tracked.values.imag.T),
+        contact_changes=tuple(changes),
+        fold=path.fold,
+        end=path.end,
+        verdict_at_zero=critical.at_zero,
+        thresholds=tuple(Threshold(**asdict(point)) for point in critical.points),
+    )
 
 
 def frozen(scene: Scene, at: Equilibrium) -> System:
@@ -94,106 +101,85 @@ def frozen(scene: Scene, at: Equilibrium) -> System:
     return system
 
 
-def loop(scene: Scene, at: Equilibrium) -> dict[str, Any]:
+def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
     """The pad as a control loop about one equilibrium, if friction closes a single loop.
 
-    `thresholds` are those of the eigenvalues, `gain_margins` those of the loop, both over
-    0 < mu <= MARGIN_MAX; `apart` is the largest difference of the two lists (None if they are not
-    of one length). `real`, `imag` (gains x poles) are the root locus by python-control and
-    `locus_apart` its largest distance from the eigenvalues, over the spectral radius.
+    Thresholds of the eigenvalues and gain margins of the loop are both over 0 < mu <= MARGIN_MAX.
     """
     system = frozen(scene, at)
     answer = friction_loop(system, MU_MAX)
-    thresholds = [point.mu for point in critical_points(system, MARGIN_MAX) if point.mu > 0.0]
-    told = {"reason": answer.reason, "thresholds": thresholds}
+    points = critical_points(system, MARGIN_MAX)
+    thresholds = tuple(point.mu for point in points if point.mu > 0.0)
     if answer.loop is None:
-        return {"rank_one": False, **told}
-    margins = answer.loop.thresholds(MARGIN_MAX)
-    same = len(margins) == len(thresholds)
-    apart = [abs(a - b) for a, b in zip(margins, thresholds, strict=True)] if same else None
-    return {
-        "rank_one": True,
-        **told,
-        "gain_margins": margins,
-        "apart": None if apart is None else max(apart, default=0.0),
-        **_root_locus(answer.loop, system),
-    }
+        return Loop(False, answer.reason, thresholds)
+    margins = tuple(answer.loop.thresholds(MARGIN_MAX))
+    apart = None
+    if len(margins) == len(thresholds):
+        pairs = zip(margins, thresholds, strict=True)
+        apart = max((abs(a - b) for a, b in pairs), default=0.0)
+    gains, poles, distance = _root_locus(answer.loop, system)
+    return SingleLoop(
+        rank_one=True,
+        reason=answer.reason,
+        thresholds=thresholds,
+        gain_margins=margins,
+        apart=apart,
+        gains=nested(gains),
+        real=nested(poles.real),
+        imag=nested(poles.imag),
+        locus_apart=distance,
+    )
 
 
-def _root_locus(found: FrictionLoop, system: System) -> dict[str, Any]:
+def _root_locus(found: FrictionLoop, system: System) -> tuple[np.ndarray, np.ndarray, float]:
+    """Gains, poles (gains, 6), and their greatest distance from the eigenvalues, relative."""
     gains = np.linspace(0.0, MU_MAX, SWEEP)
     poles = np.asarray(found.root_locus(gains).loci)
     exact = eigenvalues(system, gains)
     distance = np.abs(poles[:, :, None] - exact[:, None, :])
     apart = np.maximum(distance.min(axis=1).max(axis=1), distance.min(axis=2).max(axis=1))
-    return {
-        "gains": gains.tolist(),
-        "real": poles.real.tolist(),
-        "imag": poles.imag.tolist(),
-        "locus_apart": float((apart / np.abs(exact).max(axis=1)).max()),
-    }
+    return gains, poles, float((apart / np.abs(exact).max(axis=1)).max())
 
 
-def modes(scene: Scene, at: Equilibrium) -> dict[str, Any]:
-    """Pose, eigenvalues and mode shapes at the scene's equilibrium.
-
-    `pose`: mass centre over the surface's origin (m) and rotation; a shape is (x, y, w theta) with
-    its largest part 1, one for each pair of eigenvalues.
-    """
+def modes(scene: Scene, at: Equilibrium) -> Modes:
+    """Pose, eigenvalues and mode shapes at the scene's equilibrium."""
     found = analyse(scene)
     pad, lever = scene.pad, np.array([1.0, 1.0, scene.pad.w])
     shapes = []
     for e in found.spectrum.eigenvalues[::2]:
         shape = lever * e.right
         shape = shape / shape[np.argmax(np.abs(shape))]
-        shapes.append(
-            {
-                "frequency_hz": e.frequency_hz,
-                "growth_rate": e.growth_rate,
-                "real": shape.real.tolist(),
-                "imag": shape.imag.tolist(),
-            }
-        )
-    return {
-        "on_branch": at.on_branch,
-        "how": found.how,
-        "contact": found.contact,
-        "verdict": found.judgement.verdict,
-        "q": list(found.q),
-        "pose": [pad.x0 + found.q[0], pad.y0 + found.q[1], pad.theta0 + found.q[2]],
-        "real": found.spectrum.values.real.tolist(),
-        "imag": found.spectrum.values.imag.tolist(),
-        "modes": shapes,
-    }
+        parts = nested(shape.real), nested(shape.imag)
+        shapes.append(ModeShape(e.frequency_hz, e.growth_rate, *parts))
+    return Modes(
+        on_branch=at.on_branch,
+        how=found.how,
+        contact=found.contact,
+        verdict=found.judgement.verdict,
+        q=tuple(found.q),
+        pose=(pad.x0 + found.q[0], pad.y0 + found.q[1], pad.theta0 + found.q[2]),
+        real=nested(found.spectrum.values.real),
+        imag=nested(found.spectrum.values.imag),
+        modes=tuple(shapes),
+    )
 
 
-def examined(file: File) -> dict[str, Any]:
-    """All of one scene; `equilibrium` and `loop` hold only a reason if no steady sliding exists."""
+def examined(file: File) -> SceneLoci:
+    """All of one scene."""
     scene = read_scene(file)
     at, how = sliding_equilibrium(scene.pad_model)
-    none = {"reason": how}
-    return {
-        "name": file.stem,
-        "model": scene.model,
-        "mu": scene.pad.mu,
-        "w": scene.pad.w,
-        "h": scene.pad.h,
-        "branch": branch(scene),
-        "loop": none if at is None else loop(scene, at),
-        "equilibrium": none if at is None else modes(scene, at),
-    }
+    return SceneLoci(
+        name=file.stem,
+        model=scene.model,
+        mu=scene.pad.mu,
+        w=scene.pad.w,
+        h=scene.pad.h,
+        branch=branch(scene),
+        loop=Missing(how) if at is None else loop(scene, at),
+        equilibrium=Missing(how) if at is None else modes(scene, at),
+    )
 
 
-def main() -> int:
-    """Examine scenes and print one JSON object with a list of them."""
-    parser = argparse.ArgumentParser(description="Eigenvalues over friction, loop and mode shapes.")
-    parser.add_argument("scenes", type=File, nargs="+", metavar="SCENE.yaml")
-    files = parser.parse_args().scenes
-    made = provenance(files, "squeal.article.studies.loci")
-    found = [examined(file) for file in files]
-    print(to_json({"scenes": found, "provenance": made.to_dict()}))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def study(files: Sequence[File]) -> Loci:
+    """Examine the scenes given."""
+    return Loci(tuple(examined(file) for file in files))

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import argparse
-import math
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from squeal.article.claims import CLAIMS
 from squeal.article.identify.objective import judge_many
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, Numbers, decode
 from squeal.article.identify.stored import read_searches
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json
+from squeal.article.results.robustness import Break, Robustness, Sample, Share
 from squeal.model.contact import Formulation
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
 PADS = 256  # in each sample
 LEAST, STEPS = 1e-3, 25  # relative changes of one number: from this to one, so many
-Z = 1.959963984540054  # of a 95 % interval
-
-
-def wilson(count: int, n: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share of which `count` of n trials were seen."""
-    p, z2 = count / n, Z * Z
-    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
-    half = Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def holding(many: list[dict[str, float]], formulation: Formulation) -> np.ndarray:
@@ -57,7 +45,7 @@ def everywhere(random: np.random.Generator) -> list[dict[str, float]]:
     return [decode(low + (high - low) * point) for point in points]
 
 
-def first_breaks(numbers: Numbers, formulation: Formulation) -> list[dict[str, Any]]:
+def first_breaks(numbers: Numbers, formulation: Formulation) -> tuple[Break, ...]:
     """For each number and each way: the least relative change that breaks a claim, and which.
 
     `change` is None where none breaks up to halving or doubling.
@@ -74,52 +62,34 @@ def first_breaks(numbers: Numbers, formulation: Formulation) -> list[dict[str, A
         for way, table in zip(("more", "less"), ways, strict=True):
             broken = np.flatnonzero(table.any(axis=1))
             at = int(broken[0]) if broken.size else None
-            found.append(
-                {
-                    "number": d.name,
-                    "way": way,
-                    "change": None if at is None else float(sizes[at]),
-                    "claims": []
-                    if at is None
-                    else [c.id for c, gone in zip(CLAIMS, table[at], strict=True) if gone],
-                }
-            )
-    return found
+            change = None if at is None else float(sizes[at])
+            gone = np.zeros(len(CLAIMS), dtype=bool) if at is None else table[at]
+            names = tuple(c.id for c, lost in zip(CLAIMS, gone, strict=True) if lost)
+            found.append(Break(d.name, way, change, names))
+    return tuple(found)
 
 
-def study(numbers: Numbers, formulation: Formulation, seed: int = 1) -> dict[str, Any]:
+def share(count: int, pads: int) -> Share:
+    """A share of which `count` of so many pads were seen, with Wilson's 95 % interval."""
+    low, high = binomtest(count, pads).proportion_ci(method="wilson")
+    return Share(count / pads, (float(low), float(high)))
+
+
+def robustness(numbers: Numbers, formulation: Formulation, seed: int = 1) -> Robustness:
     """Shares of pads that keep each claim, in samples of growing width, and the first breaks."""
     random = np.random.default_rng(seed)
     samples = {f"{100 * s:g} %": around(numbers, s, random) for s in SPREADS}
     samples["ranges"] = everywhere(random)
-    shares = []
-    for words, many in samples.items():
+    found = []
+    for name, many in samples.items():
         held = holding(many, formulation)
-        counts = held.sum(axis=0)
-        shares.append(
-            {
-                "sample": words,
-                "pads": len(many),
-                "median_kept": float(np.median(held.sum(axis=1))),
-                "claims": {
-                    c.id: {"share": float(n / len(many)), "interval": wilson(int(n), len(many))}
-                    for c, n in zip(CLAIMS, counts, strict=True)
-                },
-            }
-        )
-    return {"samples": shares, "breaks": first_breaks(numbers, formulation)}
+        counts = zip(CLAIMS, held.sum(axis=0), strict=True)
+        shares = {claim.id: share(int(n), len(many)) for claim, n in counts}
+        found.append(Sample(name, len(many), float(np.median(held.sum(axis=1))), shares))
+    return Robustness(tuple(found), first_breaks(numbers, formulation))
 
 
-def main() -> int:
-    """Print the study of the best stored pad as JSON."""
-    parser = argparse.ArgumentParser(description="How robust the claims are around the best pad.")
-    parser.add_argument("identified", type=Path, metavar="JSON")
-    given = parser.parse_args()
-    best = read_searches(given.identified)[0]
-    where = provenance([given.identified], "squeal.article.studies.robustness")
-    print(to_json(study(best.numbers, best.formulation) | {"provenance": where.to_dict()}), end="")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def study(files: Sequence[Path]) -> Robustness:
+    """The study of the best pad of the file of stored searches."""
+    best = read_searches(files)[0]
+    return robustness(best.numbers, best.formulation)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from squeal.article.claims import Judged
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
+from squeal.article.results.verify import Changed, Failing, VerifiedPad, Verify
 from squeal.errors import ComputationError
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json
 
 TOLERANCE = 1e-12
 VARIATIONS = {
@@ -27,7 +24,7 @@ def _verdicts(judged: list[Judged]) -> dict[str, str]:
     return {j.claim.id: j.verdict for j in judged}
 
 
-def verified(search: Search) -> dict[str, Any]:
+def verified(search: Search) -> VerifiedPad:
     """How many claims a stored pad keeps, which not and why, and what the variations change."""
     judged = judge_one(search.numbers, search.formulation, TOLERANCE)
     verdicts = _verdicts(judged)
@@ -36,39 +33,26 @@ def verified(search: Search) -> dict[str, Any]:
         try:
             other = _verdicts(judge_one(search.numbers, search.formulation, tolerance, stop))
         except ComputationError as error:
-            changed.append({"variation": words, "claim": "", "verdict": str(error)})
+            changed.append(Changed(words, "", str(error)))
             continue
         changed += [
-            {"variation": words, "claim": name, "verdict": verdict}
+            Changed(words, name, verdict)
             for name, verdict in other.items()
             if verdict != verdicts[name]
         ]
-    return {
-        "formulation": vars(search.formulation),
-        "seed": search.seed,
-        "starts": search.starts,
-        "pads": search.pads,
-        "numbers": search.numbers,
-        "reproduced": sum(j.verdict == "reproduced" for j in judged),
-        "failing": [
-            {"id": j.claim.id, "verdict": j.verdict, "margin": j.margin, "measured": j.measured}
-            for j in judged
-            if j.verdict != "reproduced"
-        ],
-        "changed": changed,
-    }
+    failing = [j for j in judged if j.verdict != "reproduced"]
+    return VerifiedPad(
+        formulation=search.formulation,
+        seed=search.seed,
+        starts=search.starts,
+        pads=search.pads,
+        numbers=search.numbers,
+        reproduced=len(judged) - len(failing),
+        failing=tuple(Failing(j.claim.id, j.verdict, j.margin, j.measured) for j in failing),
+        changed=tuple(changed),
+    )
 
 
-def main() -> int:
-    """Print the outcome for every stored search as JSON."""
-    parser = argparse.ArgumentParser(description="Judge the stored pads of all formulations.")
-    parser.add_argument("identified", type=Path, metavar="JSON")
-    given = parser.parse_args()
-    found = [verified(search) for search in read_searches(given.identified)]
-    where = provenance([given.identified], "squeal.article.studies.verify")
-    print(to_json({"formulations": found, "provenance": where.to_dict()}), end="")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def study(files: Sequence[Path]) -> Verify:
+    """The outcome for every stored search."""
+    return Verify(tuple(verified(search) for search in read_searches(files)))

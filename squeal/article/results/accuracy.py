@@ -1,0 +1,36 @@
+"""Error, effort and predictability horizon of each simulated scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Record, Result
+
+
+@dataclass(frozen=True)
+class SceneAccuracy(Record):
+    """What a simulated scene is worth.
+
+    error: of the final place against quad precision, relative; growth: of small deviations over
+    the scene's time; exponent in 1/s, `measured` over how many times the scene's time; horizon in
+    s: when the tolerance has grown to 1 %, None where deviations do not grow exponentially;
+    run_time in s, median.
+    """
+
+    error: float
+    growth: float
+    exponent: float
+    measured: float
+    horizon: float | None
+    steps: int
+    changes: int
+    run_time: float
+    tolerance: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class Accuracy(Result):
+    """By name of the scene."""
+
+    scenes: dict[str, SceneAccuracy]

@@ -1,0 +1,39 @@
+"""The article's statements with their measured verdicts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Record, Result
+
+
+@dataclass(frozen=True)
+class JudgedClaim(Record):
+    """A statement with what was measured, its verdict and margin (positive where it holds)."""
+
+    id: str
+    verdict: str
+    measured: str
+    where: str
+    statement: str
+    case: str
+    margin: float
+
+
+@dataclass(frozen=True)
+class SearchedFormulation(Record):
+    """The most claims that one pad was found to keep in a formulation, of so many pads tried."""
+
+    line_force: str
+    delta_from: str
+    delta_moment: str
+    pads: int
+    kept: int
+
+
+@dataclass(frozen=True)
+class Claims(Result):
+    """All statements in the article's order, and what searches of other formulations came to."""
+
+    claims: tuple[JudgedClaim, ...]
+    formulations: tuple[SearchedFormulation, ...]

@@ -1,0 +1,40 @@
+"""Poles of the sliding equilibria by python-control, held against the own eigenvalues."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Missing, Record, Result
+
+
+@dataclass(frozen=True)
+class Pole(Record):
+    """Real part in 1/s, imaginary part in rad/s; damping_ratio None for a pole at the origin."""
+
+    real: float
+    imag: float
+    frequency_hz: float
+    damping_ratio: float | None
+
+
+@dataclass(frozen=True)
+class EquilibriumPoles(Record):
+    """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
+
+    apart: greatest distance of an own eigenvalue from the nearest of python-control's, over the
+    greatest magnitude.
+    """
+
+    contact: str
+    R_n: float | None
+    theta: float
+    poles: tuple[Pole, ...]
+    verdict: str
+    apart: float
+
+
+@dataclass(frozen=True)
+class Eigenvalues(Result):
+    """By name of the scene; a scene without steady sliding has the reason."""
+
+    scenes: dict[str, EquilibriumPoles | Missing]

@@ -1,0 +1,41 @@
+"""Outcomes of the suite of stiff and extreme cases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from squeal.files.records import Record, Result
+
+Word = Literal["right", "refused", "warned", "wrong"]
+
+
+@dataclass(frozen=True)
+class Outcome(Record):
+    """What became of a case: `right`, `refused` or `warned` as it should be, else `wrong`.
+
+    error: relative, None where there is no number to compare; steps and contact changes of the run;
+    run_time in s, of the simulation alone; told: what the error is measured against, or what the
+    program said.
+    """
+
+    group: str
+    name: str
+    outcome: Word
+    error: float | None
+    steps: int
+    changes: int
+    run_time: float
+    told: str
+
+
+@dataclass(frozen=True)
+class Extreme(Result):
+    """All cases of the suite, in its order."""
+
+    cases: tuple[Outcome, ...]
+
+    @property
+    def wrong(self) -> str:
+        """The cases that came out wrong."""
+        return ", ".join(f"{c.group}: {c.name}" for c in self.cases if c.outcome == "wrong")

@@ -1,0 +1,25 @@
+"""The findings on the article's equations, each measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Record, Result
+
+
+@dataclass(frozen=True)
+class MeasuredFinding(Record):
+    """A finding: its place in the article, what it says, the numbers measured and their meaning."""
+
+    id: str
+    where: str
+    statement: str
+    outcome: str
+    measured: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Findings(Result):
+    """All findings, in their order."""
+
+    findings: tuple[MeasuredFinding, ...]

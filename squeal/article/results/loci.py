@@ -1,0 +1,125 @@
+"""Eigenvalues over friction, the friction loop and mode shapes of scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Missing, Record, Result
+
+Row = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class ContactChange(Record):
+    """A change of contact along the branch: where, and into which state."""
+
+    mu: float
+    into: str
+
+
+@dataclass(frozen=True)
+class Threshold(Record):
+    """A change of verdict on the way up in mu, see `squeal.stability.CriticalPoint`."""
+
+    mu: float
+    kind: str
+    frequency_hz: float
+    interval: tuple[float, float]
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Branch(Record):
+    """Tracked eigenvalues along the equilibrium branch, and what happens on it.
+
+    real, imag (1/s, rad/s): six rows over `mu`; rows 2k and 2k + 1 are a mode and its conjugate,
+    by rising frequency at mu = 0. end: why the branch ends; fold: its mu, None if there is none.
+    """
+
+    mu: Row
+    real: tuple[Row, ...]
+    imag: tuple[Row, ...]
+    contact_changes: tuple[ContactChange, ...]
+    fold: float | None
+    end: str
+    verdict_at_zero: str
+    thresholds: tuple[Threshold, ...]
+
+
+@dataclass(frozen=True)
+class Loop(Record):
+    """Whether friction closes a single loop about the held equilibrium (rank one), and why not.
+
+    thresholds: mu > 0 at which the eigenvalues change verdict.
+    """
+
+    rank_one: bool
+    reason: str
+    thresholds: Row
+
+
+@dataclass(frozen=True)
+class SingleLoop(Loop):
+    """The pad as one control loop, by python-control.
+
+    gain_margins: critical friction of the loop; apart: its largest difference from the thresholds
+    (None if they are not of one number); real, imag (gains x poles): the root locus; locus_apart:
+    its largest distance from the eigenvalues, over the spectral radius.
+    """
+
+    gain_margins: Row
+    apart: float | None
+    gains: Row
+    real: tuple[Row, ...]
+    imag: tuple[Row, ...]
+    locus_apart: float
+
+
+@dataclass(frozen=True)
+class ModeShape(Record):
+    """Shape (x, y, w theta), its largest part 1, of one pair of eigenvalues."""
+
+    frequency_hz: float
+    growth_rate: float
+    real: Row
+    imag: Row
+
+
+@dataclass(frozen=True)
+class Modes(Record):
+    """The scene's equilibrium: its eigenvalues (1/s, rad/s) and mode shapes.
+
+    q: displacement (m, m, rad); pose: mass centre over the surface's origin (m) and rotation; how:
+    how the equilibrium was chosen; on_branch: whether it lies on the branch from mu = 0.
+    """
+
+    on_branch: bool
+    how: str
+    contact: str
+    verdict: str
+    q: Row
+    pose: Row
+    real: Row
+    imag: Row
+    modes: tuple[ModeShape, ...]
+
+
+@dataclass(frozen=True)
+class SceneLoci(Record):
+    """All of one scene; w, h in m. What does not exist without steady sliding has the reason."""
+
+    name: str
+    model: str
+    mu: float
+    w: float
+    h: float
+    branch: Branch | Missing
+    loop: SingleLoop | Loop | Missing
+    equilibrium: Modes | Missing
+
+
+@dataclass(frozen=True)
+class Loci(Result):
+    """The scenes in the order given."""
+
+    scenes: tuple[SceneLoci, ...]

@@ -1,0 +1,27 @@
+"""Where the conditions (23a, b) hold over the two spring angles (Fig. 13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Record, Result
+from squeal.numerics.outline import Outline
+
+
+@dataclass(frozen=True)
+class Readings(Record):
+    """Share of the map where (23a, b) hold as printed, and with signs followed."""
+
+    as_printed: float
+    sign_aware: float
+
+
+@dataclass(frozen=True)
+class QuasiStatic(Result):
+    """Map of n x n cells at the scene's mu: regions (code 1) of both readings of (23a, b)."""
+
+    n: int
+    mu: float
+    share: Readings
+    as_printed: Outline
+    sign_aware: Outline

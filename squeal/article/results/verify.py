@@ -1,0 +1,48 @@
+"""The stored pads judged afresh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.files.records import Record, Result
+from squeal.model.contact import Formulation
+
+
+@dataclass(frozen=True)
+class Failing(Record):
+    """A claim that a pad does not keep."""
+
+    id: str
+    verdict: str
+    margin: float
+    measured: str
+
+
+@dataclass(frozen=True)
+class Changed(Record):
+    """A verdict that changes with tolerance or horizon; `claim` is empty where the motion ends."""
+
+    variation: str
+    claim: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class VerifiedPad(Record):
+    """The best pad of a search: effort of the search, the pad's numbers, the claims it keeps."""
+
+    formulation: Formulation
+    seed: int
+    starts: int
+    pads: int
+    numbers: dict[str, float]
+    reproduced: int
+    failing: tuple[Failing, ...]
+    changed: tuple[Changed, ...]
+
+
+@dataclass(frozen=True)
+class Verify(Result):
+    """One pad a formulation, the best first."""
+
+    formulations: tuple[VerifiedPad, ...]

@@ -1,0 +1,49 @@
+"""`python -m squeal.article.studies NAME FILE ...`: a study's result as JSON.
+
+FILEs are what the study reads: scenes, or stored searches. Its own switches are flags.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+
+from squeal.article.studies import STUDIES
+from squeal.errors import ComputationError, InputError
+from squeal.files.provenance import provenance
+from squeal.files.writing import to_json
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a study and print its result. Returns 1 where it is wrong or fails, 2 for bad input."""
+    first = argparse.ArgumentParser(description="Run a study and print its result as JSON.")
+    first.add_argument("name", choices=STUDIES, metavar="NAME", help=", ".join(STUDIES))
+    first.add_argument("rest", nargs=argparse.REMAINDER, metavar="FILE", help="what it reads")
+    chosen = first.parse_args(arguments)
+    module = import_module(f"squeal.article.studies.{chosen.name}")
+    parser = argparse.ArgumentParser(prog=chosen.name, description=module.__doc__)
+    parser.add_argument("files", type=Path, nargs="*", metavar="FILE")
+    for option in inspect.signature(module.study).parameters.values():
+        if option.kind is option.KEYWORD_ONLY:
+            parser.add_argument(f"--{option.name}", action="store_true")
+    given = vars(parser.parse_args(chosen.rest))
+    files = given.pop("files")
+    try:
+        result = module.study(files, **given)
+        made = provenance(files, module.__name__)
+        print(to_json(replace(result, provenance=made).to_dict()))
+        if result.wrong:
+            raise ComputationError(f"wrong: {result.wrong}")
+    except (InputError, ComputationError) as error:
+        print(f"{chosen.name}: {error}", file=sys.stderr)
+        return 2 if isinstance(error, InputError) else 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,35 @@
+"""The article's statements, each measured and judged on the article's scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from squeal.article.claims import judge_scenes
+from squeal.article.identify.stored import read_searches
+from squeal.article.results.claims import Claims, JudgedClaim, SearchedFormulation
+from squeal.article.scenes import read_cases
+
+
+def study(files: Sequence[Path]) -> Claims:
+    """Judge the eight scenes; a JSON file of stored searches tells of other formulations."""
+    stored = [file for file in files if file.suffix == ".json"]
+    judged = judge_scenes(*(read_cases(files, model, "simulate") for model in ("B1", "B2")))
+    return Claims(
+        tuple(
+            JudgedClaim(
+                id=j.claim.id,
+                verdict=j.verdict,
+                measured=j.measured,
+                where=j.claim.where,
+                statement=j.claim.statement,
+                case=j.claim.case,
+                margin=j.margin,
+            )
+            for j in judged
+        ),
+        tuple(
+            SearchedFormulation(**vars(search.formulation), pads=search.pads, kept=search.kept)
+            for search in (read_searches(stored) if stored else ())
+        ),
+    )

@@ -1,0 +1,54 @@
+"""Studies: one file, one result record and one line of the table each; one program for all."""
+
+import json
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import squeal.article.results
+import squeal.article.studies as studies
+from squeal.article.results.extreme import Extreme, Outcome
+from squeal.article.studies import STUDIES
+from squeal.article.studies import extreme as extreme_study
+from squeal.article.studies.__main__ import main
+from squeal.files.records import Result
+from tests.conftest import ROOT, SCENES
+
+
+def modules(package):
+    (folder,) = package.__path__
+    return {file.stem for file in Path(folder).glob("*.py") if not file.stem.startswith("__")}
+
+
+def test_study_result_and_table_have_the_same_names():
+    assert modules(studies) == modules(squeal.article.results) == set(STUDIES)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_returns_the_record_of_its_name(name):
+    kind = import_module(f"squeal.article.studies.{name}").study.__annotations__["return"]
+    record = getattr(import_module(f"squeal.article.results.{name}"), kind)
+    assert kind == name.title().replace("_", "")
+    assert issubclass(record, Result)
+    assert all((ROOT / "workflow" / file).is_file() for file in STUDIES[name])
+
+
+def test_a_study_lacking_a_scene_says_which(capsys):
+    assert main(["angles", str(SCENES / "b2-a.yaml")]) == 2
+    assert capsys.readouterr().err.startswith("angles: b2-b.yaml: missing")
+
+
+def test_a_file_too_many_is_refused(capsys):
+    assert main(["extreme", "b3.yaml"]) == 2
+    assert "b3.yaml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("word", "code"), [("right", 0), ("wrong", 1)])
+def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
+    outcome = Outcome("group", "name", word, None, 1, 2, 0.1, "said")
+    monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,)))
+    assert main(["extreme"]) == code
+    found = capsys.readouterr()
+    assert Extreme.from_dict(json.loads(found.out)).cases == (outcome,)
+    assert ("group: name" in found.err) is bool(code)
