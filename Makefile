@@ -1,6 +1,6 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make lint     style and types                         make lock   pin newer dependencies
-# make benchmark  speed against other programs
+# make benchmark  speed against other programs       make cite-check  citation files
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -9,12 +9,13 @@ BIN := .venv/bin
 ENVIRONMENT := .venv/environment.stamp
 LINTERS := .venv/linters.stamp
 PEERS := .venv/peers.stamp
+CITE := .venv/cite/stamp
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint benchmark page page-test lock clean distclean
+.PHONY: report test lint benchmark page page-test cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -40,10 +41,15 @@ page: $(ENVIRONMENT)
 page-test: $(ENVIRONMENT)
 	@$(BIN)/pytest -n 0 -rs page/tests
 
+cite-check: $(CITE) $(ENVIRONMENT)
+	.venv/cite/bin/cffconvert --validate
+	$(BIN)/python workflow/release/codemeta.py | diff codemeta.json -
+
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
+	$(UV_COMPILE) --group cite -o requirements/cite.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
@@ -65,4 +71,8 @@ $(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
 
 $(LINTERS): $(ENVIRONMENT) requirements/lint.txt
 	@workflow/setup/environment.sh lint
+	@touch $@
+
+$(CITE): $(ENVIRONMENT) requirements/cite.txt
+	@workflow/setup/apart.sh cite
 	@touch $@

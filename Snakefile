@@ -277,7 +277,7 @@ rule tables:
 rule paper:
     input:
         "paper/report.tex",
-        "paper/references.bib",
+        "squeal/article/report/references.bib",
         "paper/extreme.tex",
         "paper/identification.tex",
         "paper/precision.tex",
@@ -296,6 +296,6 @@ rule paper:
     log:
         "paper/generated/tex/latexmk.log",
     shell:
-        "latexmk -cd -pdf -silent -halt-on-error -interaction=nonstopmode "
+        "BIBINPUTS=$PWD/squeal/article/report: latexmk -cd -pdf -silent -halt-on-error -interaction=nonstopmode "
         "-outdir=generated/tex paper/report.tex > {log} 2>&1 "
         "&& cp paper/generated/tex/report.pdf {output}"

@@ -1,4 +1,4 @@
-"""squeal: hammering brake squeal of a rigid pad, simulated, linearised and judged.
+"""squeal: hammering brake squeal, simulated, linearised and judged.
 
     from squeal import read_scene, analyse, critical_friction
     scene = read_scene("pad.yaml")

@@ -19,11 +19,12 @@ COMMANDS = {
     "claims": "the statements of the article, each with its measured verdict",
     "findings": "what is wrong in the article's equations, each measured",
     "identify": "search for the pad that reproduces most of the article's statements",
+    "cite": "BibTeX for the article, this software and what a result was computed with",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 
 
-OF_ARTICLE = ("sliding", "claims", "findings", "identify")
+OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite")
 
 
 def _help() -> str:

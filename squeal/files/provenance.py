@@ -32,7 +32,8 @@ class Provenance:
     inputs: every file that was read; source_sha256: over the module and all that it imports, see
     `squeal.files.sources.digest`; versions: of this package, of Python and of every other package
     that those sources import, `NOT_INSTALLED` for one that is missing; platform: system and
-    processor.
+    processor; loaded: those of the packages that had been loaded when the result was made, since
+    sources also import what a scene may need and this one did not.
     """
 
     inputs: tuple[InputFile, ...]
@@ -40,6 +41,7 @@ class Provenance:
     source_sha256: str
     versions: dict[str, str]
     platform: str
+    loaded: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """As result files hold it."""
@@ -49,7 +51,7 @@ class Provenance:
     def from_dict(found: dict[str, Any]) -> Provenance:
         """Read back what `to_dict` gave."""
         inputs = tuple(InputFile(**entry) for entry in found["inputs"])
-        return Provenance(**found | {"inputs": inputs})
+        return Provenance(**found | {"inputs": inputs, "loaded": tuple(found["loaded"])})
 
 
 def provenance(inputs: Iterable[Path | None], module: str) -> Provenance:
@@ -61,12 +63,14 @@ def provenance(inputs: Iterable[Path | None], module: str) -> Provenance:
     files = [path for path in inputs if path is not None]
     read = [InputFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files]
     versions = {"squeal": __version__, "python": platform.python_version()}
+    imported = packages(module)
     return Provenance(
         tuple(read),
         module,
         digest(module),
-        versions | {name: version(name) for name in packages(module)},
+        versions | {name: version(name) for name in imported},
         f"{platform.system()} {platform.machine()}",
+        tuple(name for name in imported if name in sys.modules),
     )
 
 

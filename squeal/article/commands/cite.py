@@ -1,0 +1,60 @@
+"""`squeal cite`: BibTeX for the article, this software and the libraries behind a result."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import sys
+from pathlib import Path
+
+from squeal.article.report.bibliography import behind, installed, references
+from squeal.commands.base import Answer, Command, Parser
+from squeal.errors import InputError
+from squeal.files.provenance import Provenance
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal cite`."""
+    parser.add_argument(
+        "results",
+        nargs="*",
+        type=Path,
+        metavar="RESULT.json",
+        help="results whose libraries are cited, as --json writes them (left out: all that are "
+        "installed here)",
+    )
+
+
+def made_by(path: Path) -> Provenance:
+    """The provenance in a result file. Raises InputError if the file holds none."""
+    try:
+        return Provenance.from_dict(json.loads(path.read_text(encoding="utf-8"))["provenance"])
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; a result file is allowed") from None
+    except (ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: holds no provenance; the JSON output of a squeal command is allowed"
+        ) from None
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Collect the references of some results, or of what is installed."""
+    made = [made_by(path) for path in given.results]
+    found = references(behind(made) if made else installed())
+    return Answer(
+        lambda: {"references": [dataclasses.asdict(entry) for entry in found]},
+        lambda: "\n\n".join(entry.bibtex for entry in found),
+    )
+
+
+COMMAND = Command(
+    "cite",
+    "BibTeX for the article, this software and what a result was computed with.",
+    run,
+    options,
+    scene=False,
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())
