@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import CLAIMS, Case, judge_claims, measure
-from squeal.article.claims.judging import Linear
-from squeal.article.claims.measures import Range
+from squeal.article.claims.measures import Linear, Range
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from tests.simulation.test_simulation import bounce, upright
 
@@ -28,10 +28,11 @@ QUIET = Case(
 LINEAR = Linear({"a": 2, "b": 2, "c": 2, "d": 2}, 0.14)
 
 
-def verdict(claim, b1=None, b2=None, linear=LINEAR):
-    quiet = dict.fromkeys("abcd", QUIET)
-    judged = judge_claims(quiet | (b1 or {}), quiet | (b2 or {}), linear)
-    return next(j.verdict for j in judged if j.claim.id == claim)
+def verdict(claim, linear=LINEAR, **changed):
+    """Verdict on a claim if all cases are quiet but some, given as b1_a and the like."""
+    measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b3": linear}
+    measured |= {name.replace("_", "-"): measures for name, measures in changed.items()}
+    return next(j.verdict for j in judge_claims(measured) if j.claim.id == claim)
 
 
 def case(**changes):
@@ -96,13 +97,13 @@ LOST = {"shares": {FULL: 0.9, NONE: 0.1}}
     ],
 )
 def test_each_rule_has_two_sides(claim, model, name, holds, fails):
-    key = f"b{model}"
-    assert verdict(claim, **{key: {name: case(**holds)}}) == YES
-    assert verdict(claim, **{key: {name: case(**fails)}}) != YES
+    scene = f"b{model}_{name}"
+    assert verdict(claim, **{scene: case(**holds)}) == YES
+    assert verdict(claim, **{scene: case(**fails)}) != YES
 
 
 def test_separation_elsewhere_contradicts_only_c():
-    assert verdict("B2-only-c", b2={"c": case(**LOST), "a": case(**LOST)}) == NO
+    assert verdict("B2-only-c", b2_c=case(**LOST), b2_a=case(**LOST)) == NO
 
 
 def test_claims_on_the_linear_model():
@@ -111,13 +112,13 @@ def test_claims_on_the_linear_model():
     assert verdict("B3-small-region") == YES
     assert verdict("B3-small-region", linear=Linear({"a": 2}, 0.3)) == NO
     assert verdict("B3-none") == YES
-    assert verdict("B3-none", b1={"a": case(calm=0.001)}) == NO
+    assert verdict("B3-none", b1_a=case(calm=0.001)) == NO
 
 
 def test_of_two_conflicting_claims_one_contradicts_the_other():
-    down = {"b": case(tilt=Range(-0.01, -0.001))}
-    assert verdict("B2-b-tilt", b2=down) == YES
-    assert verdict("B2-b-theta", b2=down) == "contradicted"
+    down = case(tilt=Range(-0.01, -0.001))
+    assert verdict("B2-b-tilt", b2_b=down) == YES
+    assert verdict("B2-b-theta", b2_b=down) == "contradicted"
     assert verdict("B2-b-theta") == YES
     assert verdict("B2-b-tilt") == "contradicted"
 
@@ -150,3 +151,9 @@ def test_measures_of_a_bouncing_pad():
     assert found.separated[LEADING] == pytest.approx(found.separated[TRAILING], rel=1e-9)
     assert found.shares[NONE] == pytest.approx(found.separated[LEADING] / found.duration, rel=1e-9)
     assert found.first.low == 0.0
+
+
+def test_claims_say_which_cases_they_are_about():
+    said = {claim.id: claim.case for claim in CLAIMS}
+    assert (said["B2-b-twice"], said["B2-b-theta"], said["B1-a-states"]) == ("a, b", "b", "a")
+    assert {said[name] for name in ("B1-all-separate", "B3-singular", "B3-none")} == {"all"}

@@ -1,68 +1,274 @@
 """What the article says of its results, one checkable statement an entry, in our words.
 
-Times count from the first contact; an instant of zero length at the start
-does not count.
+Times count from the first contact; an instant of zero length at the start does not count.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from squeal.article.cases import CASES, stem
+from squeal.article.claims import rules
+from squeal.article.claims.rules import Outcome
+from squeal.model.states import FULL, LEAD, NONE, TRAIL
+
+ROOM = 0.2  # margin that counts as ample, where no other is named
+TILT = 0.3  # the same for tilts, over F_n / (k1 w)
 
 
-class Claim(NamedTuple):
-    """One statement: the case it is about, where the article makes it, what is measured.
+@dataclass(frozen=True)
+class Claim:
+    """One statement: the scenes it is about, where the article makes it, and its rule.
 
-    `conflicts` names a claim that cannot hold together with this one.
+    The rule takes the measures of these scenes in their order (b3: those of the linear model).
+    ample: margin beyond which a search gains no more, over F_n / (k1 w) if `by_load` (a tilt grows
+    with the load); conflicts: a claim that cannot hold together with this one.
     """
 
     id: str
-    case: str
+    scenes: tuple[str, ...]
     where: str
     statement: str
+    rule: Callable[..., Outcome]
+    ample: float = ROOM
+    by_load: bool = False
     conflicts: str = ""
 
+    @property
+    def case(self) -> str:
+        """The cases it is about, "all" where it is about every one."""
+        letters = sorted({scene[-1] for scene in self.scenes} & CASES.keys())
+        return ", ".join(letters) if 0 < len(letters) < len(CASES) else "all"
+
+
+_ALL_B1, _ALL_B2 = (tuple(stem(model, case) for case in CASES) for model in ("B1", "B2"))
 
 CLAIMS = (
-    Claim("B1-a-lead-loss", "a", "Fig. 4(a)", "the leading edge separates after first contact"),
-    Claim("B1-a-trail-loss", "a", "Fig. 4(b)", "the trailing edge separates after first contact"),
-    Claim("B1-a-trail-high", "a", "Sec. 4, Fig. 4", "F4 has the higher peak: max F4 > max F3"),
-    Claim("B1-a-states", "a", "Fig. 4", "all four contact states occur"),
-    Claim("B1-b-trail-loss", "b", "Fig. 5", "the trailing edge separates after first contact"),
-    Claim("B1-b-lead-kept", "b", "Sec. 4", "the leading edge never separates (F3 > 0)"),
-    Claim("B1-b-states", "b", "Fig. 5", "only states 1 and 3 occur"),
-    Claim("B1-b-ratio", "b", "Sec. 4", "max F3 is almost three times max F4 (2.5 to 3)"),
-    Claim("B1-c-sum", "c", "Sec. 4", "some edge is always in contact (F3 + F4 > 0)"),
-    Claim("B1-c-states", "c", "Fig. 6", "states 1, 3 and 4 occur, state 2 does not"),
-    Claim("B1-d-states", "d", "Fig. 7", "states 1, 3 and 4 occur, state 2 does not"),
-    Claim("B1-d-mostly-full", "d", "Sec. 4", "state 1 lasts more than half of the time"),
-    Claim("B1-d-alternate", "d", "Sec. 4", "contact losses alternate between the edges"),
-    Claim("B1-all-separate", "all", "Sec. 5, end", "in each case at least one edge separates"),
-    Claim("B2-a-contact", "a", "Sec. 5, Fig. 9(a)", "contact is never lost (Rn > 0)"),
     Claim(
-        "B2-a-leading", "a", "Sec. 5, Fig. 9(b)", "delta < 0 and theta0 + theta > 0 at all times"
+        "B1-a-lead-loss",
+        ("b1-a",),
+        "Fig. 4(a)",
+        "the leading edge separates after first contact",
+        rules.leading_apart,
     ),
-    Claim("B2-b-contact", "b", "Sec. 5, Fig. 10(a)", "contact is never lost (Rn > 0)"),
-    Claim("B2-b-trailing", "b", "Sec. 5, Fig. 10(b)", "delta > 0 at all times"),
-    Claim("B2-b-tilt", "b", "Sec. 5", "theta0 + theta < 0 at all times", "B2-b-theta"),
+    Claim(
+        "B1-a-trail-loss",
+        ("b1-a",),
+        "Fig. 4(b)",
+        "the trailing edge separates after first contact",
+        rules.trailing_apart,
+    ),
+    Claim(
+        "B1-a-trail-high",
+        ("b1-a",),
+        "Sec. 4, Fig. 4",
+        "F4 has the higher peak: max F4 > max F3",
+        rules.trailing_higher,
+    ),
+    Claim(
+        "B1-a-states",
+        ("b1-a",),
+        "Fig. 4",
+        "all four contact states occur",
+        rules.states((FULL, NONE, LEAD, TRAIL), ()),
+        ample=0.02,
+    ),
+    Claim(
+        "B1-b-trail-loss",
+        ("b1-b",),
+        "Fig. 5",
+        "the trailing edge separates after first contact",
+        rules.trailing_apart,
+    ),
+    Claim(
+        "B1-b-lead-kept",
+        ("b1-b",),
+        "Sec. 4",
+        "the leading edge never separates (F3 > 0)",
+        rules.positive("first", "F_n"),
+    ),
+    Claim(
+        "B1-b-states",
+        ("b1-b",),
+        "Fig. 5",
+        "only states 1 and 3 occur",
+        rules.states((FULL, LEAD), (NONE, TRAIL)),
+    ),
+    Claim(
+        "B1-b-ratio",
+        ("b1-b",),
+        "Sec. 4",
+        "max F3 is almost three times max F4 (2.5 to 3)",
+        rules.leading_almost_threefold,
+        ample=0.25,
+    ),
+    Claim(
+        "B1-c-sum",
+        ("b1-c",),
+        "Sec. 4",
+        "some edge is always in contact (F3 + F4 > 0)",
+        rules.positive("together", "F_n"),
+        ample=0.05,
+    ),
+    Claim(
+        "B1-c-states",
+        ("b1-c",),
+        "Fig. 6",
+        "states 1, 3 and 4 occur, state 2 does not",
+        rules.states((FULL, LEAD, TRAIL), (NONE,)),
+        ample=0.02,
+    ),
+    Claim(
+        "B1-d-states",
+        ("b1-d",),
+        "Fig. 7",
+        "states 1, 3 and 4 occur, state 2 does not",
+        rules.states((FULL, LEAD, TRAIL), (NONE,)),
+        ample=0.02,
+    ),
+    Claim(
+        "B1-d-mostly-full",
+        ("b1-d",),
+        "Sec. 4",
+        "state 1 lasts more than half of the time",
+        rules.mostly_full,
+    ),
+    Claim(
+        "B1-d-alternate",
+        ("b1-d",),
+        "Sec. 4",
+        "contact losses alternate between the edges",
+        rules.alternate,
+        ample=0.3,
+    ),
+    Claim(
+        "B1-all-separate",
+        _ALL_B1,
+        "Sec. 5, end",
+        "in each case at least one edge separates",
+        rules.each_separates,
+    ),
+    Claim(
+        "B2-a-contact",
+        ("b2-a",),
+        "Sec. 5, Fig. 9(a)",
+        "contact is never lost (Rn > 0)",
+        rules.positive("first", "F_n"),
+    ),
+    Claim(
+        "B2-a-leading",
+        ("b2-a",),
+        "Sec. 5, Fig. 9(b)",
+        "delta < 0 and theta0 + theta > 0 at all times",
+        rules.on_leading_edge,
+        ample=TILT,
+        by_load=True,
+    ),
+    Claim(
+        "B2-b-contact",
+        ("b2-b",),
+        "Sec. 5, Fig. 10(a)",
+        "contact is never lost (Rn > 0)",
+        rules.positive("first", "F_n"),
+    ),
+    Claim(
+        "B2-b-trailing",
+        ("b2-b",),
+        "Sec. 5, Fig. 10(b)",
+        "delta > 0 at all times",
+        rules.positive("second", "w"),
+        ample=0.01,
+    ),
+    Claim(
+        "B2-b-tilt",
+        ("b2-b",),
+        "Sec. 5",
+        "theta0 + theta < 0 at all times",
+        rules.tilted_down,
+        ample=TILT,
+        by_load=True,
+        conflicts="B2-b-theta",
+    ),
     Claim(
         "B2-b-theta",
-        "b",
+        ("b1-b", "b2-b"),
         "Sec. 5, end",
         "theta0 + theta > 0 at all times in models B1 and B2",
-        "B2-b-tilt",
+        rules.both_tilted_up,
+        ample=TILT,
+        by_load=True,
+        conflicts="B2-b-tilt",
     ),
-    Claim("B2-b-twice", "a, b", "Sec. 5", "mean Rn of b is almost twice that of a (1.7 to 2)"),
-    Claim("B2-c-loss", "c", "Fig. 11(a)", "the surfaces separate for some time (Rn = 0)"),
-    Claim("B2-c-hammer", "c", "Fig. 11(b)", "delta goes to both edges in turn, repeatedly"),
-    Claim("B2-d-contact", "d", "Fig. 12(a)", "contact is never lost (Rn > 0)"),
-    Claim("B2-d-trailing", "d", "Fig. 12(b)", "0 < delta < w at all times"),
-    Claim("B2-only-c", "all", "Sec. 5, end", "the surfaces separate in case c only"),
-    Claim("B3-singular", "all", "Sec. 6", "the stiffness matrix of Eq. (21) is singular"),
+    Claim(
+        "B2-b-twice",
+        ("b2-a", "b2-b"),
+        "Sec. 5",
+        "mean Rn of b is almost twice that of a (1.7 to 2)",
+        rules.mean_almost_doubles,
+        ample=0.1,
+    ),
+    Claim(
+        "B2-c-loss",
+        ("b2-c",),
+        "Fig. 11(a)",
+        "the surfaces separate for some time (Rn = 0)",
+        rules.surfaces_part,
+        ample=0.02,
+    ),
+    Claim(
+        "B2-c-hammer",
+        ("b2-c",),
+        "Fig. 11(b)",
+        "delta goes to both edges in turn, repeatedly",
+        rules.hammers,
+        ample=0.1,
+    ),
+    Claim(
+        "B2-d-contact",
+        ("b2-d",),
+        "Fig. 12(a)",
+        "contact is never lost (Rn > 0)",
+        rules.positive("first", "F_n"),
+    ),
+    Claim(
+        "B2-d-trailing",
+        ("b2-d",),
+        "Fig. 12(b)",
+        "0 < delta < w at all times",
+        rules.within_trailing_half,
+        ample=0.01,
+    ),
+    Claim(
+        "B2-only-c",
+        _ALL_B2,
+        "Sec. 5, end",
+        "the surfaces separate in case c only",
+        rules.only_c_parts,
+        ample=0.02,
+    ),
+    Claim(
+        "B3-singular",
+        ("b3",),
+        "Sec. 6",
+        "the stiffness matrix of Eq. (21) is singular",
+        rules.singular,
+        ample=0.1,
+    ),
     Claim(
         "B3-small-region",
-        "all",
+        ("b3",),
         "Sec. 6-7, Fig. 13",
         "(23a, b) hold on a small part (under a quarter) of the map",
+        rules.small_region,
+        ample=0.05,
     ),
-    Claim("B3-none", "all", "Sec. 7", "no simulated case settles into zero acceleration"),
+    Claim(
+        "B3-none",
+        (*_ALL_B1, *_ALL_B2),
+        "Sec. 7",
+        "no simulated case settles into zero acceleration",
+        rules.none_settles,
+        ample=0.1,
+    ),
 )

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.article.equations import quasi_static_map, stiffness
 from squeal.errors import InputError
 from squeal.model.equations import PadModel
+from squeal.model.linear import rank
+from squeal.model.pad import Pad
 from squeal.model.states import LEADING, STATES, TRAILING, State
 from squeal.scene import Scene
 from squeal.simulation.batch.many import DONE
@@ -182,3 +185,22 @@ def batch_case(found: Mapping[str, np.ndarray], pad: int) -> Case | None:
         swings=int(found["swings"][pad]),
         calm=float(found["calm"][pad]),
     )
+
+
+@dataclass(frozen=True)
+class Linear:
+    """What the claims on model B3 need: ranks of K by case, share of the map where (23) holds."""
+
+    ranks: Mapping[str, int]
+    share_as_printed: float
+
+
+def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
+    """Rank of Eq. (22) for the pad of each case, and what (23a, b) make of the map over the angles.
+
+    The map has `points` cells a side; it leaves the pads' own angles aside, so that one of the
+    pads tells it.
+    """
+    pad = next(iter(pads.values()))
+    ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
+    return Linear(ranks, quasi_static_map(pad, points).share.as_printed)

@@ -13,8 +13,9 @@ import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.analysis.work import contact_work
+from squeal.article.cases import stem, title
 from squeal.article.claims import Case, judge_claims, measure
-from squeal.article.claims.judging import linear_measures
+from squeal.article.claims.measures import linear_measures
 from squeal.article.equations import quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
 from squeal.equilibrium import sliding_equilibrium
@@ -37,30 +38,30 @@ class Study:
     b2: Mapping[str, Scene]
     b3: Scene
 
+    @property
+    def scenes(self) -> dict[str, Scene]:
+        """The eight scenes by name: b1-a to b2-d."""
+        models = (("B1", self.b1), ("B2", self.b2))
+        return {stem(model, case): s for model, scenes in models for case, s in scenes.items()}
+
     @cached_property
-    def cases(self) -> tuple[dict[str, Case], dict[str, Case]]:
-        """Measures of the cases of B1 and of B2."""
-        return (
-            {case: measure(scene) for case, scene in self.b1.items()},
-            {case: measure(scene) for case, scene in self.b2.items()},
-        )
+    def cases(self) -> dict[str, Case]:
+        """Measures of the scenes by name."""
+        return {key: measure(scene) for key, scene in self.scenes.items()}
 
     @cached_property
     def runs(self) -> dict[str, Simulation]:
-        """All eight runs with events and histories."""
+        """All eight runs with events and histories, by name of the scene."""
         wanted = ("events", "history")
-        scenes = {f"B1-{c}": s for c, s in self.b1.items()}
-        scenes |= {f"B2-{c}": s for c, s in self.b2.items()}
         return {
             key: simulate(dataclasses.replace(scene, outputs=wanted))
-            for key, scene in scenes.items()
+            for key, scene in self.scenes.items()
         }
 
-    def reproduced(self, b2: Mapping[str, Case]) -> int:
-        """How many claims hold with these measures of the B2 cases."""
+    def reproduced(self, changed: dict[str, Case]) -> int:
+        """How many claims hold with the measures of some scenes replaced."""
         linear = linear_measures({case: scene.pad for case, scene in self.b2.items()}, GRID)
-        judged = judge_claims(self.cases[0], b2, linear)
-        return sum(j.verdict == "reproduced" for j in judged)
+        return sum(j.holds for j in judge_claims(self.cases | changed | {"b3": linear}))
 
 
 _OTHER = {
@@ -91,14 +92,14 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             other = flipped(scene, switch)
             try:
                 moved = _place(simulate(dataclasses.replace(other, outputs=("history",))))
-                measured[case] = measure(other)
+                measured[stem("B2", case)] = measure(other)
             except ComputationError:
                 ended.append(case)
                 continue
-            here = _place(study.runs[f"B2-{case}"])
+            here = _place(study.runs[stem("B2", case)])
             size = np.ptp(here, axis=1).max()
             apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
-        before, after = study.reproduced(study.cases[1]), None
+        before, after = study.reproduced({}), None
         text = (
             f"Turned over in the B2 scenes, the place of the centre at the end changes by up to "
             f"{apart:.2g} times the range of the motion"
@@ -145,7 +146,7 @@ def fed_by_the_law(study: Study) -> Measured:
 
 def static_balance(study: Study) -> Measured:
     """E7: tilt in case b, and the place of the reaction at its sliding equilibrium."""
-    case, scene = study.cases[1]["b"], study.b2["b"]
+    case, scene = study.cases["b2-b"], study.b2["b"]
     tilt = case.tilt
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
     text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
@@ -164,7 +165,7 @@ def static_balance(study: Study) -> Measured:
 
 def states_met(study: Study) -> Measured:
     """E8: shares of the four states in case d of B1."""
-    shares = study.cases[0]["d"].shares
+    shares = study.cases["b1-d"].shares
     numbers = {name("B1", s): shares.get(s, 0.0) for s in STATES}
     told = ", ".join(f"{100 * numbers[key]:.2f}" for key in names("B1"))
     return Measured(
@@ -213,7 +214,7 @@ def simultaneous(study: Study) -> Measured:
     """E13: contact changes at one and the same instant among all of B1's."""
     together = total = 0
     for key, run in study.runs.items():
-        if key.startswith("B1"):
+        if study.scenes[key].model == "B1":
             times = [event.t for event in run.events or ()]
             total += len(times)
             together += sum(math.isclose(a, b, rel_tol=1e-15) for a, b in itertools.pairwise(times))
@@ -226,15 +227,14 @@ def simultaneous(study: Study) -> Measured:
 
 def sliding(study: Study) -> Measured:
     """E16: the greatest velocity of the pad along the surface over V."""
-    speeds = {"B1": study.b1, "B2": study.b2}
     greatest, lost = 0.0, []
     for key, run in study.runs.items():
-        V = speeds[key[:2]][key[3:]].pad.V
+        V = study.scenes[key].pad.V
         assert run.history is not None
         if V is not None:
             greatest = max(greatest, float(run.history["x_dot"].max() / V))
         if run.sliding_holds is False:
-            lost.append(key)
+            lost.append(title(key))
     text = (
         f"Sliding stops in {', '.join(lost)}"
         if lost

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.article.cases import CASES
+from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, judge_scenes
-from squeal.article.claims.judging import linear_measures
+from squeal.article.claims.measures import linear_measures
 from squeal.article.identify.space import (
     MODELS,
     SPEED_LIMIT,
@@ -28,27 +28,6 @@ FAILED = 100.0  # cost of a pad whose motion leaves the model
 # Below this cost at the horizon the doubled one counts as well, and the dearer of the two rules.
 PROMISING = 3.5
 DEEPEST = 0.5  # of the half height: how far the line contact may be pressed in at the start
-ROOM = 0.2  # margin that counts as ample, where no other is named
-AMPLE = {
-    "B1-a-states": 0.02,
-    "B1-b-ratio": 0.25,
-    "B1-c-states": 0.02,
-    "B1-c-sum": 0.05,
-    "B1-d-alternate": 0.3,
-    "B1-d-states": 0.02,
-    "B2-b-trailing": 0.01,
-    "B2-b-twice": 0.1,
-    "B2-c-hammer": 0.1,
-    "B2-c-loss": 0.02,
-    "B2-d-trailing": 0.01,
-    "B2-only-c": 0.02,
-    "B3-none": 0.1,
-    "B3-singular": 0.1,
-    "B3-small-region": 0.05,
-}
-# The tilt grows with the load: ample is this multiple of F_n / (k1 w).
-TILTS = ("B2-a-leading", "B2-b-tilt", "B2-b-theta")
-AMPLE_TILT = 0.3
 CONFLICTS = {tuple(sorted((c.id, c.conflicts))) for c in CLAIMS if c.conflicts}
 
 
@@ -80,16 +59,17 @@ def judge_many(
     outcomes: list[Outcome | None] = []
     for i, numbers in enumerate(many):
         rows = range(len(CASES) * i, len(CASES) * (i + 1))
-        b1, b2 = (
-            {case: batch_case(found, row) for case, row in zip(CASES, rows, strict=True)}
-            for found in results.values()
-        )
-        if None in b1.values() or None in b2.values():
+        cases = {
+            stem(model, case): batch_case(found, row)
+            for model, found in results.items()
+            for case, row in zip(CASES, rows, strict=True)
+        }
+        if None in cases.values():
             outcomes.append(None)
             continue
         linear = linear_measures({"c": pad_of(numbers, "B2", CASES["c"])}, MAP_POINTS)
         fastest = max(float(found["fastest"][row]) for found in results.values() for row in rows)
-        outcomes.append(Outcome(judge_claims(b1, b2, linear), fastest))  # type: ignore[arg-type]
+        outcomes.append(Outcome(judge_claims(cases | {"b3": linear}), fastest))  # type: ignore[arg-type]
     return outcomes
 
 
@@ -106,10 +86,8 @@ def judge_one(
 
 def _price(judged: Judged, numbers: Numbers) -> float:
     """1 to 2 for a failing claim, by how far it fails; up to 1/2 for a thin margin, 0 for room."""
-    ample = AMPLE.get(judged.claim.id, ROOM)
-    if judged.claim.id in TILTS:
-        ample = AMPLE_TILT * numbers["F_n"]
-    room = judged.margin / ample
+    claim = judged.claim
+    room = judged.margin / (claim.ample * (numbers["F_n"] if claim.by_load else 1.0))
     if not math.isfinite(room):
         return 2.0
     return 1.0 - room / (1.0 - room) if room <= 0.0 else 0.5 * max(0.0, 1.0 - room) ** 2

@@ -42,7 +42,7 @@ class Found:
     @property
     def reproduced(self) -> int:
         """How many claims hold."""
-        return sum(j.verdict == "reproduced" for j in self.judged)
+        return sum(j.holds for j in self.judged)
 
 
 def _to_numbers(point: np.ndarray) -> dict[str, float]:

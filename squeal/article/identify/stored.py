@@ -51,9 +51,7 @@ def kept(numbers: Numbers, formulation: Formulation) -> int:
         runs = [judge_one(numbers, formulation, stop=stop) for stop in (STOP, 2 * STOP)]
     except ComputationError:
         return 0
-    return sum(
-        all(j.verdict == "reproduced" for j in together) for together in zip(*runs, strict=True)
-    )
+    return sum(all(j.holds for j in together) for together in zip(*runs, strict=True))
 
 
 def from_state(file: Path) -> Search:

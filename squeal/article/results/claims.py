@@ -9,7 +9,10 @@ from squeal.files.records import Record, Result
 
 @dataclass(frozen=True)
 class JudgedClaim(Record):
-    """A statement with what was measured, its verdict and margin (positive where it holds)."""
+    """A statement with what was measured, its verdict and margin (positive where it holds).
+
+    scenes: those it is about, by name; case: their letters in words.
+    """
 
     id: str
     verdict: str
@@ -17,6 +20,7 @@ class JudgedClaim(Record):
     where: str
     statement: str
     case: str
+    scenes: tuple[str, ...]
     margin: float
 
 

@@ -24,6 +24,7 @@ def study(files: Sequence[Path]) -> Claims:
                 where=j.claim.where,
                 statement=j.claim.statement,
                 case=j.claim.case,
+                scenes=j.claim.scenes,
                 margin=j.margin,
             )
             for j in judged

@@ -25,7 +25,7 @@ def holding(many: list[dict[str, float]], formulation: Formulation) -> np.ndarra
     held = np.zeros((len(many), len(CLAIMS)), dtype=bool)
     for i, outcome in enumerate(judge_many(many, formulation)):
         if outcome is not None:
-            held[i] = [j.verdict == "reproduced" for j in outcome.judged]
+            held[i] = [j.holds for j in outcome.judged]
     return held
 
 

@@ -40,7 +40,7 @@ def verified(search: Search) -> VerifiedPad:
             for name, verdict in other.items()
             if verdict != verdicts[name]
         ]
-    failing = [j for j in judged if j.verdict != "reproduced"]
+    failing = [j for j in judged if not j.holds]
     return VerifiedPad(
         formulation=search.formulation,
         seed=search.seed,

@@ -1,0 +1,203 @@
+"""Rules of the claims: each gives a signed margin and what was measured, in words.
+
+A claim holds where its margin is positive. Margins are shares of time, forces over F_n, lengths
+over w, or relative differences, whichever the claim is about. A separation counts if its share of
+the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from squeal.article.claims.measures import Case, Linear
+from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
+
+TOUCH = 1e-9
+CALM = 0.01  # accelerations below this share of the greatest count as settled
+SMALL = 0.25  # of the map
+ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
+HAMMER = 0.1  # of w, how far delta must go to each side
+SWINGS = 4  # changes of side that make a motion repeated
+
+
+class Outcome(NamedTuple):
+    """Signed margin and what was measured, in words."""
+
+    margin: float
+    measured: str
+
+
+def _band(value: float, low: float, high: float) -> float:
+    return min(value - low, high - value)
+
+
+def _share(case: Case, state: State) -> float:
+    return case.shares.get(state, 0.0)
+
+
+def _apart(case: Case, edge: int) -> float:
+    """Share of time that an edge is apart; below TOUCH none, told by how near to zero it came."""
+    share = case.separated[edge] / case.duration
+    low = (case.first if edge == LEADING else case.second).low
+    return share if share > TOUCH else -max(low, 0.0)
+
+
+def _surface_apart(case: Case) -> float:
+    """Share of time without contact; below TOUCH none, told by the least reaction."""
+    share = _share(case, NONE)
+    return share if share > TOUCH else -max(case.first.low, 0.0)
+
+
+# model B1
+
+
+def leading_apart(case: Case) -> Outcome:
+    """The leading edge separates."""
+    share = case.separated[LEADING] / case.duration
+    return Outcome(_apart(case, LEADING), f"apart {100 * share:.2f} % of the time")
+
+
+def trailing_apart(case: Case) -> Outcome:
+    """The trailing edge separates."""
+    share = case.separated[TRAILING] / case.duration
+    return Outcome(_apart(case, TRAILING), f"apart {100 * share:.2f} % of the time")
+
+
+def states(wanted: tuple[State, ...], unwanted: tuple[State, ...]) -> Callable[[Case], Outcome]:
+    """All wanted states occur and no unwanted one."""
+
+    def rule(case: Case) -> Outcome:
+        present = min(_share(case, state) - TOUCH for state in wanted)
+        excess = max((_share(case, state) for state in unwanted), default=0.0)
+        numbers = ", ".join(f"{100 * _share(case, s):.2f}" for s in (FULL, NONE, LEAD, TRAIL))
+        margin = present if excess <= TOUCH else -excess
+        return Outcome(margin, f"shares of states 1 to 4: {numbers} %")
+
+    return rule
+
+
+def trailing_higher(case: Case) -> Outcome:
+    """F4 has the higher peak."""
+    ratio = case.second.high / case.first.high
+    return Outcome(ratio - 1.0, f"max F4 / max F3 = {ratio:.3f}")
+
+
+def leading_almost_threefold(case: Case) -> Outcome:
+    """The peak of F3 is 2.5 to 3 times that of F4."""
+    ratio = case.first.high / case.second.high
+    return Outcome(_band(ratio, 2.5, 3.0), f"max F3 / max F4 = {ratio:.3f}")
+
+
+def mostly_full(case: Case) -> Outcome:
+    """State 1 lasts more than half of the time."""
+    share = _share(case, FULL)
+    return Outcome(share - 0.5, f"state 1 for {100 * share:.1f} % of the time")
+
+
+def alternate(case: Case) -> Outcome:
+    """Contact losses alternate between the edges."""
+    pairs = list(zip(case.losses, case.losses[1:], strict=False))
+    if not pairs:
+        return Outcome(-1.0, f"{len(case.losses)} contact losses")
+    share = sum(a != b for a, b in pairs) / len(pairs)
+    margin = share - ALTERNATE if set(case.losses) == {LEADING, TRAILING} else -1.0
+    words = f"{100 * share:.0f} % of {len(pairs)} successive losses at the other edge"
+    return Outcome(margin, words)
+
+
+def each_separates(*cases: Case) -> Outcome:
+    """At least one edge separates in each of cases a to d."""
+    apart = {n: max(_apart(case, e) for e in (0, 1)) for n, case in zip("abcd", cases, strict=True)}
+    least = min(apart, key=lambda name: apart[name])
+    words = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
+    return Outcome(apart[least], words)
+
+
+# models B1 and B2
+
+
+def positive(signal: str, unit: str) -> Callable[[Case], Outcome]:
+    """A range of the measures (`first`, `second`, `together`) stays above zero."""
+
+    def rule(case: Case) -> Outcome:
+        low = getattr(case, signal).low
+        return Outcome(low, f"least value {low:.4g} {unit}")
+
+    return rule
+
+
+def tilted_down(case: Case) -> Outcome:
+    """theta0 + theta stays negative."""
+    return Outcome(-case.tilt.high, f"greatest tilt {case.tilt.high:.3g} rad")
+
+
+def both_tilted_up(b1: Case, b2: Case) -> Outcome:
+    """theta0 + theta stays positive in both models."""
+    words = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
+    return Outcome(min(b1.tilt.low, b2.tilt.low), words)
+
+
+def none_settles(*cases: Case) -> Outcome:
+    """No case settles into zero acceleration."""
+    calmest = min(case.calm for case in cases)
+    return Outcome(calmest - CALM, f"least late acceleration {100 * calmest:.0f} % of the greatest")
+
+
+# model B2
+
+
+def on_leading_edge(case: Case) -> Outcome:
+    """delta stays negative and the tilt positive."""
+    margin = min(-case.second.high, case.tilt.low)
+    words = f"greatest delta/w {case.second.high:.4g}, least tilt {case.tilt.low:.3g} rad"
+    return Outcome(margin, words)
+
+
+def within_trailing_half(case: Case) -> Outcome:
+    """0 < delta < w."""
+    margin = min(case.second.low, 1.0 - case.second.high)
+    return Outcome(margin, f"delta/w from {case.second.low:.3f} to {case.second.high:.3f}")
+
+
+def hammers(case: Case) -> Outcome:
+    """delta goes to both edges in turn, repeatedly."""
+    reach = min(case.second.high, -case.second.low) - HAMMER
+    margin = reach if case.swings >= SWINGS else min(reach, 0.0) - 1.0
+    words = within_trailing_half(case).measured
+    return Outcome(margin, f"{words}, {case.swings} changes of side")
+
+
+def surfaces_part(case: Case) -> Outcome:
+    """The surfaces separate for some time."""
+    words = f"apart {100 * _share(case, NONE):.2f} % of the time"
+    return Outcome(_surface_apart(case), words)
+
+
+def only_c_parts(*cases: Case) -> Outcome:
+    """Of cases a to d the surfaces separate in c only."""
+    margins = dict(zip("abcd", map(_surface_apart, cases), strict=True))
+    margin = min(value if name == "c" else -value for name, value in margins.items())
+    apart = [name for name, value in margins.items() if value > 0.0]
+    return Outcome(margin, f"surfaces separate in: {', '.join(apart) or 'no case'}")
+
+
+def mean_almost_doubles(a: Case, b: Case) -> Outcome:
+    """The mean reaction of case b is 1.7 to 2 times that of case a."""
+    ratio = b.mean / a.mean
+    return Outcome(_band(ratio, 1.7, 2.0), f"mean Rn of b / mean Rn of a = {ratio:.3f}")
+
+
+# model B3
+
+
+def singular(linear: Linear) -> Outcome:
+    """K of Eq. (22) is singular in all cases."""
+    ranks = ", ".join(str(rank) for rank in linear.ranks.values())
+    return Outcome(2.5 - max(linear.ranks.values()), f"rank in cases a to d: {ranks}")
+
+
+def small_region(linear: Linear) -> Outcome:
+    """(23a, b) hold on a small part of the map."""
+    share = linear.share_as_printed
+    return Outcome(SMALL - share, f"{100 * share:.1f} % of the map")
