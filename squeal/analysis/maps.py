@@ -6,24 +6,18 @@ first, by continuation from mu = 0 of all points together.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squeal.analysis.damping import UNSTABLE, modal_damping
-from squeal.equilibrium.many import branch_ends, moved_little, solved, subset
-from squeal.equilibrium.statics import Statics
-from squeal.errors import ComputationError
+from squeal.analysis.points import Names, normalised, points_at
 from squeal.model.contact import Formulation
-from squeal.model.equations import PadModel
 from squeal.model.linear import about_origin, spring_directions
 from squeal.model.pad import Pad
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
-from squeal.model.units import Units
 from squeal.numerics.outline import Codes, Outline, outline
 from squeal.scene import Scene
 from squeal.stability import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
@@ -79,58 +73,12 @@ def _angle_rows(pad: Pad, formulation: Formulation, axes: tuple[Axis, Axis]) -> 
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
-def _stiffness(
-    model: PadModel, names: tuple[str, str], q: np.ndarray, touching: np.ndarray
-) -> np.ndarray:
-    """K (3, 3, n) of n pads about q (3, n); touching (2, n): the edges in contact, one at least."""
-    K, step = np.empty((3, 3, q.shape[1])), 1e-200
-    for state in (FULL, LEAD, TRAIL):
-        here = np.all(touching == np.array(state)[:, None], axis=0)
-        if here.any():
-            shifted = q[:, None, here] + 1j * step * np.eye(3)[:, :, None]
-            K[:, :, here] = -subset(model, names, here).loads(shifted, state).imag / step
-    return K
-
-
-def _normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
-    """Matrices X (3, 3, n) of pads in coordinates with a mass matrix of one, (n, 3, 3)."""
-    unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
-    return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
-
-
-def _damping(
-    scene: Scene, statics: Statics, names: tuple[str, str], values: np.ndarray
-) -> np.ndarray | None:
-    """Mass-normalised damping matrices (n, 3, 3) of pads with parameters `values`, None if zero."""
-    if scene.damping is None:
-        return None
-    model, units, n = statics.model, statics.units, values.shape[1]
-    if scene.damping.matrix is not None:
-        turn = np.array([1.0, 1.0, 1.0 / units.length])
-        C = np.array(scene.damping.matrix) * np.outer(turn, turn) * units.time / units.mass
-        return _normalised(model.pad, np.broadcast_to(C[:, :, None], (3, 3, n)))
-    pad = model.pad.replace(mu=0.0 * model.pad.mu)
-    rest = Statics(PadModel(model.name, pad, model.formulation), units)
-    z, touching = np.zeros((4, n)), np.ones((2, n), dtype=bool)
-    if scene.model != "B3":
-        solved(rest, names, z, 40)
-        touching = rest.gaps(z) < 0.0
-    A = _normalised(pad, _stiffness(rest.model, names, rest.place(z), touching))
-    assert scene.damping.ratios is not None
-    B, stable = modal_damping(A, scene.damping.ratios)
-    if not stable.all():
-        at = zip(names, values[:, np.argmin(stable)], strict=True)
-        place = ", ".join(f"{name} = {value:.6g}" for name, value in at)
-        raise ComputationError(f"{UNSTABLE} at {place}")
-    return B
-
-
 def _verdicts(pad: Pad, K: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Codes of n pads with K (3, 3, n), and B (n, 3, 3) as `_damping` gives it."""
+    """Codes of n pads with K (3, 3, n), and B (n, 3, 3) as `Points` holds it."""
     mass = (pad.m, pad.m, pad.I)
     if B is None:
         return undamped_verdicts([K[i, j] / mass[i] for i in range(3) for j in range(3)])
-    A, damped = _normalised(pad, K), B.any(axis=(1, 2))
+    A, damped = normalised(pad, K), B.any(axis=(1, 2))
     codes = undamped_verdicts(list(A.reshape(-1, 9).T))
     codes[damped] = damped_verdicts(A[damped], B[damped])
     return codes
@@ -150,41 +98,17 @@ class Found(NamedTuple):
 
 
 def codes_at(
-    scene: Scene, names: tuple[str, str], values: np.ndarray, near: np.ndarray | None = None
+    scene: Scene, names: Names, values: np.ndarray, near: np.ndarray | None = None
 ) -> Found:
-    """Verdicts with two parameters of the scene replaced by the values (2, n).
-
-    B1 and B2 are judged about the equilibrium on the branch from mu = 0, or about the one on the
-    same branch as the places `near` (4, n) of other values, which is quicker. Modal damping
-    ratios refer to the modes without friction of each point's own pad; raises ComputationError
-    where such a mode is unstable.
-    """
-    n = values.shape[1]
-    changes: dict[str, Any] = dict(zip(names, values, strict=True))
-    model = PadModel(scene.model, scene.pad.replace(**changes), scene.formulation)
-    held = scene.model == "B3"
-    units = Units(1.0, 1.0, 1.0, 1.0) if held else Statics.of(scene.pad_model).units
-    scaled = model.pad.scaled(units.mass, units.length, units.time)
-    statics = Statics(PadModel(model.name, scaled, model.formulation), units)
-    mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
-    if held:
-        z, side = np.zeros((4, n)), np.ones(n)
-    elif near is None:
-        z, side = branch_ends(statics, names, mu)
-    else:
-        z = np.array([*near[:3], mu])
-        side = solved(statics, names, z, 20)
-        side[(side != near[3]) | ~moved_little(z, near)] = 0.0
-    touching = np.ones((2, n), dtype=bool) if held else statics.gaps(z) < 0.0
-    here = (side != 0.0) & touching.any(axis=0)
-    part = dataclasses.replace(statics, model=subset(statics.model, names, here))
-    K = _stiffness(part.model, names, statics.place(z)[:, here], touching[:, here])
-    codes = np.full(n, BEYOND_FOLD, dtype=np.int8)
-    codes[here] = _verdicts(part.model.pad, K, _damping(scene, part, names, values[:, here]))
-    contact = np.full(n, STATES.index(NONE), dtype=np.int8)
+    """Verdicts with some parameters of the scene replaced, see `points_at`."""
+    at = points_at(scene, names, values, near)
+    codes = np.full(len(at.there), BEYOND_FOLD, dtype=np.int8)
+    codes[at.there] = _verdicts(at.pads, at.K, at.B)
+    contact = np.full(len(at.there), STATES.index(NONE), dtype=np.int8)
     for state in (FULL, LEAD, TRAIL):
-        contact[here & np.all(touching == np.array(state)[:, None], axis=0)] = STATES.index(state)
-    return Found(codes, contact, np.array([*z[:3], side]))
+        here = at.there & np.all(at.touching == np.array(state)[:, None], axis=0)
+        contact[here] = STATES.index(state)
+    return Found(codes, contact, at.places)
 
 
 def on_grid(

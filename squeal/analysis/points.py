@@ -1,0 +1,123 @@
+"""Linearisations of many pads that differ in a few parameters: maps and contours rest on them."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.damping import UNSTABLE, modal_damping
+from squeal.equilibrium.many import branch_ends, moved_little, solved, subset
+from squeal.equilibrium.statics import Statics
+from squeal.errors import ComputationError
+from squeal.model.equations import PadModel
+from squeal.model.pad import Pad
+from squeal.model.states import FULL, LEAD, TRAIL
+from squeal.model.units import Units
+from squeal.scene import Scene
+
+Names = tuple[str, ...]
+
+
+def _stiffness(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """K (3, 3, n) of n pads about q (3, n); touching (2, n): the edges in contact, one at least."""
+    K, step = np.empty((3, 3, q.shape[1])), 1e-200
+    for state in (FULL, LEAD, TRAIL):
+        here = np.all(touching == np.array(state)[:, None], axis=0)
+        if here.any():
+            shifted = q[:, None, here] + 1j * step * np.eye(3)[:, :, None]
+            K[:, :, here] = -subset(model, names, here).loads(shifted, state).imag / step
+    return K
+
+
+def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
+    """Matrices X (3, 3, n) of pads in coordinates with a mass matrix of one, (n, 3, 3)."""
+    unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
+    return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
+
+
+def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -> np.ndarray | None:
+    """Mass-normalised damping matrices (n, 3, 3) of pads with parameters `values`, None if zero."""
+    if scene.damping is None:
+        return None
+    model, units, n = statics.model, statics.units, values.shape[1]
+    if scene.damping.matrix is not None:
+        turn = np.array([1.0, 1.0, 1.0 / units.length])
+        C = np.array(scene.damping.matrix) * np.outer(turn, turn) * units.time / units.mass
+        return normalised(model.pad, np.broadcast_to(C[:, :, None], (3, 3, n)))
+    pad = model.pad.replace(mu=0.0 * model.pad.mu)
+    rest = Statics(PadModel(model.name, pad, model.formulation), units)
+    z, touching = np.zeros((4, n)), np.ones((2, n), dtype=bool)
+    if scene.model != "B3":
+        solved(rest, names, z, 40)
+        touching = rest.gaps(z) < 0.0
+    A = normalised(pad, _stiffness(rest.model, names, rest.place(z), touching))
+    assert scene.damping.ratios is not None
+    B, stable = modal_damping(A, scene.damping.ratios)
+    if not stable.all():
+        at = zip(names, values[:, np.argmin(stable)], strict=True)
+        place = ", ".join(f"{name} = {value:.6g}" for name, value in at)
+        raise ComputationError(f"{UNSTABLE} at {place}")
+    return B
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """n pads about their sliding equilibria, in the units of the equilibria's search.
+
+    there (n,): where an equilibrium was found; touching (2, n): the edges in contact; places
+    (4, n): the equilibrium and the sign of the determinant of its balance, which let others start
+    from there; of the m pads with an equilibrium: pads, K (3, 3, m), B (m, 3, 3) the
+    mass-normalised damping, None without; rate (1/s) turns their eigenvalues into rad/s.
+    """
+
+    there: np.ndarray
+    touching: np.ndarray
+    places: np.ndarray
+    pads: Pad
+    K: np.ndarray
+    B: np.ndarray | None
+    rate: float
+
+
+def points_at(
+    scene: Scene, names: Names, values: np.ndarray, near: np.ndarray | None = None
+) -> Points:
+    """The scene's pad with some parameters replaced by the values (len(names), n).
+
+    B1 and B2 are linearised about the equilibrium on the branch from mu = 0, or about the one on
+    the same branch as the places `near` (4, n) of other values, which is quicker; B3 about the
+    origin. Modal damping ratios refer to the modes without friction of each point's own pad;
+    raises ComputationError where such a mode is unstable.
+    """
+    n = values.shape[1]
+    changes: dict[str, Any] = dict(zip(names, values, strict=True))
+    model = PadModel(scene.model, scene.pad.replace(**changes), scene.formulation)
+    held = scene.model == "B3"
+    units = Units(1.0, 1.0, 1.0, 1.0) if held else Statics.of(scene.pad_model).units
+    scaled = model.pad.scaled(units.mass, units.length, units.time)
+    statics = Statics(PadModel(model.name, scaled, model.formulation), units)
+    mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
+    if held:
+        z, side = np.zeros((4, n)), np.ones(n)
+    elif near is None:
+        z, side = branch_ends(statics, names, mu)
+    else:
+        z = np.array([*near[:3], mu])
+        side = solved(statics, names, z, 20)
+        side[(side != near[3]) | ~moved_little(z, near)] = 0.0
+    touching = np.ones((2, n), dtype=bool) if held else statics.gaps(z) < 0.0
+    here = (side != 0.0) & touching.any(axis=0)
+    part = dataclasses.replace(statics, model=subset(statics.model, names, here))
+    K = _stiffness(part.model, names, statics.place(z)[:, here], touching[:, here])
+    return Points(
+        here,
+        touching,
+        np.array([*z[:3], side]),
+        part.model.pad,
+        K,
+        _damping(scene, part, names, values[:, here]),
+        1.0 / units.time,
+    )
