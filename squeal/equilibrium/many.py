@@ -11,14 +11,14 @@ from squeal.model.equations import PadModel
 from squeal.model.states import FULL, LEAD, TRAIL
 
 
-def subset(model: PadModel, names: tuple[str, str], pick: np.ndarray) -> PadModel:
+def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
     """The pads that `pick` names of those whose parameters `names` are arrays."""
     changes = {name: getattr(model.pad, name)[pick] for name in names}
     return PadModel(model.name, model.pad.replace(**changes), model.formulation)
 
 
 def _balance(
-    statics: Statics, names: tuple[str, str], z: np.ndarray
+    statics: Statics, names: tuple[str, ...], z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """One pass of Newton's method with the contact state that the gaps tell; z (4, n) is moved.
 
@@ -50,7 +50,7 @@ def _balance(
     return size, side
 
 
-def solved(statics: Statics, names: tuple[str, str], z: np.ndarray, passes: int) -> np.ndarray:
+def solved(statics: Statics, names: tuple[str, ...], z: np.ndarray, passes: int) -> np.ndarray:
     """Newton's method at fixed mu from z (4, n), which is moved.
 
     Returns the sign of the determinant at the equilibrium, 0 where none was found or where the pad
@@ -71,7 +71,7 @@ def moved_little(z: np.ndarray, before: np.ndarray) -> np.ndarray:
 
 
 def branch_ends(
-    statics: Statics, names: tuple[str, str], mu: np.ndarray
+    statics: Statics, names: tuple[str, ...], mu: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Equilibria (4, n) on the branches from mu = 0; the determinant's sign, 0 short of mu.
 
