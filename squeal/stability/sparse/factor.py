@@ -1,0 +1,109 @@
+"""Factorised sparse matrices: solutions, and the phase of the determinant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import ComputationError
+from squeal.stability.sparse.quadratic import Quadratic
+
+PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
+
+
+class Factor(Protocol):
+    """A factorised matrix A (n, n)."""
+
+    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
+        """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
+        ...
+
+    def phase(self) -> complex:
+        """det A / |det A|, 0 if the determinant vanishes."""
+        ...
+
+
+class _SuperLU:
+    def __init__(self, matrix: Any) -> None:
+        from scipy.sparse.linalg import splu
+
+        self._complex = np.iscomplexobj(matrix.data)
+        try:
+            self._lu = splu(
+                matrix,
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=PIVOT,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            if "singular" not in str(error):
+                raise ComputationError(f"a sparse factorisation failed: {error}") from None
+            raise ZeroDivisionError from None
+
+    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
+        trans = "T" if transposed else "N"
+        if np.iscomplexobj(right) and not self._complex:
+            real = self._lu.solve(np.ascontiguousarray(right.real), trans)
+            return np.asarray(real + 1j * self._lu.solve(np.ascontiguousarray(right.imag), trans))
+        return np.asarray(self._lu.solve(right.astype(complex) if self._complex else right, trans))
+
+    def phase(self) -> complex:
+        pivots = self._lu.U.diagonal()
+        swaps = _odd(self._lu.perm_r) != _odd(self._lu.perm_c)
+        return _phase(pivots) * (-1 if swaps else 1)
+
+
+def _phase(pivots: NDArray) -> complex:
+    size = np.abs(pivots)
+    if not np.all(size > 0):
+        return 0j
+    return complex(np.exp(1j * np.sum(np.angle(pivots / size))))
+
+
+def _odd(permutation: NDArray) -> bool:
+    """True if a permutation is odd: n minus its number of cycles."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(permutation)
+    graph = csr_array((np.ones(n, dtype=np.int8), permutation, np.arange(n + 1)), shape=(n, n))
+    cycles, _ = connected_components(graph, directed=False)
+    return bool((n - cycles) % 2)
+
+
+def factorise(matrix: Any) -> Factor:
+    """A factorised CSC matrix. Raises ZeroDivisionError if it is exactly singular."""
+    return _SuperLU(matrix)
+
+
+def factorise_at(problem: Quadratic, value: complex) -> tuple[complex, Factor]:
+    """P(value) factorised; where it is singular, at a place close by, which is returned too.
+
+    Raises ComputationError if it is singular there as well.
+    """
+    for nudge in (0.0, 1e-9, 1e-6):
+        place = value + nudge * (1 + 0.5j) * (abs(value) or problem.rate)
+        try:
+            return place, factorise(problem.at(place))
+        except ZeroDivisionError:
+            continue
+    raise ComputationError(
+        f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
+        "null vector, a part that nothing holds and that has no mass"
+    )
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One BLAS thread if threadpoolctl is installed: more of them make small blocks slower."""
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        yield
+        return
+    with threadpool_limits(1):
+        yield

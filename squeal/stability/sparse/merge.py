@@ -1,0 +1,62 @@
+"""Roots from several shifts as one list, each as often as it is one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.stability.sparse.quadratic import ComplexArray
+
+SAME = 1e-6  # relative distance of values that may be one root
+SPANNED = 1e-3  # part of a unit vector outside the space of the others that makes it a new one
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Values (m,) with right vectors (n, m) and, as far as known, left ones (else NaN)."""
+
+    values: ComplexArray
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
+
+    def picked(self, which: np.ndarray) -> Roots:
+        """Some of them, by mask or index."""
+        return Roots(self.values[which], self.right[:, which], self.left[:, which])
+
+    def mirrored(self) -> Roots:
+        """The conjugate roots."""
+        return Roots(self.values.conj(), self.right.conj(), self.left.conj())
+
+
+def merged(old: Roots, new: Roots, scale: float) -> Roots:
+    """`old` and what `new` adds to it.
+
+    Roots at one place are the same if the vector of one lies in the span of the others there; each
+    old one answers for at most one new one, so a defective root keeps its multiplicity and a
+    multiple one gains the vectors that another start brings. `scale` (rad/s): distances count
+    relative to it near zero.
+    """
+    free = np.ones(len(old.values), dtype=bool)
+    fresh = []
+    for j, value in enumerate(new.values):
+        distance = np.abs(old.values - value)
+        near = np.flatnonzero(distance <= SAME * max(abs(value), scale))
+        if len(near):
+            basis, singular, _ = np.linalg.svd(old.right[:, near], full_matrices=False)
+            basis = basis[:, singular > SPANNED * singular[0]]
+            x = new.right[:, j]
+            outside = np.linalg.norm(x - basis @ (basis.conj().T @ x))
+            open_ones = near[free[near]]
+            if outside <= SPANNED and len(open_ones):
+                free[open_ones[np.argmin(distance[open_ones])]] = False
+                continue
+            if outside <= SPANNED and len(basis.T) == len(near):
+                continue  # a multiple root whose space is known already
+        fresh.append(j)
+    extra = new.picked(np.array(fresh, dtype=int))
+    return Roots(
+        np.concatenate([old.values, extra.values]),
+        np.hstack([old.right, extra.right]),
+        np.hstack([old.left, extra.left]),
+    )

@@ -1,0 +1,256 @@
+"""All roots of a large sparse system in a region, with a count that proves none is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.stability.eigen import Eigenvalue
+from squeal.stability.sparse.count import Count, count_roots
+from squeal.stability.sparse.factor import Factor, factorise_at, one_thread
+from squeal.stability.sparse.krylov import EVERY, Krylov, Near
+from squeal.stability.sparse.merge import Roots, merged
+from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
+from squeal.stability.sparse.region import Disc, Discs, Rectangle, Region
+
+STEPS = 180  # of one subspace; what it does not reach is left to other shifts
+BEYOND = 1.1  # reach wanted beyond the region, relative: the count then needs fewer determinants
+PIECES = 200  # shifts before a region is refused
+TRIES = 3  # starts for a region whose count tells of missing roots
+
+Progress = Callable[[str], None]
+
+
+def _quiet(text: str) -> None:
+    pass
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The roots in a region, by rising frequency, and what proves them complete."""
+
+    eigenvalues: tuple[Eigenvalue, ...]
+    region: Rectangle | Disc
+    count: Count | None  # None if it was not asked for
+    shifts: tuple[complex, ...]
+    known: ComplexArray = field(repr=False)  # all roots that were found, also outside
+    discs: Discs = field(repr=False)
+
+    @property
+    def certified(self) -> bool:
+        """True if the count finds exactly as many roots in the region as are listed."""
+        return self.count is not None and self.count.inside == len(self.eigenvalues)
+
+    @property
+    def values(self) -> ComplexArray:
+        """The eigenvalues (m,), rad/s."""
+        return np.array([e.value for e in self.eigenvalues], dtype=complex)
+
+
+class _Search:
+    """Roots and discs as they come in from one shift after the other."""
+
+    def __init__(self, problem: Quadratic, left: bool, progress: Progress) -> None:
+        none = np.zeros((problem.n, 0), dtype=complex)
+        self.problem, self.left, self.progress = problem, left, progress
+        self.roots = Roots(np.zeros(0, dtype=complex), none, none)
+        self.discs: list[tuple[complex, float]] = []
+        self.shifts: list[complex] = []
+
+    def around(
+        self, shift: complex, radius: float, enough: Callable[[Near], bool], seed: int
+    ) -> Near:
+        """Roots near a shift until they are `enough` or the subspace is full."""
+        problem = self.problem
+        self.progress(f"factorising {problem.n} rows at {shift:.6g}")
+        shift, factor = factorise_at(problem, shift)
+        rng = np.random.default_rng(seed)
+        krylov = Krylov(problem, shift, factor, radius, rng)
+        limit = min(STEPS, 2 * problem.n - 1)
+        while True:
+            krylov.advance(min(EVERY, limit - krylov.steps))
+            near = krylov.found()
+            if krylov.steps >= limit or enough(near):
+                break
+        left = np.full(near.vectors.shape, np.nan, dtype=complex)
+        if self.left and len(near.values):
+            left = self._left(factor, near, krylov.steps, radius, rng)
+        self.roots = merged(self.roots, Roots(near.values, near.vectors, left), abs(shift) + radius)
+        self.discs.append((shift, near.reach))
+        self.shifts.append(shift)
+        return near
+
+    def _left(
+        self, factor: Factor, near: Near, steps: int, radius: float, rng: np.random.Generator
+    ) -> ComplexArray:
+        """Left vectors of the roots within reach, y^H P = 0; NaN where none converged."""
+        krylov = Krylov(self.problem, near.shift, factor, radius, rng, transposed=True)
+        result = np.full(near.vectors.shape, np.nan, dtype=complex)
+        wanted = np.abs(near.values - near.shift) < near.reach
+        scale = abs(near.shift) + radius
+        for more in (steps, EVERY, EVERY):
+            krylov.advance(min(more, 2 * self.problem.n - 1 - krylov.steps))
+            other = krylov.found()
+            free = np.ones(len(other.values), dtype=bool)
+            for j, value in enumerate(near.values):
+                distance = np.where(free, np.abs(other.values - value), np.inf)
+                k = int(np.argmin(distance)) if len(distance) else -1
+                if k >= 0 and distance[k] <= 1e-6 * scale:
+                    result[:, j], free[k] = other.vectors[:, k].conj(), False
+            if not np.any(np.isnan(result[0, wanted])):
+                break
+        return result
+
+    def complete(self) -> Roots:
+        """All roots found, of real matrices with their conjugates."""
+        if not self.problem.real:
+            return self.roots
+        return merged(self.roots, self.roots.mirrored(), self.problem.rate * 1e-6)
+
+    def covered(self) -> Discs:
+        discs = Discs(tuple(self.discs))
+        return discs.mirrored() if self.problem.real else discs
+
+
+def modes_in(
+    problem: Quadratic,
+    region: Rectangle,
+    left: bool = True,
+    certify: bool = True,
+    progress: Progress = _quiet,
+) -> Modes:
+    """All roots in a rectangle, with left vectors if wanted, and the count that certifies them.
+
+    Shifts are set until discs of converged roots cover the region. If the count tells of more
+    roots than are listed, the search starts again from other vectors (a multiple root shows one
+    vector for each start). Raises ComputationError if the region holds too many roots.
+    """
+    search = _Search(problem, left, progress)
+    with one_thread():
+        for attempt in range(TRIES):
+            _cover(search, region, attempt)
+            roots = search.complete()
+            count = None
+            if certify:
+                count = count_roots(problem, region, roots, search.covered(), progress)
+            listed = int(np.sum(region.contains(roots.values)))
+            if count is None or count.inside is None or count.inside <= listed:
+                break
+    return _answer(search, roots, region, count)
+
+
+def _cover(search: _Search, region: Rectangle, seed: int) -> None:
+    todo = [region]
+    for _ in range(PIECES):
+        if not todo:
+            return
+        piece = todo.pop()
+
+        def enough(near: Near, piece: Rectangle = piece) -> bool:
+            return near.reach >= BEYOND * piece.radius
+
+        near = search.around(piece.centre, piece.radius, enough, seed)
+        if near.reach < piece.radius:
+            todo += piece.without_middle(near.reach)
+    raise ComputationError(
+        f"the region holds too many roots: {len(search.roots.values)} after {PIECES} shifts; a "
+        "narrower band or region is required"
+    )
+
+
+def lowest_modes(
+    problem: Quadratic,
+    modes: int,
+    left: bool = True,
+    certify: bool = True,
+    progress: Progress = _quiet,
+) -> Modes:
+    """The roots of least |lambda|: `modes` pairs (or as many single roots), rigid-body ones too.
+
+    The disc that the count certifies ends halfway to the next root beyond.
+    """
+    search = _Search(problem, left, progress)
+    shift = complex(1e-4 * problem.rate)
+    with one_thread():
+        # a first look sets the scale, so that the discs end where roots do
+        search.around(shift, abs(shift), lambda near: len(near.values) >= 4, 0)
+        scale = float(np.median(np.abs(search.roots.values))) or abs(shift)
+        shift = complex(0.3 * scale)
+        for attempt in range(TRIES):
+            near = search.around(
+                shift, scale, lambda near: _within(near, shift, problem.real) > 2 * modes, attempt
+            )
+            roots = search.complete()
+            radius = _end(roots.values, modes, near.reach - abs(shift))
+            region = Disc(radius)
+            count = None
+            if certify:
+                count = count_roots(problem, region, roots, search.covered(), progress)
+            listed = int(np.sum(region.contains(roots.values)))
+            if count is None or count.inside is None or count.inside <= listed:
+                break
+    return _answer(search, roots, region, count)
+
+
+def _within(near: Near, shift: complex, real: bool) -> int:
+    return int(np.sum(np.abs(near.values) < near.reach - abs(shift)))
+
+
+def _end(values: ComplexArray, modes: int, sure: float) -> float:
+    """A radius between the last wanted root and the next one, within the sure distance."""
+    sizes = np.sort(np.abs(values[np.abs(values) < sure]))
+    last = min(2 * modes, len(sizes))
+    if last == 0:
+        raise ComputationError("no root was found near zero; a band or region is required")
+    after = sizes[last] if last < len(sizes) else sure
+    return float(sizes[last - 1] + after) / 2
+
+
+def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) -> Modes:
+    inside = roots.picked(region.contains(roots.values))
+    listed = _eigenvalues(search.problem, inside)
+    return Modes(
+        listed,
+        region,  # type: ignore[arg-type]
+        count,
+        tuple(search.shifts),
+        roots.values,
+        search.covered(),
+    )
+
+
+def _eigenvalues(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
+    residuals = problem.backward_errors(roots.values, roots.right)
+    found = []
+    for j, value in enumerate(roots.values):
+        x, y = roots.right[:, j], roots.left[:, j]
+        size = abs(value)
+        weight = size**2 * problem.norms[0] + size * problem.norms[1] + problem.norms[2]
+        across = abs(y.conj() @ (problem.slope(value) @ x))
+        lengths = float(np.linalg.norm(x) * np.linalg.norm(y))
+        condition = weight * lengths / (size * across) if size * across > 0 else float("inf")
+        if np.isnan(across):
+            condition = float("nan")
+        found.append(
+            Eigenvalue(
+                complex(value),
+                _physical(problem, x),
+                _physical(problem, y),
+                float(residuals[j]),
+                condition,
+            )
+        )
+    return tuple(sorted(found, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag)))
+
+
+def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
+    """A vector in the caller's coordinates: x^H M x = 1 if it has mass, largest part positive."""
+    mass = abs(z.conj() @ (problem.M @ z))
+    z = z / (np.sqrt(mass) if mass > 0 else np.linalg.norm(z))
+    largest = z[np.argmax(np.abs(z))]
+    vector = problem.scale * z * (abs(largest) / largest)
+    vector.setflags(write=False)
+    return np.asarray(vector)

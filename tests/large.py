@@ -1,0 +1,189 @@
+"""Large test systems from formulas, sparse, any size; benchmarks use them too."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, diags_array, eye_array, kron
+
+from squeal.numerics.formula import Formula
+from squeal.stability.terms import Term, TermSystem
+
+
+def _lattice(
+    shape: Sequence[int], stiffness: float, offset: int, periodic: bool
+) -> tuple[list[tuple[int, int]], list[np.ndarray], list[float]]:
+    """Springs of a block of nodes to all neighbours: pairs of nodes, directions, stiffnesses."""
+    nodes = np.arange(math.prod(shape)).reshape(shape) + offset
+    pairs, ways, springs = [], [], []
+    for way in itertools.product((-1, 0, 1), repeat=3):
+        if way <= (0, 0, 0):
+            continue
+        length = math.sqrt(sum(w * w for w in way))
+        for index in np.ndindex(*shape):
+            other = [i + w for i, w in zip(index, way, strict=True)]
+            if periodic:
+                other[0] %= shape[0]
+            if all(0 <= o < s for o, s in zip(other, shape, strict=True)):
+                pairs.append((int(nodes[index]), int(nodes[tuple(other)])))
+                ways.append(np.array(way) / length)
+                springs.append(stiffness / length)
+    return pairs, ways, springs
+
+
+def disc_and_pad(cells: int, damping: float = 2e-6, name: str = "disc and pad") -> TermSystem:
+    """A ring of 6 x `cells` nodes around and a pad on part of it, three-dimensional lattices.
+
+    Normal contact springs join the faces; the friction force mu times the contact force acts along
+    the ring, so K is not symmetric: K0 + mu K1. Some 3 x 6 c^2 (c + 2)/4 ... degrees of freedom;
+    SI units of steel, audible frequencies. C = damping * K without friction + gyroscopic part.
+    """
+    ring = (6 * cells, cells, max(2, cells // 2))
+    pad = (2 * cells, cells, max(2, cells // 2))
+    at = math.prod(ring)
+    p1, w1, s1 = _lattice(ring, 4e7, 0, True)
+    p2, w2, s2 = _lattice(pad, 2.2e7, at, False)
+    pairs, ways, springs = p1 + p2, w1 + w2, s1 + s2
+    n = 3 * (at + math.prod(pad))
+    ring_nodes, pad_nodes = np.arange(at).reshape(ring), np.arange(math.prod(pad)).reshape(pad) + at
+    contact = [
+        (int(ring_nodes[i + cells, j, -1]), int(pad_nodes[i, j, 0]))
+        for i in range(pad[0])
+        for j in range(pad[1])
+    ]
+    axial = np.array([0.0, 0.0, 1.0])
+    elastic = _gaps(n, pairs, ways)
+    K = elastic.T @ diags_array(np.array(springs)) @ elastic
+    normal = _gaps(n, contact, [axial] * len(contact))
+    along = _gaps(n, contact, [np.array([1.0, 0.1, 0.0])] * len(contact))
+    k_contact = 6e6
+    ground = np.zeros(n)
+    ground[2 : 3 * at : 3 * ring[2]] = 3e5  # the ring sits on its bearings, the pad on its piston
+    ground[3 * pad_nodes[:, :, -1].ravel() + 2] = 5e5
+    ground[3 * pad_nodes[:, 0, -1]] = 2e6
+    ground[3 * pad_nodes[:, 0, -1] + 1] = 2e6
+    ground[: 3 * at : 3 * ring[2]] += 1e5
+    ground[1 : 3 * at : 3 * ring[2]] += 1e5
+    K0 = csc_array(K + k_contact * (normal.T @ normal) + diags_array(ground))
+    K1 = csc_array(k_contact * (along.T @ normal))
+    mass = np.repeat(np.where(np.arange(n // 3) < at, 2e-3, 1.1e-3), 3)
+    M = csc_array(diags_array(mass))
+    skew = coo_array(
+        (np.full(at, 1e-3), (3 * np.arange(at), 3 * np.arange(at) + 1)), shape=(n, n)
+    ).tocsc()
+    C = csc_array(damping * K0 + skew - skew.T)
+    return TermSystem(
+        (Term(M),), (Term(C),), (Term(K0), Term(K1, Formula("mu"))), {"mu": 0.3}, "mu", name
+    )
+
+
+def _gaps(n: int, pairs: list[tuple[int, int]], ways: list[np.ndarray]) -> csc_array:
+    """Elongation of springs from displacements (number of springs, n)."""
+    a, b = np.array(pairs).T
+    way = np.array(ways)
+    rows = np.repeat(np.arange(len(a)), 3)
+    part = np.arange(3)
+    columns_a, columns_b = ((3 * x[:, None] + part).ravel() for x in (a, b))
+    data = np.concatenate([way.ravel(), -way.ravel()])
+    where = (np.concatenate([rows, rows]), np.concatenate([columns_b, columns_a]))
+    return coo_array((data, where), shape=(len(a), n)).tocsc()
+
+
+def blocks(
+    damping: np.ndarray, frequency: np.ndarray, rng: np.random.Generator, links: int = 3
+) -> tuple[csc_array, csc_array, csc_array]:
+    """M, C, K with the roots of q'' + 2 a q' + (a^2 + w^2) q = 0 for each (a, w): -a +- i w.
+
+    The diagonal system is multiplied by sparse unit-triangular matrices from both sides, so that
+    nothing is symmetric, orthogonal or normal any more and the roots stay what they are.
+    """
+    a, w = np.asarray(damping, dtype=float), np.asarray(frequency, dtype=float)
+    n = len(a)
+
+    def mixer() -> csc_array:
+        rows = rng.integers(0, n, links * n)
+        columns = rng.integers(0, n, links * n)
+        keep = rows > columns
+        data = rng.uniform(-0.4, 0.4, keep.sum())
+        return csc_array(
+            eye_array(n) + coo_array((data, (rows[keep], columns[keep])), shape=(n, n))
+        )
+
+    left, right = mixer(), mixer().T
+    return tuple(  # type: ignore[return-value]
+        csc_array(left @ diags_array(d) @ right) for d in (np.ones(n), 2 * a, a * a + w * w)
+    )
+
+
+def spring_chain(n: int, tau: float = 10.0, kappa: float = 5.0) -> tuple:
+    """NLEVP `spring`: n masses in a row, damped and held by neighbours and ground."""
+    chain = diags_array([-np.ones(n - 1), 3 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    return csc_array(eye_array(n)), csc_array(tau * chain), csc_array(kappa * chain)
+
+
+def acoustic_wave_1d(n: int, impedance: complex = 1.0) -> tuple:
+    """NLEVP `acoustic_wave_1d`: sound in a tube with an absorbing end.
+
+    M, C, K in mu = lambda / i, here turned to lambda: real for real impedance.
+    """
+    M = diags_array([np.concatenate([np.full(n - 1, 1.0), [0.5]])], offsets=[0]) / n
+    end = coo_array(([1.0 / np.real(impedance)], ([n - 1], [n - 1])), shape=(n, n))
+    K = n * diags_array(
+        [-np.ones(n - 1), np.concatenate([np.full(n - 1, 2.0), [1.0]]), -np.ones(n - 1)],
+        offsets=[-1, 0, 1],
+    )
+    return csc_array(M), csc_array(end), csc_array(K)
+
+
+def damped_beam(elements: int) -> tuple:
+    """NLEVP `damped_beam`: a simply supported beam with a damper at its middle (Higham 2008)."""
+    length, inertia = 1.0 / elements, 0.05 * 0.005**3 / 12
+    young, mass, damper = 7e10, 0.674, 5.0
+    h = length
+    k = np.array(
+        [
+            [12, 6 * h, -12, 6 * h],
+            [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+            [-12, -6 * h, 12, -6 * h],
+            [6 * h, 2 * h * h, -6 * h, 4 * h * h],
+        ]
+    ) * (young * inertia / h**3)
+    m = np.array(
+        [
+            [156, 22 * h, 54, -13 * h],
+            [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+            [54, 13 * h, 156, -22 * h],
+            [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
+        ]
+    ) * (mass * h / 420)
+    n = 2 * (elements + 1)
+    places = [np.arange(2 * e, 2 * e + 4) for e in range(elements)]
+    rows = np.concatenate([np.repeat(p, 4) for p in places])
+    columns = np.concatenate([np.tile(p, 4) for p in places])
+    K, M = (
+        coo_array((np.tile(x.ravel(), elements), (rows, columns)), shape=(n, n)).tocsc()
+        for x in (k, m)
+    )
+    keep = np.array([i for i in range(n) if i not in (0, n - 2)])  # held at both ends
+    middle = 2 * (elements // 2)
+    C = coo_array(([damper], ([middle], [middle])), shape=(n, n)).tocsc()
+    return tuple(csc_array(x[keep][:, keep]) for x in (M, C, K))
+
+
+def wiresaw(n: int, speed: float = 0.01) -> tuple:
+    """NLEVP `wiresaw1`: a travelling wire in its sine modes, gyroscopic (Wei and Kao 2000)."""
+    j = np.arange(1, n + 1)
+    K = csc_array(diags_array(j**2 * np.pi**2 * (1 - speed**2) / 2))
+    i, k = np.meshgrid(j, j, indexing="ij")
+    odd = (i + k) % 2 == 1
+    G = np.zeros((n, n))
+    G[odd] = 4 * i[odd] * k[odd] / (i[odd] ** 2 - k[odd] ** 2) * speed
+    return csc_array(eye_array(n) / 2), csc_array(G), K
+
+
+def twice(matrices: tuple) -> tuple:
+    """Two uncoupled copies: every root is double."""
+    return tuple(csc_array(kron(eye_array(2), x)) for x in matrices)

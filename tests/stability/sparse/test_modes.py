@@ -1,0 +1,170 @@
+"""Roots of sparse systems in a region against dense solutions, closed forms and known blocks."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eig
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import block_diag, csc_array, diags_array
+
+from squeal.errors import InputError
+from squeal.stability.sparse.modes import lowest_modes, modes_in
+from squeal.stability.sparse.quadratic import quadratic
+from squeal.stability.sparse.region import Rectangle, band
+from tests import large
+
+
+def dense_roots(M, C, K):
+    """All finite roots by the dense generalised problem, in the unit 1/rate."""
+    M, C, K = (x.toarray() for x in (M, C, K))
+    n, rate = len(M), np.sqrt(np.linalg.norm(K) / np.linalg.norm(M))
+    eye, zero = np.eye(n), np.zeros((n, n))
+    left = np.block([[zero, eye], [-K / np.linalg.norm(K), -C * rate / np.linalg.norm(K)]])
+    right = np.block([[eye, zero], [zero, M * rate**2 / np.linalg.norm(K)]])
+    values = eig(left, right, right=False)
+    return values[np.isfinite(values)] * rate
+
+
+def same(found, expected, relative=1e-8):
+    """Largest distance of two lists of roots, matched one to one, against a tolerance."""
+    found, expected = np.asarray(found), np.asarray(expected)
+    assert len(found) == len(expected)
+    distance = np.abs(found[:, None] - expected[None, :])
+    i, j = linear_sum_assignment(distance)
+    assert distance[i, j].max() <= relative * np.abs(expected).max()
+
+
+def checked(matrices, region, expected, relative=1e-8, **options):
+    problem = quadratic(*matrices)
+    found = modes_in(problem, region, **options)
+    assert found.certified, found.count
+    same(found.values, expected[region.contains(expected)], relative)
+    M, C, K = matrices
+    for e in found.eigenvalues:
+        P = e.value**2 * M + e.value * C + K
+        size = abs(P).sum(axis=0).max()
+        assert e.residual < 1e-12
+        for vector, matrix in ((e.right, P), (e.left.conj(), P.T)):
+            rest = np.linalg.norm(matrix @ vector) / (size * np.linalg.norm(vector))
+            assert rest < 1e-10
+        if e.value.imag:
+            assert abs(e.right.conj() @ (M @ e.right)) == pytest.approx(1.0)
+    return found
+
+
+PROBLEMS = {
+    "spring": (large.spring_chain(80), Rectangle(-1.0, 0.1, -0.5, 0.5)),
+    "acoustic": (large.acoustic_wave_1d(90), Rectangle(-6.0, 1.0, 1.0, 30.0)),
+    "beam": (large.damped_beam(40), Rectangle(-50.0, 10.0, 10.0, 3000.0)),
+    "wiresaw": (large.wiresaw(60), Rectangle(-1.0, 1.0, 0.0, 60.0)),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_published_problems_against_dense(name):
+    matrices, region = PROBLEMS[name]
+    checked(matrices, region, dense_roots(*matrices), relative=1e-7)
+
+
+def test_acoustic_wave_against_its_closed_form():
+    """Sound in a tube with an end of impedance z: tanh(lambda) = -z, approached as 1/n^2."""
+    errors = []
+    for n in (100, 200):
+        matrices = large.acoustic_wave_1d(n, impedance=0.5)
+        found = modes_in(quadratic(*matrices), Rectangle(-3.0, 1.0, 1.0, 10.0)).values
+        exact = -np.arctanh(0.5) + 1j * np.pi * np.arange(1, 4)
+        assert len(found) == 3
+        errors.append(np.abs(np.sort_complex(found * 1j) - np.sort_complex(exact * 1j)).max())
+    assert errors[1] == pytest.approx(errors[0] / 4, rel=0.1)
+
+
+def test_known_blocks_under_transformations():
+    rng = np.random.default_rng(5)
+    a, w = rng.uniform(-0.05, 0.2, 300), np.sort(rng.uniform(1.0, 40.0, 300))
+    expected = np.concatenate([-a + 1j * w, -a - 1j * w])
+    region = Rectangle(-1.0, 1.0, 10.05, 20.05)
+    found = checked(large.blocks(a, w, rng), region, expected)
+    assert len(found.shifts) > 1 or len(found.eigenvalues) < 90
+    checked(large.blocks(a, w, rng), Rectangle(-0.02, 1.0, -5.0, 41.0), expected)
+
+
+def test_multiple_roots_are_counted_and_listed():
+    rng = np.random.default_rng(6)
+    a, w = rng.uniform(0.01, 0.1, 60), rng.uniform(1.0, 10.0, 60)
+    matrices = large.twice(large.blocks(a, w, rng))
+    expected = np.tile(np.concatenate([-a + 1j * w, -a - 1j * w]), 2)
+    checked(matrices, Rectangle(-1.0, 1.0, 3.0, 5.0), expected)
+
+
+def test_a_defective_pair_counts_twice():
+    jordan = csc_array(np.array([[4.0, 1.0], [0.0, 4.0]]))
+    K = csc_array(block_diag([jordan, diags_array(np.arange(9.0, 60.0))]))
+    M = csc_array(np.eye(K.shape[0]))
+    found = modes_in(quadratic(M, None, K), Rectangle(-1.0, 1.0, 1.0, 3.5))
+    assert found.certified
+    same(found.values, [2j, 2j, 3j, 10**0.5 * 1j, 11**0.5 * 1j, 12**0.5 * 1j], relative=1e-6)
+
+
+def test_mixed_units_and_singular_mass():
+    rng = np.random.default_rng(7)
+    a, w = rng.uniform(0.0, 0.1, 50), rng.uniform(1.0, 10.0, 50)
+    M, C, K = large.blocks(a, w, rng)
+    unit = csc_array(diags_array(10.0 ** rng.uniform(-4, 4, 50)))
+    scaled = [unit @ x @ unit for x in (M, C, K)]
+    massless = [
+        block_diag([x, [[s]]], format="csc") for x, s in zip(scaled, (0, 0, 3), strict=True)
+    ]
+    expected = np.concatenate([-a + 1j * w, -a - 1j * w])
+    found = modes_in(quadratic(*massless), Rectangle(-1.0, 1.0, 2.0, 6.0))
+    assert found.certified
+    same(found.values, expected[(expected.imag > 2) & (expected.imag < 6)])
+
+
+def test_rigid_body_roots_are_among_the_lowest():
+    n = 60
+    K = diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    K = csc_array(K).tolil()
+    K[0, 0] = K[n - 1, n - 1] = 1.0
+    M = csc_array(np.eye(n))
+    found = lowest_modes(quadratic(M, None, csc_array(K)), 4)
+    assert found.certified
+    exact = 2 * np.sin(np.pi * np.arange(1, 4) / (2 * n))
+    same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
+
+
+def test_complex_stiffness_has_one_root_above_the_axis_for_each_mode():
+    w = np.arange(1.0, 40.0)
+    K = csc_array(diags_array(w**2 * (1 + 0.05j)))
+    M = csc_array(np.eye(len(w)))
+    expected = 1j * w * np.sqrt(1 + 0.05j)
+    found = modes_in(quadratic(M, None, K), Rectangle(-5.0, 5.0, 0.5, 20.5))
+    assert found.certified
+    same(found.values, expected[expected.imag < 20.5])
+
+
+def test_a_missing_root_is_noticed(monkeypatch):
+    """The count does not follow the list: with a root hidden from the search it stays right."""
+    from squeal.stability.sparse import modes
+
+    rng = np.random.default_rng(8)
+    a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
+    problem = quadratic(*large.blocks(a, w, rng))
+    complete = modes._Search.complete
+
+    def hiding(self):
+        roots = complete(self)
+        return roots.picked(np.abs(roots.values.imag - w[15]) > 1e-3)
+
+    monkeypatch.setattr(modes._Search, "complete", hiding)
+    found = modes_in(problem, Rectangle(-1.0, 1.0, 2.9, 6.05))
+    assert not found.certified
+    assert found.count.inside == len(found.eigenvalues) + 1
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="RE0 < RE1"):
+        Rectangle(1.0, 0.0, 0.0, 1.0)
+    with pytest.raises(InputError, match="LOW < HIGH"):
+        band(10.0, 5.0)
+    empty = csc_array(np.diag([1.0, 0.0]))
+    with pytest.raises(InputError, match="row 2 of M, C and K is empty"):
+        quadratic(empty, None, empty)
