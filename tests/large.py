@@ -113,7 +113,7 @@ def blocks(
         )
 
     left, right = mixer(), mixer().T
-    return tuple(  # type: ignore[return-value]
+    return tuple(
         csc_array(left @ diags_array(d) @ right) for d in (np.ones(n), 2 * a, a * a + w * w)
     )
 

@@ -47,7 +47,7 @@ class Quadratic:
     def at(self, value: complex) -> Any:
         """P(value), a CSC array; real where both are."""
         if value.imag == 0.0:
-            value = value.real  # type: ignore[assignment]
+            value = value.real
         return self._combined(value * value, value, 1.0)
 
     def slope(self, value: complex) -> Any:
