@@ -2,13 +2,14 @@
 
 import dataclasses
 import math
+import sys
 
 import pytest
 
 from squeal.article.extreme import CASES, run_case
 from squeal.article.extreme.cases import scene_of
 from squeal.article.extreme.closed_forms import bounce_error, bounce_period, upright
-from squeal.article.extreme.run import RIGHT, in_units
+from squeal.article.extreme.run import RIGHT, in_units, peak_memory
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
@@ -57,6 +58,17 @@ def test_energy_is_kept_over_a_hundred_periods():
             outcome = run_case(dataclasses.replace(case, scene=scene))
             assert outcome.error < 1e-12
             assert outcome.changes > 100
+
+
+def test_growth_of_memory_is_left_out_where_the_system_does_not_tell_it(monkeypatch):
+    assert 10.0 < peak_memory() < 1e5
+    case = next(c for c in CASES if c.truth == "energy")
+    case = dataclasses.replace(case, scene=dataclasses.replace(case.scene, stop=10.0))
+    assert "memory grew" in run_case(case).told
+    monkeypatch.setitem(sys.modules, "resource", None)
+    assert peak_memory() is None
+    outcome = run_case(case)
+    assert (outcome.outcome, outcome.told) == ("right", "drift of energy")
 
 
 def test_a_wrong_answer_would_be_seen():

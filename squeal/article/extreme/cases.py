@@ -141,14 +141,15 @@ def _parameters() -> Iterator[Case]:
 
 
 def _units() -> Iterator[Case]:
-    for words, units in (
-        ("B1, mass 1e-6", (1e-6, 1.0, 1e-3)),
-        ("B1, mass 1e6", (1e6, 1.0, 1e3)),
-        ("B2, tonne, mm, s", (1e3, 1e-3, 1.0)),
-        ("B2, g, km, h", (1e-3, 1e3, 3600.0)),
-    ):
-        model: Model = "B1" if words.startswith("B1") else "B2"
-        yield Case("masses and units", words, scene_of(model, 50.0), "scaled", units=units)
+    scaled: tuple[tuple[Model, str, tuple[float, float, float]], ...] = (
+        ("B1", "mass 1e-6", (1e-6, 1.0, 1e-3)),
+        ("B1", "mass 1e6", (1e6, 1.0, 1e3)),
+        ("B2", "tonne, mm, s", (1e3, 1e-3, 1.0)),
+        ("B2", "g, km, h", (1e-3, 1e3, 3600.0)),
+    )
+    for model, words, units in scaled:
+        name = f"{model}, {words}"
+        yield Case("masses and units", name, scene_of(model, 50.0), "scaled", units=units)
 
 
 def _ends() -> Iterator[Case]:
