@@ -15,11 +15,11 @@ from typing import Any
 import heyoka as hy
 
 from squeal.article.cases import CASES, stem
-from squeal.model.contact import FORMULATION_CHOICES, ContactLaw, Formulation
-from squeal.model.equations import contact_law
+from squeal.model.contact import FORMULATION_CHOICES, Formulation, contact_law
+from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import CONTACT_MODELS, PARAMETERS
-from squeal.model.states import MEANINGS, NONE, STATES, State, name
+from squeal.model.states import NONE, STATES, State
 from squeal.scene import read_scene
 from squeal.scene.schema import DEFAULT_TOLERANCE
 from squeal.simulation.integrators.taylor import FAINT, coefficient_names, compiled, equations
@@ -93,7 +93,7 @@ def _loads(name: str, law: ContactLaw, contact: State) -> Module:
 def _signals(name: str, law: ContactLaw, contact: State) -> Module:
     """The two plotted signals, then the reaction and its place from the mass centre."""
     c, (x, y, s, *_) = _symbols(), VARIABLES
-    at = pose(hy, (x, y, s / c.w))
+    at = pose(hy, c.place((x, y, s)))
     both = [*law.signals(c, at, contact), *law.resultant(c, at, contact)]
     return _function(name, both, VARIABLES)
 
@@ -161,11 +161,11 @@ def tables(scenes: Path) -> dict[str, Any]:
         "coefficients": coefficient_names(),
         "formulation": FORMULATION_CHOICES,
         "contacts": {
-            model: {str(bits(state)): name(model, state) for state in STATES}
+            model: {str(bits(state)): contact_law(model).state_name(state) for state in STATES}
             for model in CONTACT_MODELS
         },
-        "meanings": MEANINGS,
-        "signals": {key: law.signal_names for key, law in laws().items()},
+        "meanings": {model: contact_law(model).meanings for model in CONTACT_MODELS},
+        "signals": {key: [s.name for s in law.plotted] for key, law in laws().items()},
         "cases": {
             model: {case: _case(scenes / f"{stem(model, case)}.yaml") for case in CASES}
             for model in CONTACT_MODELS

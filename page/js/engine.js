@@ -207,8 +207,7 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
     let h = engine.step(within("step", body.law, contact), state, body.coefficients, until - t);
     let event = -1;
     for (let e = 0; e < engine.events; e++) {
-      const rising = e < 2 && (contact & (1 << e)) !== 0;
-      const at = firstCrossing(engine.jet, (SIZE + e) * terms, order, h, rising);
+      const at = firstCrossing(engine.jet, (SIZE + e) * terms, order, h, e < 2);
       if (at <= h && (event < 0 || at < h)) [h, event] = [at, e];
     }
     const own = SIZE * terms;

@@ -10,7 +10,7 @@ from page.export import bits
 from page.tests.conftest import as_json
 from squeal.errors import ComputationError
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
-from squeal.model.states import STATES, name
+from squeal.model.states import STATES
 from squeal.model.units import natural_units
 from squeal.scene import Scene, read_scene
 from squeal.simulation.run import simulate
@@ -35,7 +35,7 @@ def compare(scene, answer):
     """Error of the end state and of the contact times, in natural units."""
     result = simulate(scene)
     assert answer["steps"] == result.steps
-    names = {bits(state): name(scene.model, state) for state in STATES}
+    names = {bits(state): scene.pad_model.state_name(state) for state in STATES}
     assert [(names[a], names[b]) for _, a, b in answer["changes"]] == [
         (e.source, e.target) for e in result.events
     ]

@@ -10,9 +10,10 @@ import numpy as np
 from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
+from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
-from squeal.model.states import FULL, State, name
+from squeal.model.states import FULL, State
 from squeal.scene import Scene
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
 
@@ -38,7 +39,7 @@ class Analysis:
     @property
     def contact(self) -> str:
         """Name of the contact state."""
-        return name("B1" if self.model == "B1" else "B2", self.state)
+        return contact_law(self.model).state_name(self.state)
 
 
 def at_equilibrium(model: PadModel, found: Equilibrium) -> Linearisation:

@@ -16,7 +16,7 @@ from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import coefficients, gaps, pose
+from squeal.model.mechanics import coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import FULL, State
 from squeal.numerics import dual
@@ -32,7 +32,7 @@ class Change:
     """Derivatives by one parameter p, SI units per unit of p.
 
     loads (3,): of (Fx, Fy, M) at a fixed place; q (3,): of the equilibrium; M, K (3, 3): of the
-    matrices about the moving equilibrium; gaps (2,): of the edges' gaps there.
+    matrices about the moving equilibrium; gaps (points,): of the gaps there.
     """
 
     loads: np.ndarray
@@ -74,7 +74,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     shifted = np.asarray(q, dtype=complex)[:, None] + 1j * _STEP * np.eye(3)
     dM = np.diag([float(name == "m"), float(name == "m"), float(name == "I")])
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
-    edges = [float(dual.dual(g).slope) for g in gaps(c, at)]
+    edges = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
     return Change(loads, dq, dM, -slopes(shifted, dq).imag / _STEP, np.array(edges))
 
 

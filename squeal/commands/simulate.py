@@ -12,6 +12,7 @@ from typing import Any
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
 from squeal.files.provenance import provenance
 from squeal.files.writing import write_csv
+from squeal.model.contact import contact_law
 from squeal.scene import Scene, read_scene
 from squeal.scene.schema import COORDINATES
 from squeal.simulation import Simulation, simulate
@@ -87,13 +88,13 @@ def text(scene: Scene, result: Simulation) -> str:
             + table([(f"  {state}", f"{100 * s:.3f} %") for state, s in result.shares.items()])
         )
     if result.extrema is not None:
-        over = {"F3": "F_n", "F4": "F_n", "Rn": "F_n", "delta": "w"}
+        plotted = contact_law(result.model).plotted
         parts.append(
             "extrema\n"
             + table(
                 [
-                    (f"  {signal}/{over[signal]}", *(_range(limits)))
-                    for signal, limits in result.extrema.items()
+                    (f"  {signal.name}/{signal.over}", *_range(result.extrema[signal.name]))
+                    for signal in plotted
                 ]
             )
         )

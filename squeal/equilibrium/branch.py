@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
-from squeal.model.states import EDGE_NAMES, State
+from squeal.model.states import State
 
 MOST_STEPS = 4000
 
@@ -65,13 +65,13 @@ def _correct(
 
 
 def _at_contact_change(
-    statics: Statics, z: np.ndarray, state: State, edge: int
+    statics: Statics, z: np.ndarray, state: State, point: int
 ) -> np.ndarray | None:
-    """The point near z at which the gap of an edge vanishes along the branch."""
+    """The place near z at which the gap of a contact point vanishes along the branch."""
     z = z.copy()
     for _ in range(30):
-        f = np.append(statics.residual(z, state), statics.gaps(z)[edge])
-        J = np.vstack([statics.derivative(z, state), statics.gap_derivative(z, edge)])
+        f = np.append(statics.residual(z, state), statics.gaps(z)[point])
+        J = np.vstack([statics.derivative(z, state), statics.gap_derivative(z, point)])
         try:
             step = np.linalg.solve(J, f)
         except np.linalg.LinAlgError:
@@ -134,9 +134,9 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
                 branch.end = f"the branch from mu = 0 is lost at mu = {z[3]:.9g}"
                 return branch
             continue
-        edge = _first_edge(statics, z, new, state)
-        if edge is not None:
-            crossing = _at_contact_change(statics, new, state, edge)
+        point = _first_change(statics, z, new, state)
+        if point is not None:
+            crossing = _at_contact_change(statics, new, state, point)
             if crossing is None or np.linalg.norm(crossing - z) > 2 * step:
                 step /= 2
                 if step < 1e-10:
@@ -144,7 +144,7 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
                     return branch
                 continue
             new = crossing
-        if (turn[3] < 0) != (ahead[3] < 0) and edge is None:
+        if (turn[3] < 0) != (ahead[3] < 0) and point is None:
             fold = _fold(statics, z, new, state)
             branch.folds.append(Point(fold, state))
             if fold[3] >= mu_max:
@@ -154,15 +154,15 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
             branch.points.append(branch.folds[-1])
         if new[3] >= mu_max and _finish(branch, new, state, mu_max):
             return branch
-        if edge is not None:
-            state = state.flip(edge)
+        if point is not None:
+            state = state.flip(point)
             if not any(state):
                 branch.end = f"contact is lost at mu = {new[3]:.9g}"
-                branch.points.append(Point(new, state.flip(edge)))
+                branch.points.append(Point(new, state.flip(point)))
                 return branch
             turn = _tangent(statics, new, state)
-            opens = 1.0 if not state[edge] else -1.0
-            turn = turn * np.sign(opens * (statics.gap_derivative(new, edge) @ turn))
+            opens = 1.0 if not state[point] else -1.0
+            turn = turn * np.sign(opens * (statics.gap_derivative(new, point) @ turn))
             branch.changes.append(len(branch.points))
             if (turn[3] < 0) != (ahead[3] < 0):
                 branch.folds.append(Point(new, state))
@@ -170,8 +170,7 @@ def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branc
         if new[3] < 0.0:
             branch.end = _turned_back(branch)
             return branch
-        pad = model.pad
-        if abs(pad.theta0 + new[2] / statics.model.pad.w) >= np.pi / 2:
+        if abs(statics.tilt(new)) >= np.pi / 2:
             branch.end = f"the pad turns past 90 degrees on the branch at mu = {new[3]:.9g}"
             return branch
         if np.max(np.abs(new[:2])) > 100 * (statics.model.pad.L1 + statics.model.pad.L2):
@@ -193,12 +192,12 @@ def _finish(branch: Branch, near: np.ndarray, state: State, mu_max: float) -> bo
     return True
 
 
-def _first_edge(statics: Statics, old: np.ndarray, new: np.ndarray, state: State) -> int | None:
-    """The edge whose gap changes side first between two points, None if none does."""
+def _first_change(statics: Statics, old: np.ndarray, new: np.ndarray, state: State) -> int | None:
+    """The contact point whose gap changes side first between two places, None if none does."""
     before, after = statics.gaps(old), statics.gaps(new)
     crossed = [
         (before[e] / (before[e] - after[e]) if before[e] != after[e] else 0.0, e)
-        for e in range(len(EDGE_NAMES))
+        for e in range(len(state))
         if (after[e] > 0.0) == state[e] and abs(after[e]) > statics.rounding(new)
     ]
     return min(crossed)[1] if crossed else None

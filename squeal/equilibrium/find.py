@@ -9,7 +9,7 @@ import numpy as np
 from squeal.equilibrium.branch import follow
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
-from squeal.model.states import FULL, LEAD, TRAIL, State
+from squeal.model.states import State
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
         step = np.linalg.solve(np.moveaxis(J, -1, 0), f.T[:, :, None])[:, :, 0].T
         step /= np.maximum(1.0, np.max(np.abs(step) / longest, axis=0))
         z[:3] -= step
-        turn = np.abs(pad.theta0 + z[2] / pad.w) < np.pi  # lost otherwise
+        turn = np.abs(statics.tilt(z)) < np.pi  # lost otherwise
         small = np.max(np.abs(step), axis=0) <= 1e-10 * (1.0 + np.max(np.abs(z[:3]), axis=0))
         done.append(z[:, small & turn])
         z = z[:, ~small & turn]
@@ -97,7 +97,7 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     """
     statics = Statics.of(model)
     found: list[tuple[np.ndarray, State]] = []
-    for state in (FULL, LEAD, TRAIL):
+    for state in filter(any, model.states):
         ends = _newton_many(statics, _seeds(statics, model.pad.mu, near), state)
         ends = ends[:, np.lexsort(np.round(ends[:3], 6))] if ends.shape[1] else ends
         for z in ends.T:

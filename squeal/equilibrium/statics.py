@@ -34,7 +34,11 @@ class Statics:
 
     def place(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in natural units."""
-        return np.array([z[0], z[1], z[2] / self.model.pad.w])
+        return np.array(self.model.c.place(z))
+
+    def tilt(self, z: np.ndarray) -> np.ndarray:
+        """theta0 + theta, shape (...)."""
+        return np.asarray(self.model.pad.theta0 + self.place(z)[2])
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in SI units, shape (3,)."""
@@ -52,13 +56,13 @@ class Statics:
         return self.residual(z[:, None] + shift, state).imag / _STEP
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
-        """Gaps of the two edges, shape (2, ...)."""
+        """Gaps of the contact points, shape (points, ...)."""
         return self.model.gaps(self.place(z))
 
-    def gap_derivative(self, z: np.ndarray, edge: int) -> np.ndarray:
+    def gap_derivative(self, z: np.ndarray, point: int) -> np.ndarray:
         """Derivative of one gap by z (4,), shape (4,)."""
         shifted = z[:, None] + 1j * _STEP * np.eye(4)
-        return self.gaps(shifted)[edge].imag / _STEP
+        return self.gaps(shifted)[point].imag / _STEP
 
     def rounding(self, z: np.ndarray) -> float:
         """Size of rounding in a gap at z."""
@@ -72,7 +76,7 @@ class Statics:
         the line law of partial contact has a pole where both gaps vanish.
         """
         rounding = self.rounding(z)
-        turned = abs(self.model.pad.theta0 + z[2] / self.model.pad.w) < np.pi / 2
+        turned = abs(self.tilt(z)) < np.pi / 2
         sides = np.where(list(state), 1.0, -1.0)
         if not turned or np.any(sides * self.gaps(z) > rounding):
             return False

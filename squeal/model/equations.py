@@ -8,38 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from squeal.model.contact import (
-    CONSISTENT,
-    ContactLaw,
-    Formulation,
-    LineContact,
-    PointContact,
-)
+from squeal.model.contact import CONSISTENT, Formulation, contact_law
+from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import (
     Coefficients,
     Loads,
     Number,
     coefficients,
-    gaps,
     pose,
     spring_energy,
     springs,
 )
 from squeal.model.pad import Model, Pad
-from squeal.model.states import STATES, State, observed
+from squeal.model.states import State, states
 
 Coordinates = tuple[Number, Number, Number]
 
 
-def contact_law(model: Model, formulation: Formulation = CONSISTENT) -> ContactLaw:
-    """The contact law of a model; B3 is the linearisation of B2's."""
-    return PointContact() if model == "B1" else LineContact(formulation)
-
-
-def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, state: State) -> Loads:
+def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
     """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
     at = pose(ops, q)
-    total = springs(ops, c, at) + law.loads(c, at, state)
+    total = springs(ops, c, at) + law.loads(c, at, on)
     return Loads(total.x, total.y - c.F_n, total.moment)
 
 
@@ -74,13 +63,12 @@ class PadModel:
         return self.loads(q, self.state_at(q))
 
     def gaps(self, q: Any) -> np.ndarray:
-        """Gaps of the leading and trailing edge, shape (2, ...)."""
-        return np.array(gaps(self.c, pose(np, tuple(q))))
+        """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
+        return np.array(self.law.gaps(self.c, pose(np, tuple(q))))
 
     def state_at(self, q: Any) -> State:
-        """Contact state at q (3,): an edge touches where its gap is negative."""
-        leading, trailing = self.gaps(q) < 0.0
-        return observed(leading, trailing)
+        """Contact state at q (3,): a point touches where its gap is negative."""
+        return State(*(self.gaps(q) < 0.0).tolist())
 
     def jacobian(self, q: Any, state: State) -> np.ndarray:
         """Derivative of the loads by q, shape (3, 3), exact to rounding (complex step)."""
@@ -89,11 +77,11 @@ class PadModel:
         return self.loads(points, state).imag / step
 
     def signals(self, q: Any, state: State) -> np.ndarray:
-        """The two plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
+        """The plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
         at = pose(np, tuple(q))
         with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
-            first, second = self.law.signals(self.c, at, state)
-        return np.array(np.broadcast_arrays(first + 0.0 * at.y, second + 0.0 * at.y))
+            values = self.law.signals(self.c, at, state)
+        return np.array(np.broadcast_arrays(*values, at.y)[:-1])
 
     def energy(self, q: Any, rates: Any, state: State) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
@@ -114,4 +102,8 @@ class PadModel:
     @property
     def states(self) -> tuple[State, ...]:
         """The contact states that the model knows."""
-        return STATES
+        return states(self.law.points)
+
+    def state_name(self, state: State) -> str:
+        """The name of a contact state: "1" to "4" (Fig. 3), or "FC", "PC", "SS" (Fig. 8)."""
+        return self.law.state_name(state)

@@ -65,6 +65,10 @@ class Coefficients:
     k4: Number
     k_c: Number
 
+    def place(self, state: Any) -> tuple[Number, Number, Number]:
+        """q = (x, y, theta) of a state that starts with x, y and w theta."""
+        return state[0], state[1], state[2] / self.w
+
 
 def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
     """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).

@@ -1,76 +1,83 @@
-"""Contact states of models B1 and B2 and the transitions between them (Tables 1 and 2, Figs. 3, 8).
+"""Contact states and the transitions between them (Tables 1 and 2, Figs. 3, 8).
 
-Both models are told apart by the same two facts: does the leading edge touch, does the trailing
-edge touch. An edge separates when its gap passes zero upwards and touches when it passes zero
-downwards, so every transition flips one edge. The integrator, the tables and the flow charts all
-read `STATES` and `transitions`.
+A contact law watches some points of the lower face: its two edges, or more. A point separates when
+its gap passes zero upwards and touches when it passes zero downwards, so every transition flips
+one point. The integrators, the tables and the flow charts all read `states` and `transitions`.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from squeal.model.pad import Model
-
 LEADING, TRAILING = 0, 1
 EDGE_NAMES = ("leading", "trailing")
 
 
-class State(NamedTuple):
-    """Which edges of the lower face are in contact."""
+class State(tuple[bool, ...]):
+    """Which contact points touch, from the leading edge to the trailing edge: State(True, False).
 
-    leading: bool
-    trailing: bool
+    Its entries are the factors 1 and 0 of the contact laws' formulas.
+    """
 
-    def flip(self, edge: int) -> State:
-        """The state after the given edge (0 leading, 1 trailing) has separated or touched."""
-        return State(self.leading ^ (edge == LEADING), self.trailing ^ (edge == TRAILING))
+    __slots__ = ()
+
+    def __new__(cls, *touching: bool) -> State:
+        return super().__new__(cls, touching)
+
+    def __getnewargs__(self) -> tuple[bool, ...]:
+        return tuple(self)
+
+    @property
+    def leading(self) -> bool:
+        """True if the point nearest to the leading edge touches."""
+        return self[0]
+
+    @property
+    def trailing(self) -> bool:
+        """True if the point nearest to the trailing edge touches."""
+        return self[-1]
+
+    def flip(self, point: int) -> State:
+        """The state after a contact point (its index) has separated or touched."""
+        return State(*(touches ^ (i == point) for i, touches in enumerate(self)))
 
 
 FULL, NONE = State(True, True), State(False, False)
 LEAD, TRAIL = State(True, False), State(False, True)
-STATES = (FULL, NONE, LEAD, TRAIL)
-
-_NAMES: dict[str, dict[State, str]] = {
-    "B1": {FULL: "1", NONE: "2", LEAD: "3", TRAIL: "4"},
-    "B2": {FULL: "FC", NONE: "SS", LEAD: "PC", TRAIL: "PC"},
-}
-MEANINGS: dict[str, dict[str, str]] = {
-    "B1": {
-        "1": "both edges in contact",
-        "2": "separated",
-        "3": "leading edge only",
-        "4": "trailing edge only",
-    },
-    "B2": {"FC": "full contact", "PC": "partial contact", "SS": "surface separation"},
-}
 
 
-def name(model: Model, state: State) -> str:
-    """The article's name of a state: "1" to "4" (Fig. 3) or "SS", "PC", "FC" (Fig. 8)."""
-    return _NAMES[model][state]
+def states(points: int) -> tuple[State, ...]:
+    """The states of a straight face with that many contact points: all touch, none, or those on
+    the leading or on the trailing side."""
+    some = range(points - 1, 0, -1)
+    return (
+        State(*[True] * points),
+        State(*[False] * points),
+        *(State(*(i < n for i in range(points))) for n in some),
+        *(State(*(i >= points - n for i in range(points))) for n in some),
+    )
 
 
-def names(model: Model) -> list[str]:
-    """All state names of a model, in the article's order."""
-    return list(MEANINGS[model])
+STATES = states(2)
 
 
 class Transition(NamedTuple):
-    """One edge changes: `rising` means that its gap passes zero upwards (contact is lost)."""
+    """One contact point changes: `rising` means that its gap passes zero upwards."""
 
     source: State
     target: State
-    edge: int
+    point: int
     rising: bool
 
 
-def transitions() -> list[Transition]:
-    """The eight transitions that flip one edge, out of each state in turn."""
+def transitions(points: int = 2) -> list[Transition]:
+    """The transitions that flip one contact point, out of each state in turn; eight of two."""
+    known = states(points)
     return [
-        Transition(state, state.flip(edge), edge, rising=state[edge])
-        for state in STATES
-        for edge in (LEADING, TRAILING)
+        Transition(state, state.flip(point), point, rising=state[point])
+        for state in known
+        for point in range(points)
+        if state.flip(point) in known
     ]
 
 
@@ -93,14 +100,9 @@ def conditions() -> list[Condition]:
         Condition(a, b, tuple((edge, a[edge]) for edge in (LEADING, TRAILING)))
         for a, b in ((FULL, NONE), (NONE, FULL))
     ]
-    single = [Condition(t.source, t.target, ((t.edge, t.rising),)) for t in transitions()]
-    number = {state: int(text) for state, text in _NAMES["B1"].items()}
+    single = [Condition(t.source, t.target, ((t.point, t.rising),)) for t in transitions()]
+    number = STATES.index  # as the article counts them
     return sorted(
         both + single,
-        key=lambda c: (sorted((number[c.source], number[c.target])), number[c.source]),
+        key=lambda c: (sorted((number(c.source), number(c.target))), number(c.source)),
     )
-
-
-def observed(leading_touches: bool, trailing_touches: bool) -> State:
-    """The state told by the sign of the two penetrations (Table 2 without Eq. 12)."""
-    return State(bool(leading_touches), bool(trailing_touches))

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.files.results import Interval, Run, read_run
+from squeal.model.contact import contact_law
+from squeal.model.law import Signal
 from squeal.model.pad import Model
-from squeal.model.states import MEANINGS
 from squeal.plots.style import DOUBLE, Drawing, colours, origin, program, style
 
-# signal: panel title, axis label, what it is in words
-_SIGNALS: dict[str, tuple[str, str, str]] = {
-    "F3": ("leading edge", r"$F_{s,3}/F_n$", "leading-edge force over the brake force"),
-    "F4": ("trailing edge", r"$F_{s,4}/F_n$", "trailing-edge force over the brake force"),
-    "Rn": ("normal reaction", r"$R_n/F_n$", "normal reaction over the brake force"),
-    "delta": (
-        "place of the reaction",
-        r"$\delta/w$",
-        "place of the reaction over the half length",
-    ),
-}
-PANELS: dict[str, tuple[str, str]] = {"B1": ("F3", "F4"), "B2": ("Rn", "delta")}
+_SCALES = {"F_n": "brake force", "w": "half length"}
 
 
 def pieces(
@@ -50,22 +40,20 @@ def pieces(
     }
 
 
-def _trace(axes: Axes, run: Run, signal: str, letter: str) -> None:
+def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
     palette = colours(cast(Model, run.model))
-    curves = pieces(run.history["t"], run.history[signal], run.timeline)
+    curves = pieces(run.history["t"], run.history[signal.name], run.timeline)
     for state in run.states_met:
         t, values = curves[state]
         axes.plot(1e3 * t, values, color=palette[state], label=state, gid=state)
-    title, label, _ = _SIGNALS[signal]
-    axes.set_title(f"({letter}) {title}", loc="left", pad=3.0)
-    axes.set_ylabel(label)
+    axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
+    axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
     axes.set_xlim(0.0, 1e3 * run.stop)
-    if signal == "delta":
-        axes.set_ylim(-1.08, 1.08)
-        axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
-    else:
+    axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
+    if signal.is_force:
         axes.set_ylim(bottom=-0.04 * axes.get_ylim()[1])
-        axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
+    else:
+        axes.set_ylim(-1.08, 1.08)
 
 
 def _strip(axes: Axes, run: Run) -> None:
@@ -88,7 +76,7 @@ def _strip(axes: Axes, run: Run) -> None:
 
 def history_figure(run: Run) -> Figure:
     """Two panels of normalised signals over a strip of the contact states."""
-    first, second = PANELS[run.model]
+    law = contact_law(run.model)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
         grid = figure.subplots(
@@ -97,34 +85,35 @@ def history_figure(run: Run) -> Figure:
             sharex=True,
             gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(run.states_met)]},
         )
-        _trace(grid[0], run, first, "a")
-        _trace(grid[1], run, second, "b")
+        for axes, signal, letter in zip(grid, law.plotted, "ab", strict=False):
+            _trace(axes, run, signal, letter)
         _strip(grid[2], run)
         figure.align_ylabels(grid)
-        meanings = MEANINGS[run.model]
         handles = grid[0].get_lines()[: len(run.states_met)]
-        names = [f"{_label(run.model, s)}: {meanings[s]}" for s in run.states_met]
+        names = [f"{state_label(s)}: {law.meanings[s]}" for s in run.states_met]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     return figure
 
 
-def _label(model: str, state: str) -> str:
-    return f"state {state}" if model == "B1" else state
+def state_label(state: str) -> str:
+    """The name of a contact state, with a word before a mere number."""
+    return f"state {state}" if state.isdigit() else state
 
 
 def alternative_text(run: Run) -> str:
     """What the figure shows, in words and with its ranges."""
     texts = []
-    for signal in PANELS[run.model]:
-        limits: Any = run.summary["extrema"][signal]
+    law = contact_law(run.model)
+    for signal in law.plotted:
+        limits: Any = run.summary["extrema"][signal.name]
         span = (
             "is nowhere defined"
             if limits is None
             else f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
         )
-        texts.append(f"the {_SIGNALS[signal][2]} {span}")
+        texts.append(f"the {signal.words} over the {_SCALES[signal.over]} {span}")
     shares = ", ".join(
-        f"{MEANINGS[run.model][s]} {100 * run.summary['shares'][s]:.1f} %" for s in run.states_met
+        f"{law.meanings[s]} {100 * run.summary['shares'][s]:.1f} %" for s in run.states_met
     )
     changes = len(run.timeline) - 1
     return (
@@ -136,13 +125,11 @@ def alternative_text(run: Run) -> str:
 
 def drawing(run: Run) -> Drawing:
     """The figure of one simulated scene, ready to be saved."""
-    what: Literal["edge contact forces", "contact reaction and its place"] = (
-        "edge contact forces" if run.model == "B1" else "contact reaction and its place"
-    )
+    first, second = (signal.words for signal in contact_law(run.model).plotted)
     return Drawing(
         history_figure(run),
         alternative_text(run),
-        f"Time histories of the {what}, scene {run.name}",
+        f"Time histories of {first} and {second}, scene {run.name}",
         origin("squeal.plots.histories", [run.provenance]),
     )
 

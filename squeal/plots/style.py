@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from squeal.files.provenance import Provenance
 from squeal.files.sources import digest
 from squeal.files.writing import write_text, write_whole
+from squeal.model.contact import contact_law
 from squeal.model.pad import Model
-from squeal.model.states import STATES, name
+from squeal.model.states import STATES
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
@@ -61,7 +62,7 @@ def colours(model: Model) -> dict[str, str]:
     """Colour of each state name of a model; B2's partial contact takes that of state 3."""
     found: dict[str, str] = {}
     for state in STATES:
-        found.setdefault(name(model, state), STATE_COLOURS[state])
+        found.setdefault(contact_law(model).state_name(state), STATE_COLOURS[state])
     return found
 
 

@@ -23,17 +23,17 @@ COLLAPSED = 1e-6
 class Leg(NamedTuple):
     """Smooth motion from t0 to t1 in one contact state, in natural units.
 
-    `edge` is the edge whose gap ended the leg (0 leading, 1 trailing), None where the leg ended
-    at the wanted time or because it grew long; `limit` is the entry of `LIMITS` at which the model
-    ends there. `dense(t)` gives the state (len(t), 6) and
-    `nodes` the step times from t0 to t1; both are None unless dense output was asked for.
+    `point` is the contact point whose gap ended the leg (0 leading edge, 1 trailing edge in B1 and
+    B2), None where the leg ended at the wanted time or because it grew long; `limit` is the entry
+    of `LIMITS` at which the model ends there. `dense(t)` gives the state (len(t), 6) and `nodes`
+    the step times from t0 to t1; both are None unless dense output was asked for.
     """
 
     contact: State
     t0: float
     t1: float
     end: np.ndarray
-    edge: int | None
+    point: int | None
     steps: int
     limit: str | None = None
     nodes: np.ndarray | None = None
@@ -46,6 +46,6 @@ class Integrator(Protocol):
     method: str
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
-        """Integrate from (t, state) until an edge's gap passes zero in the direction that ends
+        """Integrate from (t, state) until a point's gap passes zero in the direction that ends
         `contact`, until `stop`, or for a bounded number of steps."""
         ...

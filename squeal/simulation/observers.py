@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.model.equations import PadModel
-from squeal.model.states import State, name, names
+from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
@@ -57,16 +57,13 @@ class Shares(Observer):
 
     def __init__(self, model: PadModel, stop: float) -> None:
         self._model, self._stop = model, stop
-        self._time = dict.fromkeys(model.states, 0.0)
+        self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def leg(self, leg: Leg) -> None:
-        self._time[leg.contact] += leg.t1 - leg.t0
+        self._time[self._model.state_name(leg.contact)] += leg.t1 - leg.t0
 
     def result(self) -> dict[str, Any]:
-        shares = dict.fromkeys(names(self._model.name), 0.0)
-        for state, spent in self._time.items():
-            shares[name(self._model.name, state)] += spent / self._stop
-        return {"shares": shares}
+        return {"shares": {state: spent / self._stop for state, spent in self._time.items()}}
 
 
 Signal = Callable[[np.ndarray], np.ndarray]
@@ -106,18 +103,18 @@ class Extrema(Observer):
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
+        self._forces = np.array([signal.is_force for signal in model.law.plotted])
         # greatest values of each signal and of its negative
-        self._tops = np.full((2, 2), -np.inf)
+        self._tops = np.full((2, len(self._forces)), -np.inf)
 
     def leg(self, leg: Leg) -> None:
         if not any(leg.contact):
-            forces = np.array([name != "delta" for name in self._model.law.signal_names])
-            self._tops[:, forces] = np.maximum(self._tops[:, forces], 0.0)
+            self._tops[:, self._forces] = np.maximum(self._tops[:, self._forces], 0.0)
             return
         t = _sampled(leg.nodes)  # type: ignore[arg-type]
         values = signals(self._model, leg, t)
         for way, sign in enumerate((1.0, -1.0)):
-            for which in (0, 1):
+            for which in range(len(values)):
                 rising = sign * values[which]
                 i, top = int(np.nanargmax(rising)), self._tops[way, which]
                 if _beyond(rising, i) > top:
@@ -130,28 +127,29 @@ class Extrema(Observer):
                     self._tops[way, which] = max(top, peak)
 
     def result(self) -> dict[str, Any]:
-        ranges = zip(self._model.law.signal_names, *self._tops, strict=True)
+        ranges = zip(self._model.law.plotted, *self._tops, strict=True)
         return {
             "extrema": {
-                name: (float(-low), float(high)) if np.isfinite(high) else None
-                for name, high, low in ranges
+                signal.name: (float(-low), float(high)) if np.isfinite(high) else None
+                for signal, high, low in ranges
             }
         }
 
 
 def signals(model: PadModel, leg: Leg, t: np.ndarray) -> np.ndarray:
-    """The two normalised signals at times t within a leg, shape (2, len(t))."""
+    """The normalised signals at times t within a leg, shape (signals, len(t))."""
     states = leg.dense(t)  # type: ignore[misc]
     return normalised(model, states, leg.contact)
 
 
 def normalised(model: PadModel, states: np.ndarray, contact: State) -> np.ndarray:
-    """F3, F4 over F_n (B1), or Rn over F_n and delta over w (B2), of scaled states (n, 6)."""
-    q = np.array([states[:, 0], states[:, 1], states[:, 2] / model.pad.w])
-    values = model.signals(q, contact)
-    # a located contact change leaves forces of the size of rounding below zero
-    forces = np.maximum(values, 0.0) / model.pad.F_n
-    return forces if model.name == "B1" else np.array([forces[0], values[1] / model.pad.w])
+    """The plotted signals of scaled states (n, 6), each over its scale (F_n or w)."""
+    values = model.signals(model.c.place(states.T), contact)
+    for value, signal in zip(values, model.law.plotted, strict=True):
+        if signal.is_force:  # a located contact change leaves some rounding below zero
+            np.maximum(value, 0.0, out=value)
+        value /= getattr(model.pad, signal.over)
+    return values
 
 
 class History(Observer):
@@ -165,7 +163,7 @@ class History(Observer):
         self._t = self._seconds / units.time
         self._next = 0
         self._states = np.empty((samples, 6))
-        self._signals = np.empty((2, samples))
+        self._signals = np.empty((len(model.law.plotted), samples))
         self._contact = np.empty(samples, dtype="<U2")
 
     def leg(self, leg: Leg) -> None:
@@ -175,7 +173,7 @@ class History(Observer):
             states = leg.dense(self._t[part])  # type: ignore[misc]
             self._states[part] = states
             self._signals[:, part] = normalised(self._model, states, leg.contact)
-            self._contact[part] = name(self._model.name, leg.contact)
+            self._contact[part] = self._model.state_name(leg.contact)
             self._next = last
 
     def result(self) -> dict[str, Any]:
@@ -184,8 +182,8 @@ class History(Observer):
         for i, coordinate in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
             columns[coordinate] = si[:, i]
         columns["state"] = self._contact
-        for i, signal_name in enumerate(self._model.law.signal_names):
-            columns[signal_name] = self._signals[i]
+        for signal, values in zip(self._model.law.plotted, self._signals, strict=True):
+            columns[signal.name] = values
         return {"history": columns}
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import gaps, pose
-from squeal.model.states import State, name
+from squeal.model.mechanics import pose
+from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Integrator, Leg
@@ -81,14 +81,13 @@ def _accelerations(model: PadModel, q: np.ndarray) -> np.ndarray:
 
 def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
     """q of a scaled state; plain numbers, also from a run in higher precision."""
-    x, y, s = np.asarray(state[:3], dtype=float)
-    return np.array([x, y, s / model.pad.w])
+    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
 
 
 def first_state(model: PadModel, state: np.ndarray) -> State:
     """Contact state of the first motion from a scaled state.
 
-    An edge that starts on the switching surface, to rounding, belongs to the side to which the
+    A point that starts on the switching surface, to rounding, belongs to the side to which the
     first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
     """
     heights = model.gaps(_place(model, state))
@@ -118,34 +117,34 @@ def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
     return model.gaps(moved).imag / step
 
 
-def _heights(model: PadModel, state: np.ndarray) -> tuple[float, float]:
+def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
     """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
     y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
-    leading, trailing = gaps(model.c, pose(math, (0.0, y, turn / model.c.w)))
-    return leading, trailing
+    return model.law.gaps(model.c, pose(math, model.c.place((0.0, y, turn))))
 
 
 def _late(
-    model: PadModel, state: np.ndarray, contact: State, edge: int, heights: tuple[float, float]
-) -> bool:
-    """True if the other edge has passed its switching surface in the same instant as `edge`.
+    model: PadModel, state: np.ndarray, contact: State, point: int, heights: tuple[float, ...]
+) -> list[int]:
+    """The other points that have passed their switching surface in the same instant as `point`.
 
-    Its crossing then lies behind the located one by rounding and would not be seen again: its gap
-    is as far beyond zero as that of the located edge, which rounding may leave just before it.
+    Such a crossing lies behind the located one by rounding and would not be seen again: its gap
+    is as far beyond zero as that of the located point, which rounding may leave just before it.
     """
-    other = 1 - edge
-    located, beyond = (heights[e] if contact[e] else -heights[e] for e in (edge, other))
-    if beyond < min(located, 0.0):
-        return False
-    rate = _gap_rates(model, state)[other]
-    return bool((rate if contact[other] else -rate) > 0.0)
+    beyond = [gap if touches else -gap for touches, gap in zip(contact, heights, strict=True)]
+    limit = min(beyond[point], 0.0)
+    near = [i for i, height in enumerate(beyond) if i != point and height >= limit]
+    if not near:
+        return []
+    rates = _gap_rates(model, state)
+    return [i for i in near if (rates[i] if contact[i] else -rates[i]) > 0.0]
 
 
-def _check(leg: Leg, heights: tuple[float, float], units: Units) -> None:
+def _check(leg: Leg, heights: tuple[float, ...], units: Units) -> None:
     """Refuse a leg that ends at a limit of the model or has missed a contact change."""
     margin = 1e-6
-    for edge, (touches, gap) in enumerate(zip(leg.contact, heights, strict=True)):
-        if edge != leg.edge and (gap > margin if touches else gap < -margin):
+    for point, (touches, gap) in enumerate(zip(leg.contact, heights, strict=True)):
+        if point != leg.point and (gap > margin if touches else gap < -margin):
             raise ComputationError(
                 f"a contact change was missed before t = {float(leg.t1) * units.time:.9g} s; "
                 "ask for a smaller tolerance"
@@ -172,9 +171,9 @@ def integrate(
     contact = first_state(model, np.asarray(state, dtype=float))
     t, steps, changes = 0.0, 0, 0
 
-    def change(edge: int) -> None:
+    def change(point: int) -> None:
         nonlocal contact, changes
-        target = contact.flip(edge)
+        target = contact.flip(point)
         for o in observers:
             o.change(t, contact, target)
         contact, changes = target, changes + 1
@@ -183,7 +182,7 @@ def integrate(
         leg = integrator.advance(contact, t, state, stop, dense)
         heights = _heights(model, leg.end)
         _check(leg, heights, units)
-        if leg.edge is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
+        if leg.point is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
             raise ComputationError(
                 f"no progress beyond t = {float(leg.t1) * units.time:.9g} s; a spring may have "
                 "collapsed to zero length there"
@@ -191,11 +190,10 @@ def integrate(
         for o in observers:
             o.leg(leg)
         t, state, steps = leg.t1, leg.end, steps + leg.steps
-        if leg.edge is not None and t < stop:
-            late = _late(model, state, contact, leg.edge, heights)
-            change(leg.edge)
-            if late:
-                change(1 - leg.edge)
+        if leg.point is not None and t < stop:
+            late = _late(model, state, contact, leg.point, heights)
+            for point in (leg.point, *late):
+                change(point)
     return t, state, steps, changes
 
 
@@ -210,7 +208,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
 
 
 def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> Simulation:
-    """Simulate a B1 or B2 scene; only what its outputs name is computed.
+    """Simulate a scene; only what its outputs name is computed.
 
     `progress(share)` is called now and then on long runs. Raises ComputationError with the time
     where the model ends (rotation past 90 degrees, a spring collapsed).
@@ -227,8 +225,8 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
         results["events"] = tuple(
             Event(
                 e.t * units.time,
-                name(scene.model, e.source),
-                name(scene.model, e.target),
+                model.state_name(e.source),
+                model.state_name(e.target),
             )
             for e in results["events"]
         )

@@ -37,7 +37,7 @@ class Variations(Observer):
         assert leg.dense is not None
         pad, step = self._model.pad, 1e-200
         lever = np.array([1.0, 1.0, pad.w])
-        q = leg.dense(t)[:, :3].T / lever[:, None]
+        q = np.array(self._model.c.place(leg.dense(t).T))
         points = q[:, None] + 1j * step * np.eye(3)[:, :, None]
         slopes = np.moveaxis(self._model.loads(points, leg.contact).imag / step, -1, 0)
         mass = np.array([pad.m, pad.m, pad.I])

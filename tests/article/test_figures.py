@@ -16,9 +16,9 @@ from squeal.article.studies.quasi_static import quasi_static as quasi_static_stu
 from squeal.commands.simulate import COMMAND as SIMULATE
 from squeal.files.provenance import Provenance
 from squeal.files.results import read_run
+from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
-from squeal.model.states import MEANINGS, names, transitions
-from squeal.model.states import name as state_name
+from squeal.model.states import FULL, NONE, transitions
 from squeal.plots import histories, maps, style
 from squeal.scene import read_scene
 from tests.conftest import ROOT
@@ -57,7 +57,7 @@ def test_timeline_fills_the_run_and_gives_the_shares(runs, stem):
 def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
     run = runs[stem]
     t = run.history["t"]
-    for signal in histories.PANELS[run.model]:
+    for signal in (signal.name for signal in contact_law(run.model).plotted):
         values = run.history[signal]
         curves = histories.pieces(t, values, run.timeline)
         drawn: dict[float, list[tuple[str, float]]] = {}
@@ -152,12 +152,14 @@ def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):
 @pytest.mark.parametrize("model", ["B1", "B2"])
 def test_chart_shows_every_transition(model):
     links = charts.links(model)
-    single = {(state_name(model, t.source), state_name(model, t.target)) for t in transitions()}
+    law = contact_law(model)
+    name = law.state_name
+    single = {(name(t.source), name(t.target)) for t in transitions()}
     assert {ends for ends, gaps in links.items() if gaps == 1} == single
-    full, apart = names(model)[0], "2" if model == "B1" else "SS"
+    full, apart = name(FULL), name(NONE)
     assert {ends for ends, gaps in links.items() if gaps == 2} == {(full, apart), (apart, full)}
     texts = [text.get_text() for text in charts.chart(model).axes[0].texts]
-    for label in MEANINGS[model]:
+    for label in law.meanings:
         assert any(re.search(rf"(state )?{label}\n", text) for text in texts)
     for a, b in links:
         assert f"{a}–{b}" in texts

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from squeal.article.equations import bounds, stiffness
-from squeal.model.contact import FORMULATION_CHOICES, Formulation, LineContact
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.equations import PadModel, net_loads
+from squeal.model.line import LineContact
 from squeal.model.linear import about_origin, rank
 from squeal.model.mechanics import coefficients, elongation, pose, spring_energy
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
@@ -110,7 +111,7 @@ def test_mean_law_gains_energy_round_a_closed_path():
     gained = {}
     for law in ("mean", "integral"):
         p = random_pad(1, w=w, h=h, k_c=1.0, mu=0.0, theta0=0.0, y0=0.0, x0=0.0)
-        c, line = coefficients(np, p, True), LineContact(Formulation(law))
+        c, line = coefficients(np, p, True), LineContact(law)
         nodes, weights = np.polynomial.legendre.leggauss(40)
         total = 0.0
         for (y0, t0), (y1, t1) in itertools.pairwise(corners):

@@ -1,8 +1,11 @@
 """Contact states and transitions against Tables 1 and 2 of the article."""
 
+import pickle
+
 import numpy as np
 import pytest
 
+from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.states import (
     FULL,
@@ -12,10 +15,9 @@ from squeal.model.states import (
     STATES,
     TRAIL,
     TRAILING,
+    State,
     conditions,
-    name,
-    names,
-    observed,
+    states,
     transitions,
 )
 from tests.conftest import random_pad
@@ -37,10 +39,9 @@ TABLE_1 = {
 
 def test_conditions_are_table_1():
     spring = {LEADING: 3, TRAILING: 4}
+    name = contact_law("B1").state_name
     found = {
-        (name("B1", c.source), name("B1", c.target)): tuple(
-            (spring[edge], rising) for edge, rising in c.edges
-        )
+        (name(c.source), name(c.target)): tuple((spring[edge], rising) for edge, rising in c.edges)
         for c in conditions()
     }
     assert found == TABLE_1
@@ -52,16 +53,26 @@ def test_transitions_flip_one_edge_and_lead_back():
     assert len(pairs) == len(transitions()) == 8
     for t in transitions():
         assert sum(a != b for a, b in zip(t.source, t.target, strict=True)) == 1
-        assert t.rising == t.source[t.edge]
+        assert t.rising == t.source[t.point]
         assert (t.target, t.source) in pairs
 
 
 def test_names():
-    assert [name("B1", s) for s in (FULL, NONE, LEAD, TRAIL)] == ["1", "2", "3", "4"]
-    assert [name("B2", s) for s in (NONE, LEAD, TRAIL, FULL)] == ["SS", "PC", "PC", "FC"]
-    assert sorted(names("B1")) == ["1", "2", "3", "4"]
-    assert sorted(names("B2")) == ["FC", "PC", "SS"]
-    assert [observed(*state) for state in STATES] == list(STATES)
+    b1, b2 = contact_law("B1"), contact_law("B2")
+    assert [b1.state_name(s) for s in (FULL, NONE, LEAD, TRAIL)] == ["1", "2", "3", "4"]
+    assert [b2.state_name(s) for s in (NONE, LEAD, TRAIL, FULL)] == ["SS", "PC", "PC", "FC"]
+    assert sorted(b1.meanings) == ["1", "2", "3", "4"]
+    assert sorted(b2.meanings) == ["FC", "PC", "SS"]
+    assert [State(s.leading, s.trailing) for s in STATES] == list(STATES)
+
+
+def test_states_of_many_points_are_those_of_a_straight_face():
+    places = np.linspace(-1, 1, 5)
+    lines = np.random.default_rng(0).normal(size=(2000, 2, 1))
+    met = {State(*touching) for touching in (lines[:, 0] + lines[:, 1] * places < 0).tolist()}
+    assert met == set(states(5))
+    assert len(transitions(5)) == 2 * len(states(5))  # a ring
+    assert pickle.loads(pickle.dumps(states(5)[3])) == states(5)[3]
 
 
 def table_2(p, q):
@@ -85,7 +96,7 @@ def test_penetrations_tell_the_rows_of_table_2(theta0):
     model, random, seen = PadModel("B2", p), np.random.default_rng(0), set()
     for tilt in [0.0, *random.uniform(-0.3, 0.3, 300)]:
         q = (random.uniform(-1, 1), random.uniform(-0.3, 0.3), tilt - theta0)
-        told = name("B2", model.state_at(q))
+        told = model.state_name(model.state_at(q))
         assert told == table_2(p, q)
         seen.add(told)
     assert seen == {"SS", "PC", "FC"}

@@ -9,11 +9,9 @@ import pytest
 
 from squeal.article.claims import measure
 from squeal.errors import ComputationError
-from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation, flags
-from squeal.model.equations import contact_law
-from squeal.model.mechanics import coefficients, pose
+from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation
 from squeal.model.pad import Pad
-from squeal.model.states import NONE, STATES
+from squeal.model.states import STATES
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
@@ -38,34 +36,6 @@ def some(model, count, seed, **fixed):
 def scene(model, formulation, pad, initial, **more):
     plain = Scene(model, pad, formulation, tuple(initial), STOP, samples=2, outputs=("events",))
     return dataclasses.replace(plain, **more)
-
-
-@pytest.mark.parametrize(("model", "formulation"), LAWS)
-def test_loads_with_flags_are_those_of_each_state(model, formulation):
-    law, r = contact_law(model, formulation), np.random.default_rng(3)
-    pad = random_pad(5)
-    c = coefficients(math, pad, law.absolute_gap)
-    for state in STATES:
-        for _ in range(20):
-            at = pose(math, tuple(r.uniform(-0.1, 0.1, 3)))
-            on = flags(float(state.leading), float(state.trailing))
-            assert law.blended_loads(c, at, on) == pytest.approx(
-                law.loads(c, at, state), rel=1e-13, abs=1e-16
-            )
-            if state != NONE:
-                assert law.blended_signals(c, at, on) == pytest.approx(
-                    law.signals(c, at, state), rel=1e-12
-                )
-
-
-@pytest.mark.parametrize("formulation", [CONSISTENT, Formulation("mean")])
-def test_level_pad_has_no_pole_in_any_state(formulation):
-    law, pad = contact_law("B2", formulation), random_pad(1, theta0=0.0)
-    c = coefficients(math, pad, True)
-    at = pose(math, (0.0, -0.01, 0.0))
-    full = law.blended_loads(c, at, flags(1.0, 1.0))
-    assert full == pytest.approx(law.loads(c, at, STATES[0]), rel=1e-14)
-    assert law.blended_loads(c, at, flags(0.0, 0.0)) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(("model", "formulation"), LAWS)

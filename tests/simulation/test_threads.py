@@ -46,7 +46,7 @@ def test_simulations_in_turns_are_those_one_by_one():
         for _ in range(count):
             leg = integrator.advance(contact, t, state, min(t + 0.3, stop), dense=False)
             t, state = leg.t1, leg.end
-            contact = contact if leg.edge is None else contact.flip(leg.edge)
+            contact = contact if leg.point is None else contact.flip(leg.point)
             yield state
 
     both = [list(legs(scene, 12)) for scene in scenes("B1")[:2]]

@@ -85,7 +85,7 @@ class Gatherer(Observer):
         sizes = [len(times) for times, _ in self._samples]
         kind = np.repeat([self._model.states.index(leg[0]) for leg in self._legs], sizes)
         pad = self._model.pad
-        q = np.array([states[:, 0], states[:, 1], states[:, 2] / pad.w])
+        q = np.array(self._model.c.place(states.T))
         signals, acceleration = np.empty((2, len(t))), np.empty(len(t))
         for i, contact in enumerate(self._model.states):
             here = kind == i

@@ -16,7 +16,6 @@ from squeal.errors import InputError
 from squeal.files.provenance import provenance
 from squeal.files.writing import write_csv
 from squeal.model.linear import rank
-from squeal.model.states import name
 from squeal.scene import Scene, read_scene
 
 COLUMNS = ("x", "y", "theta", "R_n", "delta", "contact", "verdict")
@@ -49,7 +48,7 @@ def data(scene: Scene) -> dict[str, Any]:
                 "theta": e.q[2],
                 "R_n": e.R_n,
                 "delta": e.delta,
-                "contact": name(scene.model, e.state),
+                "contact": scene.pad_model.state_name(e.state),
                 "verdict": judgement.verdict,
             }
             for e, judgement in judged_equilibria(scene)

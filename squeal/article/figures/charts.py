@@ -9,8 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squeal.model.contact import contact_law
 from squeal.model.pad import CONTACT_MODELS, Model
-from squeal.model.states import FULL, LEAD, MEANINGS, NONE, STATES, TRAIL, State, conditions, name
+from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL, State, conditions
+from squeal.plots.histories import state_label
 from squeal.plots.style import SINGLE, Drawing, colours, origin, program, style
 
 _PLACES: dict[State, tuple[float, float]] = {
@@ -24,25 +26,28 @@ _SIZE = (0.62, 0.24)  # half width and half height of a box
 
 def places(model: Model) -> dict[str, tuple[float, float]]:
     """Where each state's box stands; states that share a name stand at the first one's place."""
+    law = contact_law(model)
+    wide = 1.0 if len(law.meanings) == len(STATES) else 1.35  # one box stands for both sides
     found: dict[str, tuple[float, float]] = {}
     for state in STATES:
         x, y = _PLACES[state]
-        found.setdefault(name(model, state), (x if model == "B1" else 1.35 * x, y))
+        found.setdefault(law.state_name(state), (wide * x, y))
     return found
 
 
 def links(model: Model) -> dict[tuple[str, str], int]:
     """Changes of state (from, to) by name, with the number of gaps that must vanish together."""
+    name = contact_law(model).state_name
     found: dict[tuple[str, str], int] = {}
     for condition in conditions():
-        ends = (name(model, condition.source), name(model, condition.target))
+        ends = (name(condition.source), name(condition.target))
         found[ends] = min(condition.codimension, found.get(ends, 2))
     return found
 
 
 def _box(axes: Axes, model: Model, label: str, at: tuple[float, float]) -> None:
-    meaning = MEANINGS[model][label].replace(" in contact", "").replace("surface ", "")
-    head = f"state {label}" if model == "B1" else label
+    meaning = contact_law(model).meanings[label].replace(" in contact", "").replace("surface ", "")
+    head = state_label(label)
     axes.annotate(
         f"{head}\n{meaning}",
         at,
@@ -115,7 +120,9 @@ def alternative_text(model: Model) -> str:
     """The chart in words."""
     single = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 1]
     double = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 2]
-    boxes = "; ".join(f"{label}: {meaning}" for label, meaning in MEANINGS[model].items())
+    boxes = "; ".join(
+        f"{label}: {meaning}" for label, meaning in contact_law(model).meanings.items()
+    )
     return (
         f"State flow chart of model {model}. Boxes: {boxes}. Solid arrows, one edge changes: "
         f"{', '.join(single)}. Dashed arrows, both edges change in the same instant: "

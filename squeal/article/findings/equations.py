@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.equations import stiffness
-from squeal.model.contact import CONSISTENT, Formulation, LineContact
+from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.linear import balanced, linearise
 from squeal.model.mechanics import coefficients, gaps, pose
@@ -186,7 +186,7 @@ def missing_parameters() -> Measured:
 
 def slope(pad: Pad) -> Measured:
     """E15: delta of Eq. (17) with the slope (y_t - y_l)/(x_t - x_l) against the contact law."""
-    law = LineContact(CONSISTENT)
+    law = contact_law("B2", CONSISTENT)
     c = coefficients(math, pad, True)
     at = pose(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
     x_l, x_t = (at.arm(rx, ry)[0] for rx, ry in ((c.rlx, c.rly), (c.rtx, c.rty)))

@@ -20,10 +20,11 @@ from squeal.article.equations import quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.model.contact import LineForce
+from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
+from squeal.model.line import LineForce
 from squeal.model.linear import balanced
-from squeal.model.states import STATES, name, names
+from squeal.model.states import STATES
 from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
 
@@ -166,8 +167,8 @@ def static_balance(study: Study) -> Measured:
 def states_met(study: Study) -> Measured:
     """E8: shares of the four states in case d of B1."""
     shares = study.cases["b1-d"].shares
-    numbers = {name("B1", s): shares.get(s, 0.0) for s in STATES}
-    told = ", ".join(f"{100 * numbers[key]:.2f}" for key in names("B1"))
+    numbers = {contact_law("B1").state_name(s): shares.get(s, 0.0) for s in STATES}
+    told = ", ".join(f"{100 * numbers[key]:.2f}" for key in sorted(numbers))
     return Measured(
         {f"state_{k}": v for k, v in numbers.items()},
         f"Shares of the states 1 to 4 in case d: {told} %.",

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.article.precision.paths import Path, Run, hybrid
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import gaps, pose
+from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.scene import Scene
 from squeal.simulation.run import first_state, in_natural_units
@@ -62,17 +62,14 @@ def _diffrax_leg(model: PadModel, contact: State) -> Any:
     jax.config.update("jax_enable_x64", True)
     c, law = model.c, model.law
 
-    def place(s: Any) -> tuple[Any, Any, Any]:
-        return s[0], s[1], s[2] / c.w
-
     def derivative(_t: Any, s: Any, _args: Any) -> Any:
-        load = net_loads(jnp, c, law, place(s), contact)
+        load = net_loads(jnp, c, law, c.place(s), contact)
         return jnp.array([s[3], s[4], s[5], load.x / c.m, load.y / c.m, c.w * load.moment / c.I])
 
     onward = [1.0 if touches else -1.0 for touches in contact]
 
     def passed(t: Any, y: Any, args: Any, **_: Any) -> Any:  # called by these names
-        leading, trailing = gaps(c, pose(jnp, place(y)))
+        leading, trailing = law.gaps(c, pose(jnp, c.place(y)))
         return jnp.maximum(onward[0] * leading, onward[1] * trailing)
 
     def solve(t: Any, state: Any, stop: Any, tolerance: Any) -> Any:
@@ -104,7 +101,7 @@ def with_diffrax(scene: Scene, tolerance: float) -> Run:
         steps += int(found.stats["num_steps"])
         if bool(found.event_mask):
             times.append(t)
-            heights = model.gaps(np.array([state[0], state[1], state[2] / model.c.w]))
+            heights = model.gaps(model.c.place(state))
             beyond = [h if touches else -h for h, touches in zip(heights, contact, strict=True)]
             contact = contact.flip(int(np.argmax(beyond)))
     return Run(state[:3], np.array(times), steps)

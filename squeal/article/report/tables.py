@@ -7,17 +7,17 @@ from typing import Any
 
 from squeal.article.report.latex import long_table, number, tabular, typeset
 from squeal.files.provenance import Provenance
+from squeal.model.contact import contact_law
+from squeal.model.law import FACE_STATES, face_state
 from squeal.model.states import (
     EDGE_NAMES,
     FULL,
     LEAD,
-    MEANINGS,
     NONE,
     TRAIL,
     Condition,
     State,
     conditions,
-    name,
 )
 
 _SPRINGS = ("3", "4")  # contact spring of the leading and of the trailing edge
@@ -29,7 +29,8 @@ def _gap(edge: int) -> str:
 
 
 def _condition_rows(condition: Condition) -> list[list[str]]:
-    source, target = name("B1", condition.source), name("B1", condition.target)
+    name = contact_law("B1").state_name
+    source, target = name(condition.source), name(condition.target)
     rows: list[list[str]] = []
     for edge, rising in condition.edges:
         verb = "separates" if rising else "touches"
@@ -85,7 +86,7 @@ def table_2() -> str:
                 "" if groups[tilt] else _TILT[tilt],
                 printed,
                 f"{leading}, {trailing}",
-                f"{MEANINGS['B2'][name('B2', state)]} ({name('B2', state)})",
+                f"{FACE_STATES[face_state(state)]} ({face_state(state)})",
             ]
         )
     head = ["tilt", "printed condition", "penetrations", "contact state"]

@@ -27,7 +27,6 @@ from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.model.equations import PadModel
-from squeal.model.states import name
 from squeal.scene import Scene, read_scene
 from squeal.stability import FrictionLoop, Matrices, System, critical_points, friction_loop, track
 from squeal.stability import sweep as eigenvalues
@@ -74,7 +73,7 @@ def branch(scene: Scene) -> Branch | Missing:
     marked = [scene.pad.mu, *(point.mu for point in critical.points)]
     tracked = track(system, values_of_mu(path, marked))
     changes = [
-        ContactChange(mu, name(scene.model, path.at(mu)[1]))
+        ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
         for mu in path.breakpoints
         if mu <= path.mu_end
     ]

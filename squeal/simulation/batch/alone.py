@@ -6,7 +6,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
-from squeal.model.states import LEADING, TRAILING, State
+from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.simulation.batch.lanes import Motion
 from squeal.simulation.legs import Leg
@@ -22,7 +22,8 @@ class _Keep(Observer):
         self._t = np.linspace(0.0, stop, samples)
         self.samples = np.empty((samples, 6, 1))
         self._end = np.zeros(6)
-        self.changes: list[tuple[int, float, int, int]] = []
+        self.changes: list[tuple[int, float]] = []
+        self.contacts: list[State] = []
         self.states: list[np.ndarray] = []
 
     def leg(self, leg: Leg) -> None:
@@ -32,8 +33,9 @@ class _Keep(Observer):
             self.samples[here, :, 0] = leg.dense(self._t[here])
 
     def change(self, t: float, source: State, target: State) -> None:
-        edge = LEADING if source.leading != target.leading else TRAILING
-        self.changes.append((edge, t, int(target.leading), int(target.trailing)))
+        point = next(i for i, touches in enumerate(source) if touches != target[i])
+        self.changes.append((point, t))
+        self.contacts.append(target)
         self.states.append(self._end)
 
 
@@ -53,16 +55,16 @@ def run_alone(
         _, end, steps, _ = integrate(model, integrator, units, state, stop, [keep])
     except ComputationError:
         return None
-    table = np.array(keep.changes, dtype=float).reshape(-1, 4).T
+    table = np.array(keep.changes, dtype=float).reshape(-1, 2).T
     return Motion(
         stop=np.array([stop]),
         touching=touching[:, None],
         end=end[:, None],
         samples=keep.samples,
         lane=np.zeros(table.shape[1], dtype=int),
-        edge=table[0].astype(int),
+        point=table[0].astype(int),
         t=table[1],
-        on=table[2:].astype(int),
+        on=np.array(keep.contacts, dtype=int).reshape(-1, len(touching)).T,
         state=np.array(keep.states).reshape(-1, 6).T,
         steps=np.array([steps]),
         limit=np.array([-1]),

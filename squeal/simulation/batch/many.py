@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import CONSISTENT, ContactLaw, Formulation
-from squeal.model.equations import PadModel, contact_law
-from squeal.model.mechanics import Coefficients, coefficients, gaps, pose
+from squeal.model.contact import CONSISTENT, Formulation, contact_law
+from squeal.model.equations import PadModel
+from squeal.model.law import ContactLaw
+from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.units import Units, natural_units
 from squeal.simulation.legs import LIMITS
@@ -96,7 +97,7 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
     c = coefficients(np, pads, law.absolute_gap)
     numbers = np.array([np.broadcast_to(getattr(c, name), count) for name in NAMES])
     state = units.to_scaled(task.initial.T)
-    heights = np.array(gaps(c, pose(np, (state[0], state[1], state[2] / c.w))))
+    heights = np.array(law.gaps(c, pose(np, c.place(state))))
     touching = (heights < 0.0).astype(int)
     # on the switching surface, or too near to tell, the first motion decides
     for i in np.flatnonzero((np.abs(heights) < 1e-9 * (1.0 + c.w + c.h)).any(axis=0)):
@@ -138,12 +139,12 @@ class _Results:
             lists = np.empty(n, dtype=object)
             for i in range(n):
                 mine = motion.lane == i
-                lists[i] = np.array([motion.t[mine] * time[i], motion.edge[mine]]).T
+                lists[i] = np.array([motion.t[mine] * time[i], motion.point[mine]]).T
             self._put("events", pads, lists)
         if self._task.measured:
             from squeal.simulation.batch.measures import measures
 
-            for name, values in measures(self._law, s, self._theta0[pads]).items():
+            for name, values in measures(s, self._theta0[pads]).items():
                 if name in ("duration", "separated"):
                     values = (values.T * time).T
                 elif name == "fastest":
@@ -196,7 +197,7 @@ def _work(task: _Task) -> Arrays:
                 natural.stop[full],
                 samples,
             )
-        there = seen(natural.of(full), motion)
+        there = seen(law, natural.of(full), motion)
         doubt = doubtful(there, margin)
         results.add(full, ~doubt & (motion.limit < 0), there)
         for i in pads[doubt[: len(pads)]].tolist():
@@ -212,7 +213,7 @@ def _work(task: _Task) -> Arrays:
             if alone is None:
                 results.refuse(i)
             else:
-                results.add(np.array([i]), alone.whole, seen(natural.of(np.array([i])), alone))
+                results.add(np.array([i]), alone.whole, seen(law, natural.of(np.array([i])), alone))
     arrays = results.arrays
     arrays["final"] = natural.units.to_si(arrays["final"].T).T
     return arrays
@@ -243,10 +244,10 @@ def simulate_many(
     pads: a `Pad` whose parameters are numbers or arrays (n,), see `stack`; initial (n, 6);
     stop: a number or (n,). Arrays over the pads come back: outcome (`DONE`, 1 + the index into
     `LIMITS`, or `REFUSED`), ended (time), final (n, 6), steps, changes (number of contact changes),
-    with `events` also events (arrays (changes, 2) of time and edge), with `measured` also those of
-    `squeal.simulation.batch.measures.measures`. Values of pads that did not reach the end are NaN,
-    their measures None or 0 where there is no NaN. A pad whose batch
-    run may have missed a contact change is run again alone.
+    with `events` also events (arrays (changes, 2) of time and contact point), with `measured` also
+    those of `squeal.simulation.batch.measures.measures`. Values of pads that did not reach the end
+    are NaN, their measures None or 0 where there is no NaN. A pad whose batch run may have missed
+    a contact change is run again alone.
 
     With `workers` above 1 chunks of pads go to that many processes, which start anew by import:
     a script must guard its main part by `if __name__ == "__main__"`. Raises ComputationError

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.model.contact import ContactLaw, flags
-from squeal.model.mechanics import Coefficients, Pose, gaps, pose
+from squeal.model.law import ContactLaw, Signal
+from squeal.model.mechanics import Coefficients, Pose, pose
 from squeal.model.states import STATES
 from squeal.simulation.batch.lanes import Motion
 
@@ -21,17 +21,17 @@ _CODES = [state.leading + 2 * state.trailing for state in STATES]
 _APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
 
 Measures = dict[str, np.ndarray]
-Place = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Seen(NamedTuple):
     """A motion with what all measures need.
 
     step (n,): time between samples; row (e,): the first sample after each contact change; on
-    (k, 2, n) of 0 or 1: contact at the samples; changes (k, n): how many so far; at: poses of the
-    samples (k, n); there: coefficients of the pad of each change (e,); there_at: poses there.
+    (k, points, n) of 0 or 1: contact at the samples; changes (k, n): how many so far; at: poses of
+    the samples (k, n); there: coefficients of the pad of each change (e,); there_at: poses there.
     """
 
+    law: ContactLaw
     motion: Motion
     c: Coefficients
     step: np.ndarray
@@ -43,26 +43,27 @@ class Seen(NamedTuple):
     there_at: Pose
 
 
-def seen(c: Coefficients, motion: Motion) -> Seen:
+def seen(law: ContactLaw, c: Coefficients, motion: Motion) -> Seen:
     """Prepare n motions for `doubtful` and `measures`; all coefficients are arrays (n,)."""
     count = len(motion.samples)
     step = motion.stop / max(count - 1, 1)
     row = np.minimum(np.ceil(motion.t / step[motion.lane]).astype(int), max(count - 1, 0))
     passed = np.zeros((count, *motion.touching.shape), dtype=np.int32)
     if count:
-        np.add.at(passed, (row, motion.edge, motion.lane), 1)
+        np.add.at(passed, (row, motion.point, motion.lane), 1)
         np.cumsum(passed, axis=0, out=passed)
     there = Coefficients(**{name: value[motion.lane] for name, value in vars(c).items()})
     return Seen(
+        law,
         motion,
         c,
         step,
         row,
         (motion.touching + passed) & 1,
-        passed[:, 0] + passed[:, 1],
-        pose(np, _place(c, motion.samples)),
+        passed.sum(axis=1),
+        pose(np, c.place(motion.samples.swapaxes(0, 1))),
         there,
-        pose(np, _place(there, motion.state)),
+        pose(np, there.place(motion.state)),
     )
 
 
@@ -85,37 +86,31 @@ class _Signal(NamedTuple):
     change: np.ndarray
 
 
-def _place(c: Coefficients, state: np.ndarray) -> Place:
-    """q of scaled states; the coordinate axis is the last but one."""
-    return state[..., 0, :], state[..., 1, :], state[..., 2, :] / c.w
-
-
 def doubtful(s: Seen, margin: float) -> np.ndarray:
     """True (n,) for pads whose motion may have missed a contact change.
 
-    Either both edges passed in the same instant, so that the second crossing lies behind the first
+    Either two points passed in the same instant, so that the second crossing lies behind the first
     by rounding and is not seen again, or a gap has the wrong sign by more than `margin`.
     """
     m = s.motion
     doubt = ~m.whole
     step = 1e-200
-    rates = _place(s.there, m.state[3:])
-    q = _place(s.there, m.state)
+    rates, q = s.there.place(m.state[3:]), s.there.place(m.state)
     x, y, theta = (a + 1j * step * rate for a, rate in zip(q, rates, strict=True))
-    moved = pose(np, (x, y, theta))
-    other = 1 - m.edge
-    gap = np.array(gaps(s.there, moved))[other, np.arange(len(other))]
-    sense = 2 * m.on[other, np.arange(len(other))] - 1
-    doubt[m.lane[(sense * gap.real > 0.0) & (sense * gap.imag > 0.0)]] = True
+    gap = np.array(s.law.gaps(s.there, pose(np, (x, y, theta))))
+    sense = 2 * m.on - 1
+    beyond = (sense * gap.real > 0.0) & (sense * gap.imag > 0.0)
+    beyond[m.point, np.arange(len(m.point))] = False
+    doubt[m.lane[beyond.any(axis=0)]] = True
 
     last = m.touching.copy()
-    np.add.at(last, (m.edge, m.lane), 1)
-    heights = np.array(gaps(s.c, pose(np, _place(s.c, m.end))))
+    np.add.at(last, (m.point, m.lane), 1)
+    heights = np.array(s.law.gaps(s.c, pose(np, s.c.place(m.end))))
     doubt |= ((2 * (last & 1) - 1) * heights > margin).any(axis=0) & (m.limit < 0)
     if len(m.samples):
         over = np.zeros(s.changes.shape, dtype=bool)
-        for edge, height in enumerate(gaps(s.c, s.at)):
-            over |= np.where(s.on[:, edge] > 0, height, -height) > margin
+        for point, height in enumerate(s.law.gaps(s.c, s.at)):
+            over |= np.where(s.on[:, point] > 0, height, -height) > margin
         t = np.arange(len(over))[:, None] * s.step
         doubt |= (over & ~(t >= m.limit_t)).any(axis=0)
     return doubt
@@ -144,23 +139,23 @@ def _since(begin: _Begin, signal: _Signal) -> _Signal:
     return _Signal(inner, signal.change)
 
 
-def _signals(law: ContactLaw, s: Seen) -> tuple[_Signal, _Signal]:
-    """F3, F4 over F_n (B1), or Rn over F_n and delta over w (B2)."""
-    inner = law.blended_signals(s.c, s.at, flags(s.on[:, 0], s.on[:, 1]))
-    # at a change its edge still touches: delta has its limit there, also where contact is lost
+def _signals(s: Seen) -> tuple[_Signal, ...]:
+    """The signals of the law, each over its scale (F_n or w)."""
+    inner = s.law.signals(s.c, s.at, s.on.swapaxes(0, 1))
+    # at a change its point still touches: delta has its limit there, also where contact is lost
     touching = s.motion.on.copy()
-    touching[s.motion.edge, np.arange(len(s.motion.edge))] = 1
-    change = law.blended_signals(s.there, s.there_at, flags(*touching))
+    touching[s.motion.point, np.arange(len(s.motion.point))] = 1
+    change = s.law.signals(s.there, s.there_at, touching)
 
-    def force(i: int) -> _Signal:
-        # a located contact change leaves forces of the size of rounding below zero
-        return _Signal(
-            np.maximum(inner[i], 0.0) / s.c.F_n, np.maximum(change[i], 0.0) / s.there.F_n
-        )
+    def scaled(values: np.ndarray, c: Coefficients, signal: Signal) -> np.ndarray:
+        if signal.is_force:  # a located contact change leaves some rounding below zero
+            values = np.maximum(values, 0.0)
+        return np.asarray(values / getattr(c, signal.over))
 
-    if law.signal_names[1] == "delta":
-        return force(0), _Signal(inner[1] / s.c.w, change[1] / s.there.w)
-    return force(0), force(1)
+    return tuple(
+        _Signal(scaled(a, s.c, signal), scaled(b, s.there, signal))
+        for a, b, signal in zip(inner, change, s.law.plotted, strict=True)
+    )
 
 
 def _first_turn(values: np.ndarray, row: np.ndarray) -> np.ndarray:
@@ -227,9 +222,9 @@ def _times(motion: Motion) -> np.ndarray:
 
 def _losses(motion: Motion) -> np.ndarray:
     """For each pad the tuple of edges in the order in which they separate."""
-    lost = motion.on[motion.edge, np.arange(len(motion.edge))] == 0
+    lost = motion.on[motion.point, np.arange(len(motion.point))] == 0
     found: list[list[int]] = [[] for _ in motion.stop]
-    for lane, edge in zip(motion.lane[lost].tolist(), motion.edge[lost].tolist(), strict=True):
+    for lane, edge in zip(motion.lane[lost].tolist(), motion.point[lost].tolist(), strict=True):
         found[lane].append(edge)
     result = np.empty(len(found), dtype=object)
     result[:] = [tuple(edges) for edges in found]
@@ -263,7 +258,7 @@ def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     return np.sqrt(late.max(axis=0) / size.max(axis=0))
 
 
-def measures(law: ContactLaw, s: Seen, theta0: np.ndarray) -> Measures:
+def measures(s: Seen, theta0: np.ndarray) -> Measures:
     """Measures of n motions, times in natural units; the claims on B1 and B2 rest on them.
 
     duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
@@ -277,12 +272,12 @@ def measures(law: ContactLaw, s: Seen, theta0: np.ndarray) -> Measures:
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
         duration = np.where(np.isfinite(begin.t), s.motion.stop - begin.t, 0.0)
-        first, second = _signals(law, s)
+        first, second = _signals(s)
         tilt = _Signal(
             theta0 + s.motion.samples[:, 2] / s.c.w,
             theta0[s.motion.lane] + s.motion.state[2] / s.there.w,
         )
-        line = law.signal_names[1] == "delta"
+        line = not s.law.plotted[1].is_force
         both = _Signal(first.inner + second.inner, first.change + second.change)
         nothing = np.full((len(duration), 2), np.nan)
         return {

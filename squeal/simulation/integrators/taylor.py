@@ -1,6 +1,6 @@
 """Taylor integration with heyoka: the equations of `model.equations` compiled once per machine.
 
-One integrator per contact state holds just the terms of that state and watches both gaps, each in
+One integrator per contact state holds just the terms of that state and watches all gaps, each in
 the direction that ends the state. The numbers of the pad are runtime parameters, so the compiled
 code, which heyoka keeps on disk, serves every pad.
 """
@@ -16,9 +16,9 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import Coefficients, facing, gaps, pose, spring_vectors
+from squeal.model.law import ContactLaw, Touching
+from squeal.model.mechanics import Coefficients, facing, pose, spring_vectors
 from squeal.model.states import State
 from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
@@ -34,6 +34,9 @@ NEVER_ZERO = 1e-300
 # heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
 # would loosen the error control of a small motion.
 FAINT = 1e-30
+# Up to so many contact points each state has compiled code of its own, which is fastest; with more
+# points one code serves all states.
+OWN_CODE = 2
 _NAMES = [f.name for f in fields(Coefficients)]
 
 
@@ -42,10 +45,10 @@ def coefficient_names() -> list[str]:
     return _NAMES
 
 
-def equations(
-    law: ContactLaw, contact: State
-) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
-    """Symbolic equations of motion of one contact state, its two gaps and the model's limits.
+def equations(law: ContactLaw, on: Touching) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
+    """Symbolic equations of motion, the gaps of the contact points and the model's limits.
+
+    `on` is the contact state, as constants or as symbols.
 
     The limits are positive as long as the model holds, in the order of `LIMITS`.
 
@@ -54,8 +57,8 @@ def equations(
     """
     c = Coefficients(**{name: hy.par[i] for i, name in enumerate(_NAMES)})
     x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
-    q = (x, y, s / c.w)
-    total = net_loads(hy, c, law, q, contact)
+    q = c.place((x, y, s))
+    total = net_loads(hy, c, law, q, on)
     system = [
         (x, u),
         (y, v),
@@ -69,47 +72,52 @@ def equations(
         hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
         for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
     ]
-    return system, list(gaps(c, at)), [FAINT * limit for limit in limits]
+    return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
+
+
+def state_parameters(law: ContactLaw) -> tuple[Any, ...]:
+    """Runtime parameters, after those of the coefficients, that say which points touch."""
+    return tuple(hy.par[len(_NAMES) + i] for i in range(law.points))
+
+
+def rising(heights: list[Any], on: Touching) -> list[Any]:
+    """Expressions that pass zero upwards where a contact point separates or touches."""
+    pairs = zip(heights, on, strict=True)
+    return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
 
 
 @lru_cache(maxsize=64)
 def compiled(
-    law: ContactLaw, contact: State, tolerance: float, fp_type: Any, **options: Any
+    law: ContactLaw, contact: State | None, tolerance: float, fp_type: Any, **options: Any
 ) -> Any:
-    """The integrator of one contact state; the compiled code is shared through heyoka's caches.
+    """The integrator of one contact state, or of any (None) that its parameters then tell.
 
-    `options` go to heyoka, which compiles in another way then.
+    The compiled code is shared through heyoka's caches. `options` go to heyoka, which
+    compiles in another way then.
     """
-    system, heights, limits = equations(law, contact)
-    rising, falling = hy.event_direction.positive, hy.event_direction.negative
-    events = [
-        _event(fp_type)(
-            gap + (-NEVER_ZERO if touches else NEVER_ZERO),
-            direction=rising if touches else falling,
-        )
-        for gap, touches in zip(heights, contact, strict=True)
-    ] + [_event(fp_type)(limit, direction=falling) for limit in limits]
+    on = state_parameters(law) if contact is None else contact
+    system, heights, limits = equations(law, on)
+    upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+    events = [_event(fp_type)(e, direction=upwards) for e in rising(heights, on)]
+    events += [_event(fp_type)(limit, direction=downwards) for limit in limits]
+    expressions = [rhs for _, rhs in system] + heights + limits
+    used = hy.get_params(expressions)
+    highest = max(i for i in range(len(_NAMES) + law.points) if hy.par[i] in used)
     return hy.taylor_adaptive(
         system,
         [fp_type(0.0)] * 6,
-        pars=[fp_type(1.0)] * _highest_parameter(system, heights + limits),
+        pars=[fp_type(1.0)] * (highest + 1),
         tol=fp_type(tolerance),
         t_events=events,
         fp_type=fp_type,
-        **options,
+        **({"compact_mode": contact is None} | options),
     )
 
 
 @lru_cache(maxsize=64)
-def _pool(law: ContactLaw, contact: State, tolerance: float, fp_type: Any) -> Pool[Any]:
-    """Integrators of one contact state, copies of the compiled one, which itself never runs."""
+def _pool(law: ContactLaw, contact: State | None, tolerance: float, fp_type: Any) -> Pool[Any]:
+    """Integrators of one kind, copies of the compiled one, which itself never runs."""
     return Pool(lambda: copy.copy(compiled(law, contact, tolerance, fp_type)))
-
-
-def _highest_parameter(system: list[tuple[Any, Any]], others: list[Any]) -> int:
-    """How many runtime parameters the expressions of one state refer to."""
-    used = hy.get_params([rhs for _, rhs in system] + others)
-    return 1 + max(_NAMES.index(name) for name in _NAMES if hy.par[_NAMES.index(name)] in used)
 
 
 def _event(fp_type: Any) -> Any:
@@ -178,8 +186,10 @@ class TaylorIntegrator:
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
-        with _pool(self._law, contact, self._tolerance, self._fp).lease() as ta:
-            ta.pars[:] = self._pars[: len(ta.pars)]
+        own = contact if len(contact) <= OWN_CODE else None
+        with _pool(self._law, own, self._tolerance, self._fp).lease() as ta:
+            pars = self._pars if own else np.append(self._pars, [self._fp(on) for on in contact])
+            ta.pars[:] = pars[: len(ta.pars)]
             ta.time = self._fp(t)
             ta.state[:] = state
             ta.reset_cooldowns()
@@ -190,11 +200,12 @@ class TaylorIntegrator:
                 motion = None
                 outcome, _, _, steps, *_ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
             t1, end = ta.time, ta.state.copy()
-        edge, limit, event = None, None, -int(outcome) - 1
-        if 0 <= event < 2:
-            edge = event
-        elif 2 <= event < 2 + len(LIMITS):
-            limit = LIMITS[event - 2]
+        point, limit, event = None, None, -int(outcome) - 1
+        points = self._law.points
+        if 0 <= event < points:
+            point = event
+        elif points <= event < points + len(LIMITS):
+            limit = LIMITS[event - points]
         elif outcome not in _ONWARD:
             raise ComputationError(
                 f"the motion is not finite after t = {float(t):.9g} natural time units"
@@ -204,7 +215,7 @@ class TaylorIntegrator:
             t0=t,
             t1=t1,
             end=end,
-            edge=edge,
+            point=point,
             limit=limit,
             steps=steps,
             nodes=motion.nodes if motion is not None else None,

@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import facing, gaps, pose, spring_vectors
+from squeal.model.mechanics import facing, pose, spring_vectors
 from squeal.model.states import State
 from squeal.simulation.legs import LIMITS, Leg
 
@@ -31,36 +31,35 @@ class SciPyIntegrator:
 
         self._solve: Any = solve_ivp
         self._model, self._tolerance = model, max(tolerance, 3e-14)
-        self._w = float(model.pad.w)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
         self._max_step = 0.2 * min(1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7)
 
     def _rhs(self, contact: State) -> Any:
-        model, w = self._model, self._w
-        c, law = model.c, model.law
-        inverse_m, turn = 1.0 / c.m, w / c.I
+        c, law = self._model.c, self._model.law
+        inverse_m, turn = 1.0 / c.m, c.w / c.I
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
-            x, y, a, u, v, r = s.tolist()
-            f = net_loads(math, c, law, (x, y, a / w), contact)
-            return [u, v, r, f.x * inverse_m, f.y * inverse_m, f.moment * turn]
+            state = s.tolist()
+            f = net_loads(math, c, law, c.place(state), contact)
+            return [*state[3:], f.x * inverse_m, f.y * inverse_m, f.moment * turn]
 
         return rhs
 
     def _events(self, contact: State) -> list[Any]:
+        c, law = self._model.c, self._model.law
         found = []
-        for edge in (0, 1):
+        for point in range(law.points):
 
-            def gap(_t: float, s: np.ndarray, edge: int = edge) -> float:
-                return float(gaps(self._model.c, pose(math, (s[0], s[1], s[2] / self._w)))[edge])
+            def gap(_t: float, s: np.ndarray, point: int = point) -> float:
+                return float(law.gaps(c, pose(math, c.place(s)))[point])
 
             gap.terminal = True  # type: ignore[attr-defined]
-            gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
+            gap.direction = 1.0 if contact[point] else -1.0  # type: ignore[attr-defined]
             found.append(gap)
 
         def upright(_t: float, s: np.ndarray) -> float:
-            return float(facing(self._model.c, pose(math, (s[0], s[1], s[2] / self._w))))
+            return float(facing(c, pose(math, c.place(s))))
 
         upright.terminal = True  # type: ignore[attr-defined]
         upright.direction = -1.0  # type: ignore[attr-defined]
@@ -71,7 +70,7 @@ class SciPyIntegrator:
 
         It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
         """
-        at = pose(np, (y[0], y[1], y[2] / self._w))
+        at = pose(np, self._model.c.place(y))
         for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:], strict=True):
             turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
             if turned.any():
@@ -95,20 +94,20 @@ class SciPyIntegrator:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
-        edge, limit, last = None, None, -1
+        point, limit, last = None, None, -1
         collapse = self._collapse(solution.y)
         if collapse is not None:
             last, limit = collapse
         elif solution.status == 1:
-            event = next(i for i in (0, 1, 2) if len(solution.t_events[i]))
-            edge, limit = (event, None) if event < 2 else (None, LIMITS[0])
+            event = next(i for i, times in enumerate(solution.t_events) if len(times))
+            point, limit = (event, None) if event < len(contact) else (None, LIMITS[0])
         motion = solution.sol
         return Leg(
             contact=contact,
             t0=t,
             t1=float(solution.t[last]),
             end=solution.y[:, last].copy(),
-            edge=edge,
+            point=point,
             limit=limit,
             steps=len(solution.t) - 1,
             nodes=solution.t if dense else None,
