@@ -23,6 +23,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.pad import Model
 from squeal.model.states import EDGE_NAMES
 from squeal.scene import Scene
 from squeal.stability import CriticalPoint, verdict
@@ -56,8 +57,9 @@ def scene_of(seed: int) -> Scene:
     """Model B1 or B2, the latter in the consistent formulation or in any, by turns."""
     r = np.random.default_rng([seed, 1])
     mass, length, time = 10.0 ** r.uniform([-2.0, -2.0, -4.0], [1.0, 0.0, -2.0])
-    pad = random_pad(seed).scaled(mass, length, time)
-    if seed % 2:
+    model: Model = "B1" if seed % 2 else "B2"
+    pad = random_pad(seed, model).scaled(mass, length, time)
+    if model == "B1":
         return Scene("B1", pad)
     chosen: Any = [str(r.choice(options)) for options in FORMULATION_CHOICES.values()]
     return Scene("B2", pad, Formulation(*chosen) if seed % 4 else Formulation())

@@ -15,16 +15,23 @@ from typing import Any
 import heyoka as hy
 
 from squeal.article.cases import CASES, stem
-from squeal.model.contact import FORMULATION_CHOICES, Formulation, contact_law
+from squeal.model.contact import (
+    CONTACT_MODELS,
+    FORMULATION_CHOICES,
+    Formulation,
+    contact_law,
+    models_with,
+)
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients, coefficients, pose
-from squeal.model.pad import CONTACT_MODELS, PARAMETERS
+from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, STATES, State
 from squeal.scene import read_scene
-from squeal.scene.schema import DEFAULT_TOLERANCE
+from squeal.scene.keys import DEFAULT_TOLERANCE
 from squeal.simulation.integrators.taylor import FAINT, coefficient_names, compiled, equations
 from squeal.simulation.legs import LIMITS
 
+OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
 VARIABLES = hy.make_vars("x", "y", "s", "u", "v", "r")  # those of `equations`
 # The steps of a law are small in heyoka's compact mode: 15 kB instead of 60 kB; clang optimises.
 PLAIN: dict[str, Any] = {"opt_level": 0, "compact_mode": True}
@@ -149,12 +156,13 @@ def tables(scenes: Path) -> dict[str, Any]:
         "tape": max(len(step.decomposition) for step in steps) * (order + 1),
         "limits": LIMITS,
         "parameters": {
-            n: {
-                key: value
-                for key, value in asdict(p).items()
-                if key in ("meaning", "unit", "dimension", "models", "required", "angle")
+            n: {key: getattr(p, key) for key in OF_PARAMETER}
+            | {
+                "models": models_with(n),
+                "low": max(p.kind.low, -1e300),
+                "high": min(p.kind.high, 1e300),
+                "allowed": f"a finite number{p.kind.range()}",
             }
-            | {"low": max(p.low, -1e300), "high": min(p.high, 1e300), "allowed": p.allowed()}
             for n, p in PARAMETERS.items()
         },
         "inputs": parameters(),
@@ -175,7 +183,7 @@ def tables(scenes: Path) -> dict[str, Any]:
 
 def _case(path: Path) -> dict[str, Any]:
     scene = read_scene(path)
-    values = {n: getattr(scene.pad, n) for n, p in PARAMETERS.items() if scene.model in p.models}
+    values = {n: getattr(scene.pad, n) for n in PARAMETERS if scene.model in models_with(n)}
     return {
         "parameters": {n: v for n, v in values.items() if v is not None},
         "formulation": asdict(scene.formulation) if scene.model == "B2" else {},

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from squeal.model.contact import models_with
 from squeal.model.pad import Pad
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"
 
 
-def random_pad(seed: int, **fixed: Any) -> Pad:
-    """A plausible dimensionless pad (w = m = k1 = 1), all parameters of B1 and B2 given."""
+def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:
+    """A plausible dimensionless pad (w = m = k1 = 1): all parameters of B1 and B2, or a model's."""
     r = np.random.default_rng(seed)
     values: dict[str, Any] = {
         "m": 1.0,
@@ -39,7 +40,8 @@ def random_pad(seed: int, **fixed: Any) -> Pad:
         "x0": r.uniform(-0.1, 0.1),
         "y0": r.uniform(-0.02, 0.0),
     }
-    return Pad(**(values | fixed))
+    used = {n: v for n, v in (values | fixed).items() if not model or model in models_with(n)}
+    return Pad(**used)
 
 
 @pytest.fixture

@@ -7,16 +7,19 @@ first, by continuation from mu = 0 of all points together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from squeal.analysis.points import Names, normalised, points_at
+from squeal.analysis.sensitivity import parameters
+from squeal.files.place import Place
+from squeal.files.values import Number, Whole
 from squeal.model.contact import Formulation
 from squeal.model.linear import about_origin, spring_directions
-from squeal.model.pad import Pad
+from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from squeal.numerics.outline import Codes, Outline, outline
 from squeal.scene import Scene
@@ -26,19 +29,41 @@ BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad'
 NAMES = (*VERDICTS, "beyond a fold")
 
 
+COUNT = Whole(1, 100_000)
+
+
 @dataclass(frozen=True)
 class Axis:
-    """One parameter of a map: n values at the middles of n equal cells between low and high."""
+    """One parameter of a map: n values at the middles of n equal cells between low and high.
+
+    Raises InputError for an unknown parameter or for values that it may not take.
+    """
 
     name: str
     low: float
     high: float
     n: int
 
+    def __post_init__(self) -> None:
+        check_axis(self.name, self.low, self.high, self.n, Place("Axis"))
+
     @property
     def values(self) -> np.ndarray:
         """The n values."""
         return self.low + (self.high - self.low) * (np.arange(self.n) + 0.5) / self.n
+
+
+def check_axis(name: str, low: float, high: float, n: int, at: Place) -> None:
+    """Refuse an axis that no pad could take; `at` tells messages where it stands."""
+    if name not in PARAMETERS:
+        raise at.must_be(name, f"one of {', '.join(PARAMETERS)}")
+    Number().check(low, at / "low")
+    Number().check(high, at / "high")
+    COUNT.read(n, at / "n")
+    if not low < high:
+        raise at.must_be(f"{low:g} to {high:g}", "a range with low < high")
+    for end in (low + (high - low) / 2 / n, high - (high - low) / 2 / n):
+        PARAMETERS[name].kind.check(end, at)
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -125,12 +150,24 @@ def on_grid(
     return codes, contact
 
 
+def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
+    """Refuse to map what the scene does not use, or one parameter twice. Raises InputError."""
+    allowed = parameters(scene.pad_model)
+    for name in names:
+        if name not in allowed:
+            raise at.must_be(name, f"a parameter of the scene: {', '.join(allowed)}")
+    if len(set(names)) < len(names):
+        raise at.refuse(f"{names[-1]} is the first parameter too; take another one")
+
+
 def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -> StabilityMap:
     """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
 
-    `traced` finds the boundaries between the points by bisection, for drawing.
+    `traced` finds the boundaries between the points by bisection, for drawing. Raises InputError
+    for a parameter that the scene does not use, or the same one twice.
     """
     names = (axes[0].name, axes[1].name)
+    check_names(scene, names, Place("Axis") / "name")
     x, y = axes[0].values, axes[1].values
     if scene.model == "B3" and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_rows(scene.pad, scene.formulation, axes)

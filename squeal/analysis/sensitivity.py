@@ -15,6 +15,7 @@ from squeal.analysis.damping import damping_matrix
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
+from squeal.model.contact import models_with
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import coefficients, pose
 from squeal.model.pad import PARAMETERS
@@ -46,8 +47,8 @@ def parameters(model: PadModel) -> tuple[str, ...]:
     """Names of the parameters that a model's equilibria and matrices depend on."""
     return tuple(
         name
-        for name, p in PARAMETERS.items()
-        if model.name in p.models and name != "V" and getattr(model.pad, name) is not None
+        for name in PARAMETERS
+        if model.name in models_with(name) and name != "V" and getattr(model.pad, name) is not None
     )
 
 
@@ -57,7 +58,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     `held` keeps q where it is, as B3 does. Where the balance is singular (a fold) the equilibrium
     moves infinitely fast and only `loads` is finite.
     """
-    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})  # type: ignore[arg-type]
+    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
     def slopes(at: np.ndarray, dq: np.ndarray) -> np.ndarray:

@@ -6,11 +6,19 @@ import argparse
 import sys
 from pathlib import Path
 
-from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
+from squeal.analysis.maps import (
+    Axis,
+    StabilityMap,
+    angle_axes,
+    check_axis,
+    check_names,
+    stability_map,
+)
 from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
-from squeal.errors import InputError
+from squeal.files.document import scalar
+from squeal.files.place import Place
 from squeal.files.provenance import provenance
-from squeal.files.values import Keys, angle, number
+from squeal.files.values import Angle, Number, Whole
 from squeal.files.writing import write_csv
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene, read_scene
@@ -31,47 +39,27 @@ def options(parser: Parser) -> None:
 
 
 def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
-    allowed = "it must be NAME:LOW:HIGH, a parameter of the scene and its range with LOW < HIGH"
+    at = Place(f"{option} {given}")
     parts = given.split(":")
-    name = parts[0]
-    p = PARAMETERS.get(name)
-    if len(parts) != 3 or p is None or getattr(scene.pad, name) is None:
-        raise InputError(f"{option} {given}: is not allowed; {allowed}")
-    at = Keys(f"{option} {given}")
-    ends = []
-    for text in parts[1:]:
-        try:
-            ends.append(number(float(text), at, allowed))
-        except ValueError:
-            if not p.angle:
-                raise InputError(f"{option} {given}: is not allowed; {allowed}") from None
-            ends.append(angle(text, at))
-    low, high = ends
-    axis = Axis(name, low, high, n)
-    if not low < high or not all(p.admits(float(v)) for v in axis.values[[0, -1]]):
-        raise InputError(
-            f"{option} {given}: is not allowed; LOW < HIGH, and {name} must be {p.allowed()}"
-        )
-    return axis
+    check_names(scene, parts[:1], at)
+    if len(parts) != 3:
+        raise at.refuse("it must be NAME:LOW:HIGH, a parameter of the scene and its range")
+    kind = Angle() if PARAMETERS[parts[0]].angle else Number()
+    low, high = (kind.read(scalar(end), at) for end in parts[1:])
+    check_axis(parts[0], low, high, n, at)
+    return Axis(parts[0], low, high, n)
 
 
 def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
     """The two axes that the options name. Raises InputError."""
-    try:
-        n = int(given.n)
-    except ValueError:
-        n = 0
-    if not 2 <= n <= MOST_POINTS:
-        raise InputError(
-            f"--n {given.n}: is not allowed; it must be a whole number from 2 to {MOST_POINTS}"
-        )
+    at = Place(f"--n {given.n}")
+    n = Whole(2, MOST_POINTS).read(scalar(given.n), at)
     first, second = angle_axes(n)
     if given.first:
         first = _axis(given.first, "--first", scene, n)
     if given.second:
         second = _axis(given.second, "--second", scene, n)
-    if first.name == second.name:
-        raise InputError(f"--second {second.name}: is the first parameter too; take another one")
+    check_names(scene, (first.name, second.name), Place(f"--second {given.second or 'alpha2'}"))
     return first, second
 
 

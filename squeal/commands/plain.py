@@ -8,7 +8,7 @@ from pathlib import Path
 from squeal.analysis.critical import CriticalFriction
 from squeal.errors import InputError
 from squeal.files.document import read_document
-from squeal.files.values import Keys
+from squeal.files.place import Place
 from squeal.scene.system import PlainSystem, plain_system
 from squeal.stability import critical_points, verdict
 
@@ -16,7 +16,7 @@ from squeal.stability import critical_points, verdict
 def read_if_plain(path: Path) -> PlainSystem | None:
     """The plain system in a file, None if the file is a scene. Raises InputError."""
     document = read_document(path)
-    return plain_system(document, Keys(str(path))) if "M" in document else None
+    return plain_system(document, Place(str(path))) if "M" in document else None
 
 
 def value_of(given: str | None, system: PlainSystem | None) -> float:

@@ -13,8 +13,7 @@ from squeal.commands.base import Answer, Command, Parser, check_files, file_opti
 from squeal.files.provenance import provenance
 from squeal.files.writing import write_csv
 from squeal.model.contact import contact_law
-from squeal.scene import Scene, read_scene
-from squeal.scene.schema import COORDINATES
+from squeal.scene import COORDINATES, Scene, read_scene
 from squeal.simulation import Simulation, simulate
 
 SHOWN_EVENTS = 20

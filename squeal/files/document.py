@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from squeal.errors import InputError
-from squeal.files.values import Keys, shown
+from squeal.files.place import Place, shown
 
 
 class _Loader(yaml.SafeLoader):
@@ -55,12 +55,20 @@ _Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
 _Loader.add_constructor("tag:yaml.org,2002:int", _decimal)
 
 
+def scalar(text: str) -> Any:
+    """The value of a plain YAML scalar, such as the value of an option; the text itself if not."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError:
+        return text
+
+
 def read_document(path: Path) -> dict[str, Any]:
     """The single mapping that a YAML file holds.
 
     Raises InputError if the file cannot be read or is not one UTF-8 YAML mapping.
     """
-    at = Keys(str(path))
+    at = Place(str(path))
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Literal, Self, TypeVar, Union
 
 from squeal.errors import InputError
+from squeal.files.place import Place, shown
 from squeal.files.provenance import Provenance
-from squeal.files.values import Keys, shown
 
 T = TypeVar("T")
 
@@ -41,7 +41,7 @@ def from_dict(kind: type[T], value: Any, file: str = "result") -> T:
 
     Raises InputError naming `file`, key and value where the value does not fit the class.
     """
-    record: T = _from(kind, value, Keys(file))
+    record: T = _from(kind, value, Place(file))
     return record
 
 
@@ -63,7 +63,7 @@ def _names(kind: Any) -> set[str]:
     return {f.name for f in dataclasses.fields(kind)}
 
 
-def _from(kind: Any, value: Any, at: Keys) -> Any:
+def _from(kind: Any, value: Any, at: Place) -> Any:
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if kind in (Any, object):
         return value
@@ -108,7 +108,7 @@ def _choose(kinds: tuple[Any, ...], value: Any) -> Any:
     return next((kind for kind in others if type(value) is kind), others[0])
 
 
-def _record(kind: Any, value: dict[str, Any], at: Keys) -> Any:
+def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
     for key in sorted(_names(kind) ^ value.keys()):
         known = "unknown key" if key in value else "missing"
         raise (at / key).refuse(f"{known}; {_word(kind)} has {', '.join(sorted(_names(kind)))}")

@@ -1,82 +1,293 @@
-"""Reading single values: numbers, angles, choices; each refusal says what is allowed."""
+"""What a value may be: one record a kind that reads, checks, words and describes it.
+
+The same record serves a file (`read`: from YAML to the value) and a Python record (`check`: the
+value as it stands), so both refuse with the same sentence.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-import reprlib
-from typing import Any
+import sys
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import Any, Protocol
 
-from squeal.errors import InputError
+import numpy as np
+
+from squeal.files.place import Place, shown
 
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
-_SHORT = reprlib.Repr()  # aliases can make a short file mean a value of any size
-_SHORT.maxstring = _SHORT.maxother = 200
+_PLAIN = (int, float, np.integer, np.floating)
+_NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
 
 
-class Keys:
-    """Where a value stands: file and dotted key, for messages."""
-
-    def __init__(self, file: str, *path: str) -> None:
-        self.file, self.path = file, path
-
-    def __truediv__(self, key: object) -> Keys:
-        word = str(key)
-        return Keys(self.file, *self.path, word if word.isprintable() else repr(word))
-
-    def refuse(self, message: str) -> InputError:
-        """An InputError whose message starts with file and key."""
-        where = f"{self.file}: {'.'.join(self.path)}" if self.path else self.file
-        return InputError(f"{where}: {message}")
+def _fits(value: Any) -> bool:
+    return bool(-sys.float_info.max <= value <= sys.float_info.max)
 
 
-def shown(value: Any) -> str:
-    """A short printable form of a refused value."""
-    text = _SHORT.repr(value) if isinstance(value, (str, list, dict, set, tuple)) else str(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+class Kind(Protocol):
+    """What all kinds of values offer."""
+
+    def allowed(self) -> str:
+        """What is allowed, to follow "it must be"."""
+
+    def read(self, value: Any, at: Place) -> Any:
+        """The value of a file, converted. Raises InputError."""
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of the value in a file."""
 
 
-def number(value: Any, at: Keys, allowed: str = "a finite number") -> float:
-    """A finite float."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise at.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
-    try:
-        result = float(value)
-    except OverflowError:
-        result = math.inf
-    if not math.isfinite(result):
-        raise at.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
-    return result
+@dataclass(frozen=True)
+class Number:
+    """A finite number in a range whose ends are excluded unless they are allowed."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_allowed: bool = False
+    high_allowed: bool = False
+    bounds: tuple[float, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        low = math.nextafter(self.low, -math.inf) if self.low_allowed else self.low
+        high = math.nextafter(self.high, math.inf) if self.high_allowed else self.high
+        object.__setattr__(self, "bounds", (low, high))  # both excluded
+
+    def _holds(self, value: Any) -> Any:
+        low, high = self.bounds
+        return (value > low) & (value < high)
+
+    def admits(self, value: Any) -> bool:
+        """True if a number, or every entry of an array, is in the range.
+
+        Symbols, dual numbers, complex steps and more digits are taken on trust.
+        """
+        if isinstance(value, _NO_NUMBERS):
+            return False
+        if isinstance(value, np.ndarray):
+            return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
+        # a whole number may be finite and yet too great for a float
+        return not isinstance(value, _PLAIN) or bool(self._holds(value) and _fits(value))
+
+    def check(self, value: Any, at: Place) -> None:
+        """Refuse what is not admitted; of an array the first such entry. Raises InputError."""
+        if self.admits(value):
+            return
+        if isinstance(value, np.ndarray):
+            first = tuple(int(i) for i in np.argwhere(~self._holds(value))[0])
+            at, value = at / f"entry {', '.join(map(str, first))}", value[first]
+        raise at.must_be(value, self.allowed())
+
+    def allowed(self) -> str:
+        """A finite number and its range in words."""
+        return f"a finite number{self.range()}"
+
+    def range(self) -> str:
+        """The range in words, to follow "number"; empty where there is none."""
+        low = f"{'of at least' if self.low_allowed else 'above'} {self.low:.6g}"
+        if self.bounds == (-math.inf, math.inf):
+            return ""
+        if self.high == math.inf:
+            return f" {low}"
+        if self.high_allowed:
+            return f" {low} and at most {self.high:.6g}"
+        return f" between {self.low:.6g} and {self.high:.6g}, both excluded"
+
+    def read(self, value: Any, at: Place) -> float:
+        """A finite float in the range. Raises InputError."""
+        if isinstance(value, _PLAIN) and self.admits(value):
+            return float(value)
+        raise at.must_be(value, self.allowed())
+
+    def schema(self) -> dict[str, Any]:
+        """A number with its bounds."""
+        found: dict[str, Any] = {"type": "number"}
+        if self.low > -math.inf:
+            found["minimum" if self.low_allowed else "exclusiveMinimum"] = self.low
+        if self.high < math.inf:
+            found["maximum" if self.high_allowed else "exclusiveMaximum"] = self.high
+        return found
 
 
-def angle(value: Any, at: Keys, allowed: str = "a finite number") -> float:
-    """An angle: a number of radians, or a multiple of pi such as "0.75*pi" or "pi/2"."""
-    allowed = f"{allowed} (radians) or a multiple of pi such as 0.75*pi"
-    if not isinstance(value, str):
-        return number(value, at, allowed)
-    match = _ANGLE.fullmatch(value)
-    if not match:
-        raise at.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
-    sign, factor, divisor = match.groups()
-    if divisor is not None and float(divisor) == 0.0:
-        raise at.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
-    result = float(factor or 1) * math.pi / float(divisor or 1)
-    return number(-result if sign == "-" else result, at, allowed)
+@dataclass(frozen=True)
+class Angle(Number):
+    """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
+
+    def read(self, value: Any, at: Place) -> float:
+        """Radians in the range. Raises InputError."""
+        if not isinstance(value, str):
+            return super().read(value, at)
+        match = _ANGLE.fullmatch(value)
+        sign, factor, divisor = match.groups() if match else ("", None, "0")
+        if divisor is None or float(divisor) != 0.0:
+            result = float(factor or 1) * math.pi / float(divisor or 1)
+            result = -result if sign == "-" else result
+            if self._holds(result):
+                return result
+        raise at.must_be(value, self.allowed())
+
+    def allowed(self) -> str:
+        """The range in words, and how angles are written."""
+        return f"{super().allowed()} (radians) or a multiple of pi such as 0.75*pi"
+
+    def schema(self) -> dict[str, Any]:
+        """A number with its bounds, or text."""
+        text = {"type": "string", "pattern": f"^{_ANGLE.pattern}$"}
+        return {"anyOf": [super().schema(), text]}
 
 
-def mapping(value: Any, at: Keys, known: list[str]) -> dict[str, Any]:
-    """A mapping all of whose keys are known."""
-    if not isinstance(value, dict):
-        raise at.refuse(f"{shown(value)} is not allowed; it must be a mapping")
-    for key in value:
-        if key not in known:
-            raise (at / key).refuse(f"unknown key; allowed are {', '.join(known)}")
-    return value
+@dataclass(frozen=True)
+class Whole:
+    """A whole number from low to high."""
+
+    low: int
+    high: int
+
+    def allowed(self) -> str:
+        """The range in words."""
+        return f"a whole number from {self.low} to {self.high}"
+
+    def read(self, value: Any, at: Place) -> int:
+        """The number. Raises InputError."""
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not whole or not self.low <= int(value) <= self.high:
+            raise at.must_be(value, self.allowed())
+        return int(value)
+
+    def schema(self) -> dict[str, Any]:
+        """An integer with its bounds."""
+        return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
-def choice(value: Any, at: Keys, choices: tuple[str, ...]) -> str:
+@dataclass(frozen=True)
+class Word:
     """One of a few words."""
-    if not isinstance(value, str) or value not in choices:
-        raise at.refuse(f"{shown(value)} is not allowed; it must be one of {', '.join(choices)}")
-    return value
+
+    choices: tuple[str, ...]
+
+    def allowed(self) -> str:
+        """The words."""
+        return f"one of {', '.join(self.choices)}"
+
+    def read(self, value: Any, at: Place) -> str:
+        """The word. Raises InputError."""
+        if not isinstance(value, str) or value not in self.choices:
+            raise at.must_be(value, self.allowed())
+        return value
+
+    def schema(self) -> dict[str, Any]:
+        """An enumeration."""
+        return {"enum": list(self.choices)}
+
+
+@dataclass(frozen=True)
+class Words:
+    """Some of a few words, kept in the order of the choices."""
+
+    choices: tuple[str, ...]
+
+    def allowed(self) -> str:
+        """The words."""
+        return f"a list of {', '.join(self.choices)}"
+
+    def read(self, value: Any, at: Place) -> tuple[str, ...]:
+        """The words, each once. Raises InputError."""
+        if not isinstance(value, list | tuple):
+            raise at.must_be(value, self.allowed())
+        for entry in value:
+            Word(self.choices).read(entry, at)
+        return tuple(name for name in self.choices if name in value)
+
+    def schema(self) -> dict[str, Any]:
+        """An array of the words."""
+        return {"type": "array", "items": Word(self.choices).schema()}
+
+
+@dataclass(frozen=True)
+class Text:
+    """Free text."""
+
+    def allowed(self) -> str:
+        """Text."""
+        return "text"
+
+    def read(self, value: Any, at: Place) -> str:
+        """The text. Raises InputError."""
+        if not isinstance(value, str):
+            raise at.must_be(value, self.allowed())
+        return value
+
+    def schema(self) -> dict[str, Any]:
+        """A string."""
+        return {"type": "string"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A list of so many numbers."""
+
+    count: int
+    each: Number = Number()
+
+    def allowed(self) -> str:
+        """Length and range in words."""
+        return (
+            f"a list of {self.count} finite numbers{self.each.allowed()[len('a finite number') :]}"
+        )
+
+    def read(self, value: Any, at: Place) -> tuple[float, ...]:
+        """The numbers. Raises InputError."""
+        if not isinstance(value, list | tuple) or len(value) != self.count:
+            raise at.must_be(value, self.allowed())
+        if not all(isinstance(entry, _PLAIN) and self.each.admits(entry) for entry in value):
+            raise at.must_be(value, self.allowed())
+        return tuple(float(entry) for entry in value)
+
+    def schema(self) -> dict[str, Any]:
+        """An array of that length."""
+        return _array(self.each.schema(), self.count)
+
+
+@dataclass(frozen=True)
+class Square:
+    """A square matrix, a list of rows: of `count` rows like the matrix `like`, or of any number."""
+
+    count: int | None = None
+    like: str = ""
+    most: int = 100
+
+    def allowed(self) -> str:
+        """The shape in words."""
+        size = f"{self.count} x {self.count}" if self.count else "n x n"
+        like = f" like {self.like}" if self.like else ""
+        return f"a square matrix of finite numbers, a list of rows, {size}{like}"
+
+    def read(self, value: Any, at: Place) -> tuple[tuple[float, ...], ...]:
+        """The rows. Raises InputError."""
+        if not isinstance(value, list | tuple) or not value or len(value) > self.most:
+            raise at.must_be(value, f"{self.allowed()} with at most {self.most} rows")
+        count = self.count or len(value)
+        if len(value) != count:
+            raise at.refuse(f"{len(value)} rows are not allowed; it must be {self.allowed()}")
+        for i, row in enumerate(value, 1):
+            if not isinstance(row, list | tuple) or len(row) != count:
+                raise at.refuse(
+                    f"row {i}, {shown(row)}, is not allowed; it must be {self.allowed()}"
+                )
+        return tuple(
+            tuple(Number().read(entry, at / f"row {i}") for entry in row)
+            for i, row in enumerate(value, 1)
+        )
+
+    def schema(self) -> dict[str, Any]:
+        """An array of rows."""
+        if self.count:
+            return _array(Row(self.count).schema(), self.count)
+        row = {"type": "array", "items": Number().schema(), "minItems": 1, "maxItems": self.most}
+        return row | {"items": row}
+
+
+def _array(items: dict[str, Any], count: int) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": count}

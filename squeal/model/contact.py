@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
-from squeal.errors import InputError
+from squeal.files.keys import Group, Key
+from squeal.files.place import Place
+from squeal.files.values import Word
 from squeal.model.law import ContactLaw
 from squeal.model.line import DeltaFrom, DeltaMoment, LineContact, LineForce
+from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.springs import PointContact
 
 
@@ -18,18 +21,38 @@ class Formulation:
 
     line_force: "integral" = (k_c/2w) x integral of the penetration, "mean" = Eq. (13) as printed.
     delta_from: "centre" of mass (needed by Eq. 10), or the fixed "frame" as in Eqs. (17)-(20).
-    delta_moment: "+" as in Eq. (10), "-" as in Eq. (21).
+    delta_moment: "+" as in Eq. (10), "-" as in Eq. (21). Raises InputError for any other word.
     """
 
     line_force: LineForce = "integral"
     delta_from: DeltaFrom = "centre"
     delta_moment: DeltaMoment = "+"
 
+    def __post_init__(self) -> None:
+        FORMULATION.read(vars(self), Place("Formulation"))
 
+
+FORMULATION = Group(
+    {
+        "line_force": Key(
+            "integral: (k_c / 2w) x integral of the penetration; mean: Eq. (13) as printed",
+            Word(("integral", "mean")),
+            default="integral",
+        ),
+        "delta_from": Key(
+            "where delta is counted from: the centre of mass, or the frame as in Eqs. (17)-(20)",
+            Word(("centre", "frame")),
+            default="centre",
+        ),
+        "delta_moment": Key(
+            "sign of the moment of Rn: + as in Eq. (10), - as in Eq. (21)",
+            Word(("+", "-")),
+            default="+",
+        ),
+    }
+)
 FORMULATION_CHOICES: dict[str, tuple[str, ...]] = {
-    "line_force": ("integral", "mean"),
-    "delta_from": ("centre", "frame"),
-    "delta_moment": ("+", "-"),
+    name: key.kind.choices for name, key in FORMULATION.keys.items() if isinstance(key.kind, Word)
 }
 CONSISTENT = Formulation()
 AS_PRINTED = Formulation("mean", "frame", "-")
@@ -66,6 +89,7 @@ def _line(f: Formulation) -> ContactLaw:
     return LineContact(f.line_force, f.delta_from, f.delta_moment)
 
 
+MODEL = Place("model")
 _LINE = ("line_force", "delta_from", "delta_moment")
 _OF_MOTION = ("L1", "L2", "F_n", "V", "x0", "y0")
 MODELS: dict[str, ContactModel] = {
@@ -78,11 +102,32 @@ MODELS: dict[str, ContactModel] = {
 }
 
 
-def contact_model(name: str) -> ContactModel:
+CONTACT_MODELS = tuple(name for name, model in MODELS.items() if not model.linear)
+
+
+def contact_model(name: str, at: Place = MODEL) -> ContactModel:
     """A model by its name. Raises InputError if there is none of that name."""
+    return MODELS[Word(tuple(MODELS)).read(name, at)]
+
+
+@cache
+def models_with(parameter: str) -> tuple[str, ...]:
+    """Names of the models in which a parameter of `Pad` means anything."""
+    return tuple(name for name, model in MODELS.items() if model.uses(parameter))
+
+
+@cache
+def _needed(name: str) -> tuple[str, ...]:
+    return tuple(n for n, p in PARAMETERS.items() if p.required and name in models_with(n))
+
+
+def check_pad(name: str, pad: Pad, at: Place) -> None:
+    """Refuse an unknown model, or a pad without a parameter that it needs. Raises InputError."""
     if name not in MODELS:
-        raise InputError(f"model: {name!r} is not allowed; it must be {', '.join(MODELS)}")
-    return MODELS[name]
+        contact_model(name, at / "name")
+    for parameter in _needed(name):
+        if getattr(pad, parameter) is None:
+            raise PARAMETERS[parameter].missing(at / parameter, f"model {name}")
 
 
 @lru_cache(maxsize=256)

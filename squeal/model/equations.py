@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.model.contact import CONSISTENT, Formulation, contact_law
+from squeal.files.place import Place
+from squeal.model.contact import CONSISTENT, Formulation, check_pad, contact_law
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import (
     Coefficients,
@@ -34,11 +35,18 @@ def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: To
 
 @dataclass(frozen=True)
 class PadModel:
-    """A pad under one of the contact models; positions are q = (x, y, theta)."""
+    """A pad under one of the contact models; positions are q = (x, y, theta).
+
+    Raises InputError for an unknown model or a pad without a parameter that the model needs; what
+    it does not use plays no part.
+    """
 
     name: Model
     pad: Pad
     formulation: Formulation = CONSISTENT
+
+    def __post_init__(self) -> None:
+        check_pad(self.name, self.pad, Place("PadModel"))
 
     @cached_property
     def law(self) -> ContactLaw:

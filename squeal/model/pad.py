@@ -6,148 +6,176 @@ parameter table of the report.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from squeal.files.keys import Key, listed
+from squeal.files.place import Place
+from squeal.files.values import Angle, Number
+
 Model = Literal["B1", "B2", "B3"]
-MODELS: tuple[Model, ...] = ("B1", "B2", "B3")
-CONTACT_MODELS: tuple[Model, ...] = ("B1", "B2")
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """What one scene parameter means and may be.
+@dataclass(frozen=True, kw_only=True)
+class Parameter(Key):
+    """What one parameter means and may be.
 
-    `dimension` holds the exponents of (mass, length, time). `required` tells whether the models
-    that use the parameter need it; what a missing optional one stands for is said in `default`.
+    dimension: exponents of (mass, length, time); common: every model uses it, of the others
+    `squeal.model.contact.models_with` says which.
     """
 
-    meaning: str
-    unit: str
+    kind: Number
     dimension: tuple[int, int, int]
-    models: tuple[Model, ...] = MODELS
     required: bool = True
-    angle: bool = False
-    low: float = -math.inf
-    high: float = math.inf
-    low_allowed: bool = True
-    default: str = ""
+    common: bool = True
 
-    def admits(self, value: float) -> bool:
-        """True if `value` lies in the range of the parameter (bounds at `high` are open)."""
-        above = value >= self.low if self.low_allowed else value > self.low
-        return above and value < self.high
-
-    def allowed(self) -> str:
-        """The allowed range in words, for an error message."""
-        if self.low == -math.inf:
-            return "a finite number"
-        if self.high < math.inf:
-            return f"a number between {self.low:.6g} and {self.high:.6g}, both excluded"
-        return f"a finite number {'of at least' if self.low_allowed else 'above'} {self.low:g}"
+    @property
+    def angle(self) -> bool:
+        """True for an angle, which a file may write as a multiple of pi."""
+        return isinstance(self.kind, Angle)
 
 
-def _positive(meaning: str, unit: str, dim: tuple[int, int, int], **more: Any) -> Any:
-    return field(
-        default=None,
-        metadata={"p": Parameter(meaning, unit, dim, low=0.0, low_allowed=False, **more)},
-    )
+def _field(meaning: str, unit: str, dim: tuple[int, int, int], kind: Number, **more: Any) -> Any:
+    parameter = Parameter(meaning=meaning, unit=unit, dimension=dim, kind=kind, **more)
+    # a placement is zero unless it is given; everything else is None where no model needs it
+    return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
 
 
-def _from_zero(meaning: str, unit: str, dim: tuple[int, int, int], **more: Any) -> Any:
-    return field(default=None, metadata={"p": Parameter(meaning, unit, dim, low=0.0, **more)})
-
-
-def _real(meaning: str, unit: str, dim: tuple[int, int, int], **more: Any) -> Any:
-    return field(default=0.0, metadata={"p": Parameter(meaning, unit, dim, **more)})
-
-
+_POSITIVE, _FROM_ZERO = Number(low=0.0), Number(low=0.0, low_allowed=True)
 _MASS, _LENGTH, _NONE = (1, 0, 0), (0, 1, 0), (0, 0, 0)
 _STIFFNESS, _FORCE = (1, 0, -2), (1, 1, -2)
-_TWO = CONTACT_MODELS
 
 
 @dataclass(frozen=True)
 class Pad:
     """Parameters of the rigid pad of Figs. 1 and 2, in SI units unless `scaled`.
 
-    A parameter that the model at hand does not use is None (or 0 for a placement).
+    A parameter that the model at hand does not use is None (or 0 for a placement); each may also be
+    an array, a symbol or a dual number. `uniform` tells that I was left out, so that it follows
+    m, w and h. Raises InputError for a number, or an entry of an array, that is out of range.
     """
 
-    m: float = _positive("mass", "kg", _MASS)
-    w: float = _positive("half length", "m", _LENGTH)
-    h: float = _positive("half height", "m", _LENGTH)
-    I: float = _positive(
+    m: float = _field("mass", "kg", _MASS, _POSITIVE)
+    w: float = _field("half length", "m", _LENGTH, _POSITIVE)
+    h: float = _field("half height", "m", _LENGTH, _POSITIVE)
+    I: float = _field(
         "moment of inertia about the mass centre",
         "kg m^2",
         (1, 2, 0),
+        _POSITIVE,
         required=False,
         default="m (w^2 + h^2)/3, a uniform rectangle",
     )
-    k1: float = _from_zero(
-        "stiffness of the inclined spring at the leading side", "N/m", _STIFFNESS
+    k1: float = _field(
+        "stiffness of the inclined spring at the leading side", "N/m", _STIFFNESS, _FROM_ZERO
     )
-    k2: float = _from_zero(
-        "stiffness of the inclined spring at the trailing side", "N/m", _STIFFNESS
+    k2: float = _field(
+        "stiffness of the inclined spring at the trailing side", "N/m", _STIFFNESS, _FROM_ZERO
     )
-    k3: float = _positive(
-        "contact stiffness at the leading edge", "N/m", _STIFFNESS, models=("B1",)
+    k3: float = _field(
+        "contact stiffness at the leading edge", "N/m", _STIFFNESS, _POSITIVE, common=False
     )
-    k4: float = _positive(
-        "contact stiffness at the trailing edge", "N/m", _STIFFNESS, models=("B1",)
+    k4: float = _field(
+        "contact stiffness at the trailing edge", "N/m", _STIFFNESS, _POSITIVE, common=False
     )
-    k_c: float = _positive("full-contact stiffness", "N/m", _STIFFNESS, models=("B2", "B3"))
-    L1: float = _positive("free length of spring 1", "m", _LENGTH, models=_TWO)
-    L2: float = _positive("free length of spring 2", "m", _LENGTH, models=_TWO)
-    alpha1: float = _real("inclination of spring 1", "rad", _NONE, angle=True)
-    alpha2: float = _real("inclination of spring 2", "rad", _NONE, angle=True)
-    mu: float = _from_zero("coefficient of friction", "1", _NONE)
-    F_n: float = _from_zero("actuation (brake) force", "N", _FORCE, models=_TWO)
-    V: float | None = _positive(
+    k_c: float = _field("full-contact stiffness", "N/m", _STIFFNESS, _POSITIVE, common=False)
+    L1: float = _field("free length of spring 1", "m", _LENGTH, _POSITIVE, common=False)
+    L2: float = _field("free length of spring 2", "m", _LENGTH, _POSITIVE, common=False)
+    alpha1: float = _field("inclination of spring 1", "rad", _NONE, Angle())
+    alpha2: float = _field("inclination of spring 2", "rad", _NONE, Angle())
+    mu: float = _field("coefficient of friction", "1", _NONE, _FROM_ZERO)
+    F_n: float = _field("actuation (brake) force", "N", _FORCE, _FROM_ZERO, common=False)
+    V: float | None = _field(
         "speed of the sliding surface",
         "m/s",
         (0, 1, -1),
-        models=_TWO,
+        _POSITIVE,
+        common=False,
         required=False,
         default="sliding is assumed and not checked",
     )
-    x0: float = _real(
+    x0: float = _field(
         "initial position along the surface",
         "m",
         _LENGTH,
-        models=_TWO,
+        Number(),
+        common=False,
         required=False,
         default="0",
     )
-    y0: float = _real(
+    y0: float = _field(
         "initial height of the mass centre over its place at touch",
         "m",
         _LENGTH,
-        models=_TWO,
+        Number(),
+        common=False,
         required=False,
         default="0",
     )
-    theta0: float = _real(
+    theta0: float = _field(
         "initial angle",
         "rad",
         _NONE,
+        Angle(low=-math.pi / 2, high=math.pi / 2),
         required=False,
-        angle=True,
-        low=-math.pi / 2,
-        high=math.pi / 2,
-        low_allowed=False,
         default="0",
     )
 
-    def __post_init__(self) -> None:
-        if self.I is None:
-            object.__setattr__(self, "I", self.m * (self.w**2 + self.h**2) / 3)
+    uniform: bool = field(init=False, default=False, repr=False, compare=False)
 
-    def replace(self, **changes: float) -> Pad:
-        """A copy with some parameters changed; I stays as it is unless it is named."""
-        return dataclasses.replace(self, **changes)
+    def __post_init__(self) -> None:
+        _check(vars(self))
+        self._set(uniform=self.I is None)
+        self._follow()
+
+    def _follow(self) -> None:
+        if self.uniform:
+            self._set(I=self.m * (self.w**2 + self.h**2) / 3)
+
+    def _set(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def given(self) -> dict[str, Any]:
+        """The parameters that are not None, by name."""
+        return {n: v for n in PARAMETERS if (v := getattr(self, n)) is not None}
+
+    def to_dict(self) -> dict[str, Any]:
+        """As it stands in a scene file, without what is left out or placed at zero."""
+        return {
+            name: value
+            for name, value in self.given().items()
+            if not (self.uniform and name == "I")
+            and not (PARAMETERS[name].default == "0" and isinstance(value, float) and not value)
+        }
+
+    def __repr__(self) -> str:
+        shown = (
+            f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value!r}"
+            for name, value in self.to_dict().items()
+        )
+        return f"Pad({', '.join(shown)})"
+
+    def replace(self, **changes: Any) -> Pad:
+        """A copy with some parameters changed; I follows m, w and h if it was left out.
+
+        Raises InputError for an unknown name or a value out of range.
+        """
+        for name in changes:
+            if name not in PARAMETERS:
+                raise (Place("Pad") / name).refuse(f"unknown key; allowed are {listed(PARAMETERS)}")
+        _check(changes)
+        new = copy.copy(self)
+        new._set(**changes)
+        if "I" in changes:
+            new._set(uniform=new.I is None)
+        if not changes.keys().isdisjoint(("m", "w", "h", "I")):
+            new._follow()
+        return new
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
         """The same pad measured in other units (each given in the present ones)."""
@@ -157,7 +185,32 @@ class Pad:
             if value is not None and parameter.dimension != _NONE:
                 a, b, c = parameter.dimension
                 changes[name] = value / (mass**a * length**b * time**c)
-        return dataclasses.replace(self, **changes)
+        # neither checked again nor rounded anew: what leaves double precision is found later
+        new = copy.copy(self)
+        new._set(**changes)
+        return new
 
 
-PARAMETERS: dict[str, Parameter] = {f.name: f.metadata["p"] for f in dataclasses.fields(Pad)}
+PARAMETERS: dict[str, Parameter] = {
+    f.name: f.metadata["p"] for f in dataclasses.fields(Pad) if f.init
+}
+_LIMITS = {
+    # both ends excluded; and whether the parameter may be None
+    name: (*p.kind.bounds, p.default != "0" and not (p.required and p.common))
+    for name, p in PARAMETERS.items()
+}
+
+
+def _check(values: Mapping[str, Any]) -> None:
+    """Refuse a parameter that no model could take. Raises InputError."""
+    for name, value in values.items():
+        if name == "uniform":
+            continue
+        low, high, optional = _LIMITS[name]
+        # the usual case first: pads are made by the thousand
+        if (value.__class__ is float and low < value < high) or (value is None and optional):
+            continue
+        at = Place("Pad") / name
+        if value is None:
+            raise PARAMETERS[name].missing(at, "every model")
+        PARAMETERS[name].kind.check(value, at)

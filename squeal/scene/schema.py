@@ -1,20 +1,27 @@
-"""The scene: one validated, immutable request. Parameters are described in `squeal.model.pad`."""
+"""The scene: one validated, immutable request. What it may hold stands in `squeal.scene.keys`."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from squeal.model.contact import CONSISTENT, Formulation
+from squeal.files.place import Place, shown
+from squeal.files.values import Row
+from squeal.model.contact import CONSISTENT, CONTACT_MODELS, MODELS, Formulation
 from squeal.model.equations import PadModel
-from squeal.model.pad import Model, Pad
+from squeal.model.pad import PARAMETERS, Model, Pad
+from squeal.scene.keys import (
+    COORDINATES,
+    DAMPING,
+    DEFAULT_OUTPUTS,
+    DEFAULT_TOLERANCE,
+    SCENE,
+)
 
-OUTPUTS = ("events", "shares", "extrema", "history")
-DEFAULT_OUTPUTS = ("events", "shares", "extrema")
-DEFAULT_TOLERANCE = 1e-15
-MAX_TOLERANCE = 1e-3
-SAMPLES = (2, 10_000_000)
-COORDINATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
+AT_REST = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -22,31 +29,103 @@ class Damping:
     """Optional damping of the stability queries: one of a C matrix and three modal ratios.
 
     matrix: rows of C (3, 3) in (x, y, theta), SI units; ratios: damping ratios of the three modes
-    without friction, by rising frequency.
+    without friction, by rising frequency. Raises InputError for anything else.
     """
 
     matrix: tuple[tuple[float, ...], ...] | None = None
     ratios: tuple[float, ...] | None = None
 
+    def __post_init__(self) -> None:
+        DAMPING.read(self.to_dict(), Place("Damping"))
 
-@dataclass(frozen=True)
+    def to_dict(self) -> dict[str, Any]:
+        """As it stands in a scene file."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True, repr=False)
 class Scene:
     """What a scene file asks for; `initial` is (x, y, theta, x_dot, y_dot, theta_dot) in SI units.
 
-    `tolerance` is the relative error tolerance of a step; `stop` and `samples` are None in a scene
-    that names no time.
+    `tolerance` is the relative error tolerance of a step; `stop` (s) and `samples` are None in a
+    scene that names no time. Raises InputError, with the sentence that the same scene file would
+    meet, for whatever is not allowed.
     """
 
     model: Model
     pad: Pad
     formulation: Formulation = CONSISTENT
-    initial: tuple[float, ...] = (0.0,) * 6
+    initial: tuple[float, ...] = AT_REST
     stop: float | None = None
     samples: int | None = None
     tolerance: float = DEFAULT_TOLERANCE
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     damping: Damping | None = None
     source: Path | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        at = Place("Scene")
+        Row(len(COORDINATES)).read(self.initial, at / "initial")
+        check_document(self.to_dict(), at)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scene as a mapping of a scene file's form, defaults left out."""
+        initial = zip(COORDINATES, self.initial, strict=True)
+        time = {"stop": self.stop, "samples": self.samples}
+        found: dict[str, Any] = {
+            "model": self.model,
+            "parameters": self.pad.to_dict(),
+            "formulation": {} if self.formulation == CONSISTENT else vars(self.formulation),
+            "initial": {name: value for name, value in initial if value},
+            "time": {name: value for name, value in time.items() if value is not None},
+            "damping": {} if self.damping is None else self.damping.to_dict(),
+        }
+        found = {name: value for name, value in found.items() if value}
+        if self.tolerance != DEFAULT_TOLERANCE:
+            found["tolerance"] = self.tolerance
+        if self.outputs != DEFAULT_OUTPUTS:
+            found["outputs"] = list(self.outputs)
+        return found
+
+    @staticmethod
+    def from_dict(document: Any, at: Place, source: Path | None = None) -> Scene:
+        """The scene in a mapping of a scene file's form; `at` tells messages where it stands.
+
+        Raises InputError with one sentence on the first thing that is wrong.
+        """
+        given = check_document(document, at)
+        more: dict[str, Any] = {n: v for n, v in given.items() if n in ("tolerance", "outputs")}
+        if "damping" in given:
+            more["damping"] = Damping(**given["damping"])
+        first = given.get("initial", {})
+        return Scene(
+            given["model"],
+            Pad(**given["parameters"]),
+            Formulation(**given.get("formulation", {})),
+            tuple(first.get(name, 0.0) for name in COORDINATES),
+            **given.get("time", {}),
+            **more,
+            source=source,
+        )
+
+    def replace(self, **changes: Any) -> Scene:
+        """A copy with some parameters of the pad or fields of the scene changed.
+
+        A moment of inertia that was left out follows m, w and h. Raises InputError.
+        """
+        fields = {f.name for f in dataclasses.fields(self)}
+        of_pad = {name: changes.pop(name) for name in list(changes) if name in PARAMETERS}
+        for name in changes:
+            if name not in fields:
+                allowed = ", ".join([*PARAMETERS, *sorted(fields)])
+                raise (Place("Scene") / name).refuse(f"unknown key; allowed are {allowed}")
+        pad = changes.pop("pad", self.pad)
+        return dataclasses.replace(self, pad=pad.replace(**of_pad), **changes)
+
+    def __repr__(self) -> str:
+        more = {k: v for k, v in self.to_dict().items() if k not in ("model", "parameters")}
+        words = "".join(f", {name}={value}" for name, value in more.items())
+        return f"Scene({self.model!r}, {self.pad!r}{words})"
 
     @property
     def pad_model(self) -> PadModel:
@@ -56,3 +135,40 @@ class Scene:
     def wants(self, output: str) -> bool:
         """True if the scene names this output."""
         return output in self.outputs
+
+
+def check_document(document: Any, at: Place) -> dict[str, Any]:
+    """The values of a mapping of a scene file's form, converted. Raises InputError."""
+    model = document.get("model", "") if isinstance(document, dict) else ""
+    given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
+    tilt = given["parameters"].get("theta0", 0.0)
+    turn = given.get("initial", {}).get("theta", 0.0)
+    if abs(tilt + turn) >= math.pi / 2:
+        raise (at / "initial" / "theta").refuse(
+            f"{shown(turn)} is not allowed; theta0 + theta must lie between "
+            f"-{math.pi / 2:.6g} and {math.pi / 2:.6g} (the lower face faces the surface)"
+        )
+    return given
+
+
+def check_simulation(scene: Scene, at: Place) -> None:
+    """Refuse a scene that cannot be simulated. Raises InputError."""
+    if scene.model not in CONTACT_MODELS:
+        raise (at / "model").refuse(
+            f"{scene.model} is not allowed; only {' and '.join(CONTACT_MODELS)} can be simulated, "
+            f"{scene.model} is a linearisation"
+        )
+    if scene.damping is not None:
+        raise (at / "damping").refuse(
+            f"{shown(scene.damping.to_dict())} is not allowed in a simulation, whose equations "
+            "have no damping; it belongs to the stability queries, leave it out"
+        )
+    if scene.stop is None:
+        raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")
+    if scene.pad.F_n == 0.0:
+        for output in ("extrema", "history"):
+            if scene.wants(output):
+                raise (at / "parameters" / "F_n").refuse(
+                    f"0 is not allowed with the output {output}, which gives forces over F_n; "
+                    "it must be above 0, or leave that output out"
+                )

@@ -13,7 +13,6 @@ K1: [[0, 1.333], [0, 0]]      # a power that is left out is zero
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,14 +21,31 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.files.document import read_document
-from squeal.files.values import Keys, number, shown
+from squeal.files.keys import Group, Key
+from squeal.files.place import Place
+from squeal.files.values import Square, Text
 from squeal.stability.matrices import Array, reduce
 
-TEXTS = ("name", "reference", "parameter")
-SIZE = 100  # degrees of freedom: dense eigenvalue problems beyond it are not what this is for
 POWER = 9
-_COEFFICIENT = re.compile(r"[CK][0-9]")
-_MATRIX = "a square matrix of finite numbers, a list of rows"
+
+
+def keys(count: int | None) -> Group:
+    """The table of a system file's keys, for matrices with so many rows."""
+    found = {
+        "name": Key("what the system is called", Text(), default="the name of the file"),
+        "reference": Key("where it is from", Text(), default="empty"),
+        "parameter": Key("what the free parameter is called", Text(), default="mu"),
+        "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
+    }
+    for letter, what in (("C", "damping and gyroscopic matrix"), ("K", "stiffness matrix")):
+        for power in range(POWER + 1):
+            needed = (letter, power) == ("K", 0)
+            meaning = f"{what}: factor of the parameter to the power {power}"
+            default = "" if needed else "0"
+            found[f"{letter}{power}"] = Key(
+                meaning, Square(count, "M"), required=needed, default=default
+            )
+    return Group(found, owner="every system")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,61 +82,31 @@ def read_plain(path: Path | str) -> PlainSystem:
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
     """
-    return plain_system(read_document(Path(path)), Keys(str(path)))
+    return plain_system(read_document(Path(path)), Place(str(path)))
 
 
-def plain_system(document: dict[str, Any], at: Keys) -> PlainSystem:
+def plain_system(document: dict[str, Any], at: Place) -> PlainSystem:
     """The system in a mapping of the file's form; `at` tells messages where it stands."""
-    for key in document:
-        if key not in (*TEXTS, "M") and not _COEFFICIENT.fullmatch(key):
-            raise (at / key).refuse(
-                f"unknown key; allowed are {', '.join(TEXTS)}, M, C0 to C{POWER}, K0 to K{POWER}"
-            )
-    texts = {key: _text(document.get(key, ""), at / key) for key in TEXTS}
-    for key in ("M", "K0"):
-        if key not in document:
-            raise (at / key).refuse(f"missing; it must be {_MATRIX}")
-    M = _matrix(document["M"], at / "M", None)
+    rows = document.get("M")
+    given = keys(len(rows) if isinstance(rows, list) else None).read(document, at)
+    M = np.array(given["M"])
     try:
         reduce(M, None, np.zeros_like(M))
     except InputError:
-        raise (at / "M").refuse(
-            f"{shown(document['M'])} is not allowed; it must be symmetric and positive definite"
-        ) from None
+        raise (at / "M").must_be(rows, "symmetric and positive definite") from None
     return PlainSystem(
-        texts["name"] or Path(at.file).stem,
-        texts["reference"],
-        texts["parameter"] or "mu",
+        given.get("name") or Path(at.source).stem,
+        given.get("reference", ""),
+        given.get("parameter") or "mu",
         M,
-        _coefficients("C", document, at, len(M)),
-        _coefficients("K", document, at, len(M)),
+        _coefficients("C", given, len(M)),
+        _coefficients("K", given, len(M)),
     )
 
 
-def _coefficients(letter: str, document: dict[str, Any], at: Keys, n: int) -> tuple[Array, ...]:
-    given = [p for p in range(POWER + 1) if f"{letter}{p}" in document]
-    result = [np.zeros((n, n)) for _ in range(max(given, default=-1) + 1)]
-    for power in given:
-        key = f"{letter}{power}"
-        result[power] = _matrix(document[key], at / key, n)
+def _coefficients(letter: str, given: dict[str, Any], n: int) -> tuple[Array, ...]:
+    powers = [p for p in range(POWER + 1) if f"{letter}{p}" in given]
+    result = [np.zeros((n, n)) for _ in range(max(powers, default=-1) + 1)]
+    for power in powers:
+        result[power] = np.array(given[f"{letter}{power}"])
     return tuple(result)
-
-
-def _text(value: Any, at: Keys) -> str:
-    if not isinstance(value, str):
-        raise at.refuse(f"{shown(value)} is not allowed; it must be text")
-    return value
-
-
-def _matrix(value: Any, at: Keys, n: int | None) -> Array:
-    size = "n x n" if n is None else f"{n} x {n} like M"
-    allowed = f"it must be {_MATRIX}, {size}"
-    if not isinstance(value, list) or not value or len(value) > SIZE:
-        raise at.refuse(f"{shown(value)} is not allowed; {allowed} with at most {SIZE} rows")
-    n = n or len(value)
-    if len(value) != n:
-        raise at.refuse(f"{len(value)} rows are not allowed; {allowed}")
-    for i, row in enumerate(value):
-        if not isinstance(row, list) or len(row) != n:
-            raise at.refuse(f"row {i + 1}, {shown(row)}, is not allowed; {allowed}")
-    return np.array([[number(x, at / f"row {i + 1}") for x in row] for i, row in enumerate(value)])

@@ -10,15 +10,18 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.files.place import Place
+from squeal.files.values import Word
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.scene.schema import Scene
+from squeal.scene.schema import Scene, check_simulation
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
 
 Backend = Literal["auto", "heyoka", "scipy"]
+BACKENDS = Word(("auto", "heyoka", "scipy"))
 
 
 @dataclass(frozen=True)
@@ -211,8 +214,11 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
     """Simulate a scene; only what its outputs name is computed.
 
     `progress(share)` is called now and then on long runs. Raises ComputationError with the time
-    where the model ends (rotation past 90 degrees, a spring collapsed).
+    where the model ends (rotation past 90 degrees, a spring collapsed), InputError for a scene that
+    cannot be simulated or an unknown backend.
     """
+    BACKENDS.read(backend, Place("simulate") / "backend")
+    check_simulation(scene, Place(str(scene.source or "Scene")))
     started = clock.perf_counter()
     units, model, start, stop = in_natural_units(scene)
     observers = observers_for(scene, model, units, stop, progress)

@@ -6,14 +6,15 @@ import sys
 import pytest
 
 from squeal.article.cases import ANGLE_TEXTS, CASES, HISTORY_FIGURES, STEMS, stem, title
-from squeal.files.values import Keys, angle
+from squeal.files.place import Place
+from squeal.files.values import Angle
 from squeal.scene import read_scene
 from tests.conftest import SCENES
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_texts_and_scene_files_hold_the_same_angles(case):
-    assert tuple(angle(text, Keys("text")) for text in ANGLE_TEXTS[case]) == CASES[case]
+    assert tuple(Angle().read(text, Place("text")) for text in ANGLE_TEXTS[case]) == CASES[case]
     for model in ("B1", "B2"):
         scene = read_scene(SCENES / f"{stem(model, case)}.yaml")
         assert scene.model == model

@@ -38,7 +38,7 @@ def at_rest(scene):
 
 @pytest.mark.parametrize("seed", [2, 3, 4, 10])  # the fourth starts, ceases and starts again
 def test_gain_margin_is_the_threshold_of_the_eigenvalues(seed):
-    scene = Scene("B2", random_pad(seed))
+    scene = Scene("B2", random_pad(seed, "B2"))
     one = loop(scene, at_rest(scene))
     assert isinstance(one, SingleLoop)
     assert len(one.thresholds) >= 1
@@ -48,7 +48,7 @@ def test_gain_margin_is_the_threshold_of_the_eigenvalues(seed):
 
 @pytest.mark.parametrize("seed", [2, 10])
 def test_root_locus_is_the_eigenvalues_of_other_digits(seed):
-    scene = Scene("B2", random_pad(seed))
+    scene = Scene("B2", random_pad(seed, "B2"))
     at = at_rest(scene)
     one = loop(scene, at)
     assert isinstance(one, SingleLoop)
@@ -66,7 +66,7 @@ def test_root_locus_is_the_eigenvalues_of_other_digits(seed):
 
 
 def test_rank_of_the_friction_term():
-    full = Scene("B2", random_pad(2))
+    full = Scene("B2", random_pad(2, "B2"))
     assert at_rest(full).state == FULL
     assert loop(full, at_rest(full)).rank_one
     scene = read_scene(SCENES / "b1-a.yaml")
@@ -78,7 +78,10 @@ def test_rank_of_the_friction_term():
 
 
 def test_stiffness_of_a_held_equilibrium_is_linear_in_mu():
-    pads = Scene("B1", random_pad(5, theta0=0.01)), Scene("B2", random_pad(2, theta0=0.01))
+    pads = (
+        Scene("B1", random_pad(5, "B1", theta0=0.01)),
+        Scene("B2", random_pad(2, "B2", theta0=0.01)),
+    )
     for scene in pads:
         system = frozen(scene, at_rest(scene))
         K0, K1, K2 = (np.asarray(system(mu)[2], dtype=float) for mu in (0.0, 0.5, 2.0))
@@ -110,7 +113,7 @@ def test_rows_of_a_branch_are_modes_and_their_conjugates(found):
 
 
 def test_a_branch_is_followed_up_to_its_fold():
-    one = branch(Scene("B2", random_pad(2)))
+    one = branch(Scene("B2", random_pad(2, "B2")))
     assert isinstance(one, Branch)
     assert one.fold is not None
     assert one.thresholds[-1].kind == "fold"
@@ -124,7 +127,7 @@ def test_a_branch_is_followed_up_to_its_fold():
 
 
 def test_without_a_branch_there_is_the_reason():
-    assert isinstance(branch(Scene("B2", random_pad(1, k_c=0.0))), Missing)
+    assert isinstance(branch(Scene("B2", random_pad(1, "B2", k1=0.0, k2=0.0))), Missing)
 
 
 def test_mode_shapes_solve_the_eigenvalue_problem(found):

@@ -95,5 +95,5 @@ def test_each_model_uses_the_stiffnesses_of_its_law():
 
 
 def test_unknown_model_is_refused():
-    with pytest.raises(InputError, match="'B9' is not allowed; it must be B1, B2, B3"):
+    with pytest.raises(InputError, match="'B9' is not allowed; it must be one of B1, B2, B3"):
         contact_law("B9")

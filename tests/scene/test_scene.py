@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from squeal.errors import InputError
-from squeal.model.contact import AS_PRINTED, CONSISTENT
-from squeal.model.pad import MODELS, PARAMETERS
+from squeal.model.contact import AS_PRINTED, CONSISTENT, MODELS, models_with
+from squeal.model.pad import PARAMETERS
 from squeal.scene import read_scene
 
 VALUES = {
@@ -36,8 +36,8 @@ VALUES = {
 def text(model="B1", drop=(), more="", **changes):
     """A scene of a model with all its parameters; `changes` replaces values, `more` is appended."""
     lines = [f"model: {model}", "parameters:"]
-    for name, p in PARAMETERS.items():
-        if (model in p.models and name not in drop) or name in changes:
+    for name in PARAMETERS:
+        if (model in models_with(name) and name not in drop) or name in changes:
             lines.append(f"  {name}: {changes.get(name, VALUES[name])}")
     if model != "B3":
         lines.append("time: {stop: 0.05, samples: 2001}")
@@ -70,7 +70,7 @@ def refusal(read, content, *parts, purpose="query"):
 def test_a_full_scene_is_read(read, model):
     scene = read(text(model))
     for name, p in PARAMETERS.items():
-        if model in p.models and not p.angle:
+        if model in models_with(name) and not p.angle:
             assert getattr(scene.pad, name) == float(VALUES[name])
     assert scene.pad.alpha1 == 0.75 * math.pi
     assert scene.pad.alpha2 == pytest.approx(0.75 * math.pi, rel=1e-15)
@@ -82,7 +82,7 @@ def test_a_full_scene_is_read(read, model):
 def test_each_parameter_by_itself(read, model, name):
     p = PARAMETERS[name]
     key = f"parameters.{name}"
-    if model not in p.models:
+    if model not in models_with(name):
         refusal(read, text(model, **{name: VALUES[name]}), key, "does not use it")
         return
     if p.required:
@@ -91,9 +91,9 @@ def test_each_parameter_by_itself(read, model, name):
         read(text(model, drop=[name]))
     for bad in ("true", "[1]", "{a: 1}", "word", ".nan", ".inf", "1e999", "null", "''", "9" * 400):
         refusal(read, text(model, **{name: bad}), key, "not allowed", "must be")
-    if p.low == 0.0:
+    if p.kind.low == 0.0:
         refusal(read, text(model, **{name: "-1e-300"}), key, "-1e-300")
-        if p.low_allowed:
+        if p.kind.low_allowed:
             read(text(model, **{name: "0"}))
         else:
             refusal(read, text(model, **{name: "0.0"}), key, "above 0")

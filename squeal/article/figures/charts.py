@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.model.contact import contact_law
-from squeal.model.pad import CONTACT_MODELS, Model
+from squeal.model.contact import CONTACT_MODELS, contact_law
+from squeal.model.pad import Model
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL, State, conditions
 from squeal.plots.histories import state_label
 from squeal.plots.style import SINGLE, Drawing, colours, origin, program, style

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.equations import stiffness
-from squeal.model.contact import CONSISTENT, Formulation, contact_law
+from squeal.model.contact import CONSISTENT, Formulation, contact_law, models_with
 from squeal.model.equations import PadModel
 from squeal.model.linear import balanced, linearise
 from squeal.model.mechanics import coefficients, gaps, pose
@@ -173,7 +173,7 @@ def contact_loss_point(pad: Pad) -> Measured:
 def missing_parameters() -> Measured:
     """E14: parameters that a scene needs and how many of them the article prints."""
     needed = {
-        model: [n for n, p in PARAMETERS.items() if p.required and model in p.models]
+        model: [n for n, p in PARAMETERS.items() if p.required and model in models_with(n)]
         for model in ("B1", "B2")
     }
     count = {model: len(names) for model, names in needed.items()}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from squeal.article.report.latex import long_table, number, typeset
+from squeal.model.contact import models_with
 from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene
-from squeal.scene.schema import COORDINATES
+from squeal.scene import COORDINATES, Scene
 
 _SEARCH = "by search"
 ORIGIN = {
@@ -53,7 +53,7 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
     rows = []
     for key, parameter in PARAMETERS.items():
         shown = [
-            _value(scenes, key) if model in parameter.models else "--"
+            _value(scenes, key) if model in models_with(key) else "--"
             for model, scenes in (("B1", b1), ("B2", b2))
         ]
         symbol = SYMBOL.get(key, typeset(key))

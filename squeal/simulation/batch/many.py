@@ -43,7 +43,7 @@ def stack(pads: Sequence[Pad]) -> Pad:
 
 def _each(pads: Pad, count: int) -> Iterator[Pad]:
     """The single pads of a stack."""
-    given = {n: np.broadcast_to(v, count).tolist() for n, v in vars(pads).items() if v is not None}
+    given = {n: np.broadcast_to(v, count).tolist() for n, v in pads.given().items()}
     without = {name: None for name in PARAMETERS if name not in given}
     for row in zip(*given.values(), strict=True):
         yield Pad(**dict(zip(given, row, strict=True)), **without)  # type: ignore[arg-type]
@@ -51,8 +51,8 @@ def _each(pads: Pad, count: int) -> Iterator[Pad]:
 
 def _part(pads: Pad, chosen: Any, count: int) -> Pad:
     """Some pads of a stack."""
-    columns = {n: np.broadcast_to(v, count)[chosen] for n, v in vars(pads).items() if v is not None}
-    return dataclasses.replace(pads, **columns)
+    columns = {n: np.broadcast_to(v, count)[chosen] for n, v in pads.given().items()}
+    return pads.replace(**columns)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -261,7 +261,7 @@ def simulate_many(
         ) from None
     count = len(initial)
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
-    numbers = [np.broadcast_to(v, count) for v in vars(pads).values() if v is not None]
+    numbers = [np.broadcast_to(v, count) for v in pads.given().values()]
     wrong = np.flatnonzero(~np.isfinite([*numbers, stops, *np.transpose(initial)]).all(axis=0))
     if wrong.size:
         raise ComputationError(f"the numbers of pad {wrong[0]} of the batch are not finite")

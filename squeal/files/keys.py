@@ -1,0 +1,107 @@
+"""The keys of a file as a table: one record a key, from which files are read and documented."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from squeal.files.place import Place
+from squeal.files.values import Kind
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: what it means and may be, and in `default` what stands for it if it is left out.
+
+    `models` are the models that use it, all if it is empty; `required` tells whether those need it.
+    """
+
+    meaning: str
+    kind: Kind
+    unit: str = ""
+    required: bool = False
+    default: str = ""
+    models: tuple[str, ...] = ()
+
+    def used_by(self, model: str) -> bool:
+        """True if a model (or a file without one, "") uses the key."""
+        return not model or not self.models or model in self.models
+
+    def missing(self, at: Place, owner: str) -> Exception:
+        """The InputError of a key that its owner needs and that is left out."""
+        unit = f", {self.unit}" if self.unit else ""
+        return at.refuse(f"missing; {owner} needs it ({self.meaning}{unit})")
+
+
+@dataclass(frozen=True)
+class Group:
+    """A mapping of known keys. `owner` needs them, the scene's model if it is empty.
+
+    `only_one`: exactly one of the keys must be given.
+    """
+
+    keys: Mapping[str, Key]
+    owner: str = ""
+    only_one: bool = False
+
+    def allowed(self) -> str:
+        """A mapping."""
+        return "a mapping"
+
+    def read(self, value: Any, at: Place, model: str = "") -> dict[str, Any]:
+        """The values of the keys that are given, in the order of the table. Raises InputError."""
+        if not isinstance(value, dict):
+            raise at.must_be(value, self.allowed())
+        for name in value:
+            if name not in self.keys:
+                raise (at / name).refuse(f"unknown key; allowed are {listed(self.keys)}")
+        if self.only_one and len(value) != 1:
+            each = " and ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
+            raise at.refuse(f"it must hold one of {each}")
+        found: dict[str, Any] = {}
+        for name, key in self.keys.items():
+            here = at / name
+            if name not in value:
+                if key.required and key.used_by(model):
+                    raise key.missing(here, self.owner or f"model {model}")
+            elif not key.used_by(model):
+                raise here.unused(value[name], f"model {model}")
+            elif isinstance(key.kind, Group):
+                found[name] = key.kind.read(value[name], here, model)
+            else:
+                found[name] = key.kind.read(value[name], here)
+        return found
+
+    def schema(self, model: str = "") -> dict[str, Any]:
+        """An object that holds no other keys than those that the model uses."""
+        used = {name: key for name, key in self.keys.items() if key.used_by(model)}
+        found: dict[str, Any] = {
+            "type": "object",
+            "additionalProperties": False,
+            "properties": {name: _described(key, model) for name, key in used.items()},
+        }
+        needed = [name for name, key in used.items() if key.required]
+        if needed:
+            found["required"] = needed
+        if self.only_one:
+            found |= {"minProperties": 1, "maxProperties": 1}
+        return found
+
+
+def _described(key: Key, model: str) -> dict[str, Any]:
+    kind = key.kind
+    schema = kind.schema(model) if isinstance(kind, Group) else kind.schema()
+    unit = f", {key.unit}" if key.unit else ""
+    return schema | {"description": f"{key.meaning}{unit}"}
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a row, numbered ones (C0, C1, ...) as a range."""
+    parts = []
+    for stem, group in itertools.groupby(names, lambda name: name.rstrip("0123456789")):
+        members = list(group)
+        row = len(members) > 2 and members[0] != stem
+        parts += [f"{members[0]} to {members[-1]}"] if row else members
+    return ", ".join(parts)

@@ -1,0 +1,96 @@
+"""Every key of a scene file in one table; those of the pad and the formulation stand in the model.
+
+Files are read, records checked, and the documentation and the JSON schema written from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from squeal.files.keys import Group, Key
+from squeal.files.values import Angle, Number, Row, Square, Whole, Word, Words
+from squeal.model.contact import CONTACT_MODELS, FORMULATION, MODELS, models_with
+from squeal.model.pad import PARAMETERS
+
+OUTPUTS = ("events", "shares", "extrema", "history")
+DEFAULT_OUTPUTS = ("events", "shares", "extrema")
+DEFAULT_TOLERANCE = 1e-15
+
+INITIAL = Group(
+    {
+        "x": Key("displacement along the surface", Number(), "m", default="0"),
+        "y": Key("displacement normal to the surface", Number(), "m", default="0"),
+        "theta": Key("rotation", Angle(), "rad", default="0"),
+        "x_dot": Key("velocity along the surface", Number(), "m/s", default="0"),
+        "y_dot": Key("velocity normal to the surface", Number(), "m/s", default="0"),
+        "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
+    }
+)
+COORDINATES = tuple(INITIAL.keys)
+
+TIME = Group(
+    {
+        "stop": Key("length of time", Number(low=0.0), "s", required=True),
+        "samples": Key(
+            "equally spaced times of the history, both ends included",
+            Whole(2, 10_000_000),
+            required=True,
+        ),
+    },
+    owner="time",
+)
+
+DAMPING = Group(
+    {
+        "matrix": Key("3 x 3, in x, y and theta", Square(3), "SI units"),
+        "ratios": Key(
+            "3 modal damping ratios, of the modes without friction by rising frequency",
+            Row(3, Number(low=0.0, low_allowed=True)),
+            "1",
+        ),
+    },
+    only_one=True,
+)
+
+PAD = Group(
+    {name: replace(key, models=models_with(name)) for name, key in PARAMETERS.items()},
+)
+
+SCENE = Group(
+    {
+        "model": Key(
+            "; ".join(f"{name} {model.words}" for name, model in MODELS.items()),
+            Word(tuple(MODELS)),
+            required=True,
+        ),
+        "parameters": Key("the pad and its load", PAD, required=True),
+        "formulation": Key(
+            "reading of the line contact's equations",
+            FORMULATION,
+            default="the consistent one",
+            models=tuple(name for name, model in MODELS.items() if model.choices),
+        ),
+        "initial": Key("first state", INITIAL, default="0", models=CONTACT_MODELS),
+        "time": Key(
+            "what is simulated; needed by `simulate` alone",
+            TIME,
+            default="no simulation",
+            models=CONTACT_MODELS,
+        ),
+        "tolerance": Key(
+            "relative error tolerance of a step",
+            Number(low=0.0, high=1e-3, high_allowed=True),
+            "1",
+            default=f"{DEFAULT_TOLERANCE:g}",
+        ),
+        "outputs": Key(
+            "what a simulation computes and prints",
+            Words(OUTPUTS),
+            default=", ".join(DEFAULT_OUTPUTS),
+        ),
+        "damping": Key(
+            "damping of the stability queries; refused by `simulate`", DAMPING, default="none"
+        ),
+    },
+    owner="every scene",
+)
