@@ -73,7 +73,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     except np.linalg.LinAlgError:
         dq = np.full(3, np.inf)
     shifted = np.asarray(q, dtype=complex)[:, None] + 1j * _STEP * np.eye(3)
-    dM = np.diag([float(name == "m"), float(name == "m"), float(name == "I")])
+    dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
     edges = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
     return Change(loads, dq, dM, -slopes(shifted, dq).imag / _STEP, np.array(edges))
@@ -82,9 +82,10 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
 def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.ndarray]:
     """d lambda/dp (6,) for each parameter p, in the order of the analysis' eigenvalues.
 
-    rad/s per unit of p in SI units, with all other parameters (I too) and the damping matrix held
-    fixed; infinite at a coalescence, see `squeal.stability.sensitivities`. Where an edge only just
-    touches, the derivative is that within the present contact state.
+    rad/s per unit of p in SI units, with all other parameters and the damping matrix held fixed (I
+    too, unless it was left out and so follows m, w and h); infinite at a coalescence, see
+    `squeal.stability.sensitivities`. Where an edge only just touches, the derivative is that
+    within the present contact state.
     """
     model, q = scene.pad_model, np.array(analysis.q)
     m = analysis.matrices

@@ -8,8 +8,9 @@ import pytest
 from squeal.analysis.eigenvalues import swept
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
 from squeal.errors import ComputationError
+from squeal.files.place import Place
 from squeal.model.contact import Formulation
-from squeal.scene import read_scene
+from squeal.scene import Scene, read_scene
 from squeal.scene.schema import Damping
 from tests.conftest import SCENES
 
@@ -81,3 +82,20 @@ def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
     scene = dataclasses.replace(scene_of("b3", RATIOS), formulation=Formulation(delta_moment="-"))
     with pytest.raises(ComputationError, match="unstable without friction at k_c = "):
         stability_map(scene, (Axis("k_c", 1e5, 1e9, 4), Axis("mu", 0.0, 0.1, 2)))
+
+
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 9), ("b3", 24)])
+def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
+    # against the scene file with the mapped numbers written into it
+    scene = read_scene(SCENES / f"{stem}.yaml").replace(I=None)
+    pad = scene.pad
+    axes = (Axis("w", 0.3 * pad.w, 3 * pad.w, n), Axis("alpha1", 0.3, 2.9, n))
+    codes = stability_map(scene, axes).codes
+    for i, w in enumerate(axes[0].values.tolist()):
+        for j, alpha1 in enumerate(axes[1].values.tolist()):
+            document = scene.to_dict()
+            document["parameters"] |= {"w": w, "alpha1": alpha1}
+            edited = Scene.from_dict(document, Place("edited"))
+            assert NAMES[codes[i, j]] == verdict_at(edited, edited.pad), (w, alpha1)
+    held = stability_map(scene.replace(I=pad.I), axes).codes
+    assert not np.array_equal(codes, held)

@@ -51,6 +51,25 @@ def test_eigenvalues_against_differences_through_the_whole_chain(name):
         assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, parameter
 
 
+def test_a_moment_of_inertia_that_was_left_out_follows():
+    scene = changed(scene_of("b1-b"), I=None)
+    analysis = analyse(scene)
+    given = scene.replace(I=scene.pad.I)
+    following, held = (eigenvalue_sensitivities(s, analysis) for s in (scene, given))
+    pad, size = scene.pad, np.abs(analysis.spectrum.values).max()
+    by_I = {"m": pad.I / pad.m, "w": 2 * pad.m * pad.w / 3, "h": 2 * pad.m * pad.h / 3}
+    for name, slopes in following.items():
+        chain = held[name] + by_I.get(name, 0.0) * held["I"]
+        value = abs(getattr(pad, name)) or 1.0
+        assert np.abs(chain - slopes).max() * value < 1e-12 * size, name
+        h = step_of(scene, name)
+        up, down = (
+            analyse(scene.replace(**{name: getattr(pad, name) + way * h})).spectrum.values
+            for way in (1, -1)
+        )
+        assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, name
+
+
 @pytest.mark.parametrize("name", ["b1-b", "b1-d", "b2-c", "b2-d"])
 def test_scaling_laws(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
