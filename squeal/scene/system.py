@@ -37,10 +37,10 @@ def keys(count: int | None) -> Group:
         "parameter": Key("what the free parameter is called", Text(), default="mu"),
         "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
     }
-    for letter, what in (("C", "damping and gyroscopic matrix"), ("K", "stiffness matrix")):
+    for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness")):
         for power in range(POWER + 1):
             needed = (letter, power) == ("K", 0)
-            meaning = f"{what}: factor of the parameter to the power {power}"
+            meaning = f"{what}: what is multiplied with that power of the parameter"
             default = "" if needed else "0"
             found[f"{letter}{power}"] = Key(
                 meaning, Square(count, "M"), required=needed, default=default

@@ -1,0 +1,120 @@
+"""The table of keys as a page for people and as JSON schemas for editors.
+
+`python -m squeal.scene.documentation docs` writes them anew; a test says whether they are current.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from squeal.files.keys import Group, Key
+from squeal.files.writing import to_json, write_text
+from squeal.model.contact import MODELS
+from squeal.scene.keys import SCENE
+from squeal.scene.system import POWER, keys
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_INTRODUCTION = """\
+# Scene and system files
+
+Written by `python -m squeal.scene.documentation docs` from the table that also reads the files;
+`scene.schema.json` and `system.schema.json` beside it are the same for editors that complete and
+check YAML while you type.
+
+A scene is one YAML file in UTF-8: a model, its pad, and what is wanted. Numbers are finite and in
+SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` or `pi/2`. A key
+that the model does not use is refused, and so is every unknown or doubled key, with one sentence
+that names the file, the key, the value and what is allowed. `squeal COMMAND -` reads the file from
+standard input, and `--set NAME=VALUE` changes one value of it, such as `--set mu=0.3` or
+`--set time.stop=0.1`.
+
+```yaml
+model: B1
+parameters:
+  {m: 0.2, w: 0.04, h: 0.014, k1: 2.0e7, k2: 2.6e7, k3: 8.7e6, k4: 8.7e6, L1: 0.8, L2: 0.8,
+   alpha1: 0.5*pi, alpha2: pi, mu: 0.4, F_n: 4500.0}
+time: {stop: 0.01, samples: 2001}       # only `simulate` needs it
+```
+"""
+_SYSTEM = """\
+# System files
+
+A linear system M q'' + C q' + K q = 0 whose matrices depend on a parameter p, with
+C = C0 + C1 p + C2 p^2 + ... and K likewise; a power that is left out is zero. `eigenvalues` and
+`critical-friction` take it in place of a scene.
+
+```yaml
+name: mode coupling
+M: [[1, 0], [0, 1]]
+K0: [[2, -1], [-1, 2]]
+K1: [[0, 1.333], [0, 0]]
+```
+"""
+
+
+def page() -> str:
+    """Every key of scene and system files, as Markdown."""
+    parts = [_INTRODUCTION, _table("The file", SCENE)]
+    for name, key in SCENE.keys.items():
+        if isinstance(key.kind, Group):
+            parts.append(_table(f"`{name}`", key.kind))
+    system = keys(None)
+    powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
+    shown = {
+        powers.get(name, name): key
+        for name, key in system.keys.items()
+        if name[1:] not in map(str, range(2, POWER + 1))
+    }
+    return "\n".join([*parts, _SYSTEM, _table("The file", Group(shown))])
+
+
+def _table(title: str, group: Group) -> str:
+    head = ["key", "what it is", "unit", "allowed", "left out", "models"]
+    rows = [head, ["---"] * len(head), *(_row(name, key) for name, key in group.keys.items())]
+    if all(row[-1] == "all" for row in rows[2:]):
+        rows = [row[:-1] for row in rows]
+    note = "Exactly one of these.\n\n" if group.only_one else ""
+    lines = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    return f"## {title}\n\n{note}{lines}\n"
+
+
+def _row(name: str, key: Key) -> list[str]:
+    left_out = "refused" if key.required else key.default or "-"
+    models = ", ".join(key.models) if key.models and key.models != tuple(MODELS) else "all"
+    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.allowed(), left_out, models]
+
+
+def scene_schema() -> dict[str, Any]:
+    """The JSON schema of scene files: one alternative a model."""
+    alternatives = []
+    for model in MODELS:
+        one = SCENE.schema(model)
+        one["properties"]["model"] = {"const": model, "description": MODELS[model].words}
+        alternatives.append(one)
+    return {"$schema": _DIALECT, "title": "squeal scene", "oneOf": alternatives}
+
+
+def system_schema() -> dict[str, Any]:
+    """The JSON schema of system files."""
+    return {"$schema": _DIALECT, "title": "squeal system", **keys(None).schema()}
+
+
+def documents() -> Iterator[tuple[str, str]]:
+    """Name and content of each file."""
+    yield "scene.md", page()
+    yield "scene.schema.json", to_json(scene_schema()) + "\n"
+    yield "system.schema.json", to_json(system_schema()) + "\n"
+
+
+def main() -> int:
+    """Write the files into the folder that is named."""
+    for name, content in documents():
+        write_text(Path(sys.argv[1]) / name, content)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

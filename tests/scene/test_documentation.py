@@ -1,0 +1,112 @@
+"""The documentation of the keys is current, and the JSON schemas judge as the reader does."""
+
+import jsonschema
+import pytest
+
+from squeal.errors import InputError
+from squeal.files.document import read_document
+from squeal.files.sources import ROOT as PACKAGE
+from squeal.model.contact import MODELS
+from squeal.model.pad import PARAMETERS
+from squeal.scene import read_plain, read_scene
+from squeal.scene.documentation import documents, page, scene_schema, system_schema
+from squeal.scene.keys import SCENE
+from tests.conftest import ROOT, SCENES
+from tests.scene.test_scene import text
+from tests.scene.test_system import GOOD
+
+COMMAND = "python -m squeal.scene.documentation docs"
+
+
+@pytest.mark.parametrize(("name", "content"), list(documents()))
+def test_the_committed_documentation_is_current(name, content):
+    assert (ROOT / "docs" / name).read_text(encoding="utf-8") == content, f"run {COMMAND}"
+
+
+def test_every_key_is_documented():
+    for name in (*SCENE.keys, *PARAMETERS, "line_force", "stop", "theta_dot", "ratios", "M"):
+        assert f"| `{name}` |" in page()
+
+
+def test_the_schemas_are_schemas():
+    for schema in (scene_schema(), system_schema()):
+        jsonschema.Draft202012Validator.check_schema(schema)
+
+
+@pytest.mark.parametrize(
+    "path", [*SCENES.glob("*.yaml"), *(ROOT / "workflow" / "scenes").glob("*.yaml")], ids=str
+)
+def test_example_scenes_pass_the_schema(path):
+    jsonschema.validate(read_document(path), scene_schema())
+
+
+def test_example_systems_pass_the_schema():
+    systems = list((PACKAGE / "article" / "literature" / "systems").glob("*.yaml"))
+    assert systems
+    for path in systems:
+        jsonschema.validate(read_document(path), system_schema())
+
+
+def judged(path, schema, read):
+    """Whether the reader and the schema let a file pass."""
+    try:
+        read(path)
+        ours = True
+    except InputError:
+        ours = False
+    return ours, jsonschema.Draft202012Validator(schema).is_valid(read_document(path))
+
+
+CHANGES = [
+    {"m": "0"},
+    {"m": "1"},
+    {"m": "word"},
+    {"m": "true"},
+    {"m": "[1]"},
+    {"k1": "0"},
+    {"k1": "-1"},
+    {"alpha1": "3*pi/4"},
+    {"alpha1": "0.75pi"},
+    {"theta0": "1.6"},
+    {"theta0": "-pi/8"},
+    {"k3": "1"},
+    {"k_c": "1"},
+    {"drop": ["mu"]},
+    {"drop": ["I", "V"]},
+    {"more": "tolerance: 1e-3\n"},
+    {"more": "tolerance: 2e-3\n"},
+    {"more": "outputs: []\n"},
+    {"more": "outputs: [event]\n"},
+    {"more": "outputs: events\n"},
+    {"more": "damping: {ratios: [0, 0.1, 0]}\n"},
+    {"more": "damping: {ratios: [0, -0.1, 0]}\n"},
+    {"more": "damping: {ratios: [0, 0.1]}\n"},
+    {"more": "damping: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}\n"},
+    {"more": "damping: {ratios: [0, 0, 0], matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}\n"},
+    {"more": "initial: {x: 1}\n"},
+    {"more": "initial: {z: 1}\n"},
+    {"more": "formulation: {line_force: mean}\n"},
+    {"more": "formulation: {line_force: sum}\n"},
+    {"more": "speed: 1\n"},
+]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("change", CHANGES, ids=str)
+def test_reader_and_schema_agree(tmp_path, model, change):
+    path = tmp_path / "scene.yaml"
+    path.write_text(text(model, **change))
+    ours, theirs = judged(path, scene_schema(), read_scene)
+    assert ours == theirs
+
+
+@pytest.mark.parametrize(
+    "more",
+    ["", "K3: [[1, 2], [3, 4]]\n", "K3: 1\n", "K3: []\n", "K3: [[1, 2], [3, x]]\n", "K10: [[1]]\n"]
+    + ["L0: [[1]]\n", "parameter: 3\n", "parameter: v\n"],
+)
+def test_reader_and_schema_of_systems_agree(tmp_path, more):
+    path = tmp_path / "system.yaml"
+    path.write_text(GOOD + more)
+    ours, theirs = judged(path, system_schema(), read_plain)
+    assert ours == theirs
