@@ -4,7 +4,9 @@
     scene = read_scene("pad.yaml")
     print(analyse(scene).judgement, critical_friction(scene).points)
 
-The names below are loaded when they are first used, so that importing the package costs nothing.
+What takes a scene takes a `Scene`, made by `read_scene` or in Python; what takes a system takes a
+function of one parameter that gives M, C and K. The names below are loaded when they are first
+used, so that importing the package costs nothing.
 """
 
 from __future__ import annotations
@@ -15,16 +17,31 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.critical import critical_friction
-    from squeal.analysis.eigenvalues import analyse, article_linearisation, swept
-    from squeal.analysis.maps import Axis, angle_axes, stability_map
+    from squeal.analysis.critical import CriticalFriction, critical_friction
+    from squeal.analysis.eigenvalues import (
+        Analysis,
+        analyse,
+        article_linearisation,
+        judged_equilibria,
+        sweep_mu,
+    )
+    from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
     from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
-    from squeal.equilibrium import find_all, sliding_equilibrium
+    from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
-    from squeal.model.linear import about_origin, linearise, spring_stiffness
-    from squeal.scene import Scene, read_plain, read_scene
-    from squeal.simulation import Simulation, simulate
+    from squeal.model.contact import Formulation
+    from squeal.model.linear import Linearisation
+    from squeal.model.pad import Pad
+    from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
+    from squeal.simulation import Event, Simulation, simulate
     from squeal.stability import (
+        CriticalPoint,
+        Eigenvalue,
+        FrictionLoop,
+        Judgement,
+        LoopAnswer,
+        Spectrum,
+        TrackedModes,
         complex_eigenvalues,
         critical_points,
         friction_loop,
@@ -34,16 +51,55 @@ if TYPE_CHECKING:
     )
 
 _HOME = {
-    "squeal.analysis.maps": ("Axis", "angle_axes", "stability_map"),
-    "squeal.analysis.critical": ("critical_friction",),
-    "squeal.equilibrium": ("find_all", "sliding_equilibrium"),
-    "squeal.errors": ("ComputationError", "InputError"),
-    "squeal.model.linear": ("about_origin", "linearise", "spring_stiffness"),
-    "squeal.scene": ("Scene", "read_plain", "read_scene"),
-    "squeal.analysis.sensitivity": ("eigenvalue_sensitivities", "threshold_sensitivities"),
-    "squeal.simulation": ("Simulation", "simulate"),
-    "squeal.analysis.eigenvalues": ("analyse", "article_linearisation", "swept"),
+    "squeal.analysis.critical": (
+        "CriticalFriction",
+        "critical_friction",
+    ),
+    "squeal.analysis.eigenvalues": (
+        "Analysis",
+        "analyse",
+        "article_linearisation",
+        "judged_equilibria",
+        "sweep_mu",
+    ),
+    "squeal.analysis.maps": (
+        "Axis",
+        "StabilityMap",
+        "angle_axes",
+        "stability_map",
+    ),
+    "squeal.analysis.sensitivity": (
+        "eigenvalue_sensitivities",
+        "threshold_sensitivities",
+    ),
+    "squeal.equilibrium": ("Equilibrium",),
+    "squeal.errors": (
+        "ComputationError",
+        "InputError",
+    ),
+    "squeal.model.contact": ("Formulation",),
+    "squeal.model.linear": ("Linearisation",),
+    "squeal.model.pad": ("Pad",),
+    "squeal.scene": (
+        "Damping",
+        "PlainSystem",
+        "Scene",
+        "read_plain",
+        "read_scene",
+    ),
+    "squeal.simulation": (
+        "Event",
+        "Simulation",
+        "simulate",
+    ),
     "squeal.stability": (
+        "CriticalPoint",
+        "Eigenvalue",
+        "FrictionLoop",
+        "Judgement",
+        "LoopAnswer",
+        "Spectrum",
+        "TrackedModes",
         "complex_eigenvalues",
         "critical_points",
         "friction_loop",
@@ -54,12 +110,28 @@ _HOME = {
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
+    "Analysis",
     "Axis",
     "ComputationError",
+    "CriticalFriction",
+    "CriticalPoint",
+    "Damping",
+    "Eigenvalue",
+    "Equilibrium",
+    "Event",
+    "Formulation",
+    "FrictionLoop",
     "InputError",
+    "Judgement",
+    "Linearisation",
+    "LoopAnswer",
+    "Pad",
+    "PlainSystem",
     "Scene",
     "Simulation",
-    "about_origin",
+    "Spectrum",
+    "StabilityMap",
+    "TrackedModes",
     "analyse",
     "angle_axes",
     "article_linearisation",
@@ -67,17 +139,14 @@ __all__ = [
     "critical_friction",
     "critical_points",
     "eigenvalue_sensitivities",
-    "find_all",
     "friction_loop",
     "judge",
-    "linearise",
+    "judged_equilibria",
     "read_plain",
     "read_scene",
     "simulate",
-    "sliding_equilibrium",
-    "spring_stiffness",
     "stability_map",
-    "swept",
+    "sweep_mu",
     "threshold_sensitivities",
     "track",
     "verdict",
@@ -91,4 +160,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_MODULE])
+    return sorted([*__all__, "__version__"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Path
 from squeal.model.linear import about_origin
-from squeal.scene import Scene
+from squeal.scene import Scene, takes_scene
 from squeal.stability import CriticalPoint, Matrices, critical_points, verdict
 
 
@@ -25,6 +25,7 @@ class CriticalFriction:
     end: str
 
 
+@takes_scene
 def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.model.contact import contact_law
+from squeal.files.place import Place
+from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import FULL, State
-from squeal.scene import Scene
+from squeal.scene import Scene, takes_scene
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
 
 _AT_ORIGIN = "about the origin, full contact"
@@ -32,8 +33,8 @@ class Analysis:
     R_n: float | None
     state: State
     how: str
-    matrices: Linearisation
-    spectrum: Spectrum
+    matrices: Linearisation = field(repr=False)
+    spectrum: Spectrum = field(repr=False)
     judgement: Judgement
 
     @property
@@ -47,6 +48,7 @@ def at_equilibrium(model: PadModel, found: Equilibrium) -> Linearisation:
     return linearise(model, np.array(found.q), found.state)
 
 
+@takes_scene
 def analyse(scene: Scene) -> Analysis:
     """Complex eigenvalue analysis of the scene's sliding equilibrium (B3: about the origin).
 
@@ -61,6 +63,7 @@ def analyse(scene: Scene) -> Analysis:
     return _about(scene, found, how, C)
 
 
+@takes_scene
 def article_linearisation(scene: Scene) -> Analysis:
     """What the article analyses instead of the equilibrium: full contact about the origin.
 
@@ -103,7 +106,8 @@ def _analysis(
     return Analysis(model, q, R_n, state, how, matrices, complex_eigenvalues(*given), judge(*given))
 
 
-def swept(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:
+@takes_scene
+def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:
     """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
 
     Raises ComputationError if there is no equilibrium without friction.
@@ -117,8 +121,16 @@ def swept(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]
     return [(mu, None if e is None else _about(scene, e, how, C)) for mu, e in places]
 
 
+@takes_scene
 def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
-    """All sliding equilibria at the scene's mu with the verdict on each."""
+    """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
+
+    Raises InputError for a linear model, which has none of its own.
+    """
+    if contact_model(scene.model).linear:
+        raise Place("judged_equilibria").refuse(
+            f"{scene.model} is not allowed; a linearisation has no equilibria of its own"
+        )
     C, model = damping_matrix(scene), scene.pad_model
     judged = []
     for found in find_all(model):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from squeal.model.linear import about_origin, spring_directions
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from squeal.numerics.outline import Codes, Outline, outline
-from squeal.scene import Scene
+from squeal.scene import Scene, takes_scene
 from squeal.stability import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
@@ -79,8 +79,8 @@ class StabilityMap:
     """
 
     axes: tuple[Axis, Axis]
-    codes: np.ndarray
-    outline: Outline | None = None
+    codes: np.ndarray = field(repr=False)
+    outline: Outline | None = field(default=None, repr=False)
 
     @property
     def share(self) -> dict[str, float]:
@@ -160,6 +160,7 @@ def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
         raise at.refuse(f"{names[-1]} is the first parameter too; take another one")
 
 
+@takes_scene
 def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -> StabilityMap:
     """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
 

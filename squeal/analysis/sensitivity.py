@@ -22,7 +22,7 @@ from squeal.model.pad import PARAMETERS
 from squeal.model.states import FULL, State
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
-from squeal.scene import Scene
+from squeal.scene import Scene, takes_scene
 from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
 
 _STEP = 1e-200
@@ -79,6 +79,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     return Change(loads, dq, dM, -slopes(shifted, dq).imag / _STEP, np.array(edges))
 
 
+@takes_scene
 def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.ndarray]:
     """d lambda/dp (6,) for each parameter p, in the order of the analysis' eigenvalues.
 
@@ -96,6 +97,7 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     return found
 
 
+@takes_scene
 def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, float]:
     """d mu_c/dp of a threshold on the branch for each parameter p but mu.
 

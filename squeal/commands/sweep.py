@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import swept
+from squeal.analysis.eigenvalues import sweep_mu
 from squeal.commands.base import table
 from squeal.errors import InputError
 from squeal.files.writing import write_csv
@@ -35,7 +35,7 @@ def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
             Step(mu, a.contact, a.spectrum, a.judgement.verdict)
             if a
             else Step(mu, None, None, None)
-            for mu, a in swept(source, list(mus))
+            for mu, a in sweep_mu(source, list(mus))
         ]
     at = [(mu, source(mu)) for mu in mus]
     return [Step(mu, None, complex_eigenvalues(*m), verdict(*m)) for mu, m in at]

@@ -2,7 +2,7 @@
 
 from squeal.scene.keys import COORDINATES, OUTPUTS
 from squeal.scene.read import read_scene
-from squeal.scene.schema import Damping, Scene, check_simulation
+from squeal.scene.schema import Damping, Scene, check_simulation, takes_scene
 from squeal.scene.system import PlainSystem, plain_system, read_plain
 
 __all__ = [
@@ -15,4 +15,5 @@ __all__ = [
     "plain_system",
     "read_plain",
     "read_scene",
+    "takes_scene",
 ]

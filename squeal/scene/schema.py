@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 from squeal.files.place import Place, shown
 from squeal.files.values import Row
@@ -21,6 +23,8 @@ from squeal.scene.keys import (
     SCENE,
 )
 
+P = ParamSpec("P")
+Answer = TypeVar("Answer")
 AT_REST = (0.0,) * 6
 
 
@@ -135,6 +139,20 @@ class Scene:
     def wants(self, output: str) -> bool:
         """True if the scene names this output."""
         return output in self.outputs
+
+
+def takes_scene(
+    function: Callable[Concatenate[Scene, P], Answer],
+) -> Callable[Concatenate[Scene, P], Answer]:
+    """The same function, refusing with a sentence what is no scene in its first place."""
+
+    @wraps(function)
+    def checked(scene: Scene, *args: P.args, **more: P.kwargs) -> Answer:
+        if not isinstance(scene, Scene):
+            raise Place(function.__name__).must_be(scene, "a Scene, from read_scene or Scene(...)")
+        return function(scene, *args, **more)
+
+    return cast(Any, checked)  # a scene may also be given by its name
 
 
 def check_document(document: Any, at: Place) -> dict[str, Any]:

@@ -13,7 +13,7 @@ K1: [[0, 1.333], [0, 0]]      # a power that is left out is zero
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -55,9 +55,11 @@ class PlainSystem:
     name: str
     reference: str
     parameter: str
-    M: Array  # (n, n)
-    C: tuple[Array, ...]  # coefficients of rising powers of mu, (n, n) each; none if undamped
-    K: tuple[Array, ...]
+    M: Array = field(repr=False)  # (n, n)
+    C: tuple[Array, ...] = field(
+        repr=False
+    )  # coefficients of rising powers of mu, (n, n) each; none if undamped
+    K: tuple[Array, ...] = field(repr=False)
 
     @property
     def n(self) -> int:

@@ -1,5 +1,5 @@
 """Simulation of models B1 and B2 with located contact changes."""
 
-from squeal.simulation.run import Simulation, simulate
+from squeal.simulation.run import Event, Simulation, simulate
 
-__all__ = ["Simulation", "simulate"]
+__all__ = ["Event", "Simulation", "simulate"]

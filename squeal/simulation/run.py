@@ -16,7 +16,7 @@ from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.scene.schema import Scene, check_simulation
+from squeal.scene import Scene, check_simulation, takes_scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
 
@@ -50,7 +50,7 @@ class Simulation:
     steps: int
     contact_changes: int
     run_time: float
-    events: tuple[Event, ...] | None = None
+    events: tuple[Event, ...] | None = field(default=None, repr=False)
     shares: dict[str, float] | None = None
     extrema: dict[str, tuple[float, float] | None] | None = None
     history: dict[str, np.ndarray] | None = field(default=None, repr=False)
@@ -210,6 +210,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
 
 
+@takes_scene
 def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> Simulation:
     """Simulate a scene; only what its outputs name is computed.
 

@@ -21,8 +21,12 @@ class Eigenvalue:
     value: complex
     right: ComplexArray = field(repr=False)  # (n,) mode shape, right^H M right = 1
     left: ComplexArray = field(repr=False)  # (n,) left^H (...) = 0, left^H M left = 1
-    residual: float  # backward error: |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised
-    condition: float  # 1/|y^H x| of the standard problem solved (in value^2 if undamped), or inf
+    residual: float = field(
+        repr=False
+    )  # backward error: |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised
+    condition: float = field(
+        repr=False
+    )  # 1/|y^H x| of the standard problem solved (in value^2 if undamped), or inf
 
     @property
     def frequency_hz(self) -> float:

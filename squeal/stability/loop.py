@@ -16,14 +16,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
-from squeal.stability.matrices import Array, Reduced, System, first_order, reduce
+from squeal.stability.matrices import Array, Reduced, System, check_system, first_order, reduce
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -35,11 +35,11 @@ RANK_TOLERANCE = 1e-10  # second over first singular value of the friction term
 class FrictionLoop:
     """M q'' + C q' + K0 q = -b u, r = c q: plant from friction force u to normal reaction r."""
 
-    M: Array
-    C: Array
-    K0: Array
-    b: Array  # (n,) where the friction force acts
-    c: Array  # (n,) reaction per displacement
+    M: Array = field(repr=False)
+    C: Array = field(repr=False)
+    K0: Array = field(repr=False)
+    b: Array = field(repr=False)  # (n,) where the friction force acts
+    c: Array = field(repr=False)  # (n,) reaction per displacement
 
     @property
     def plant(self) -> StateSpace:
@@ -94,6 +94,7 @@ def friction_loop(
     by the coordinates; without it c has unit length and the plant's output is the reaction but
     for a factor.
     """
+    check_system(system, "friction_loop")
     M, C, K0 = _arrays(system, 0.0)
     at = [_arrays(system, x * mu_max) for x in (1.0, 0.37)]
     K1 = (at[0][2] - K0) / mu_max

@@ -18,6 +18,15 @@ System = Callable[[float], Matrices]
 EPS = float(np.finfo(float).eps)
 
 
+def check_system(system: object, asked: str) -> None:
+    """Refuse what is no function of one parameter. Raises InputError naming the function asked."""
+    if not callable(system):
+        raise InputError(
+            f"{asked}: {type(system).__name__} is not allowed; it must be a system, a function of "
+            "one parameter that gives M, C and K"
+        )
+
+
 @dataclass(frozen=True)
 class Reduced:
     """z'' + B z' + A z = 0, where q = T z and T' M T = 1.

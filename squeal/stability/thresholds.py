@@ -24,7 +24,7 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.stability.cubic import Value
 from squeal.stability.family import GROWING, Candidate, Family
-from squeal.stability.matrices import System
+from squeal.stability.matrices import System, check_system
 from squeal.stability.roots import Root, sign_changes
 
 MERGE = 1e-12  # candidates closer than this, relative to the range, are one
@@ -88,6 +88,7 @@ def critical_points(
     points, however narrow: the limit is where rounding fills it, 1e-6 of mu or less. Raises
     InputError for an empty range and whatever `system` raises.
     """
+    check_system(system, "critical_points")
     if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
         raise InputError(f"mu_max: {mu_max:g} is not allowed; it must exceed {mu_min:g}")
     family = Family(system)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
-from squeal.stability.matrices import Array, System
+from squeal.stability.matrices import Array, System, check_system
 
 SURE = 0.9  # a likeness below this halves the step
 KEEP = 0.7  # below this (shapes mixed, at a crossing) the reference shape stays as it was
@@ -20,10 +20,12 @@ DEPTH = 7
 class TrackedModes:
     """Modes over a sweep: column k of `values` is one and the same mode throughout."""
 
-    mus: Array  # (n_mu,)
-    values: ComplexArray  # (n_mu, 2n) rad/s
-    shapes: ComplexArray  # (n_mu, n, 2n) right vectors, x^H M x = 1
-    likeness: Array  # (n_mu, 2n) modal assurance criterion against the step before, 0 to 1
+    mus: Array = field(repr=False)  # (n_mu,)
+    values: ComplexArray = field(repr=False)  # (n_mu, 2n) rad/s
+    shapes: ComplexArray = field(repr=False)  # (n_mu, n, 2n) right vectors, x^H M x = 1
+    likeness: Array = field(
+        repr=False
+    )  # (n_mu, 2n) modal assurance criterion against the step before, 0 to 1
 
     @property
     def frequencies_hz(self) -> Array:
@@ -82,6 +84,7 @@ def track(system: System, mus: Iterable[float]) -> TrackedModes:
     not clear the step is halved, up to 7 times. Modes which cross keep their shapes; modes which
     veer keep their branch if the steps are no longer than the veering. Raises what `system` does.
     """
+    check_system(system, "track")
     steps = [float(mu) for mu in mus]
     if not steps:
         raise ValueError("mus: at least one value is required")

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import swept
+from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
 from squeal.errors import ComputationError
 from squeal.files.place import Place
@@ -24,7 +24,7 @@ def scene_of(stem, damping):
 
 def verdict_at(scene, pad):
     """What `eigenvalues --mu` tells of this pad, and 'beyond a fold' where its branch ends."""
-    ((_, one),) = swept(dataclasses.replace(scene, pad=pad), [pad.mu])
+    ((_, one),) = sweep_mu(dataclasses.replace(scene, pad=pad), [pad.mu])
     return "beyond a fold" if one is None else one.judgement.verdict
 
 
