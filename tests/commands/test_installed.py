@@ -1,0 +1,139 @@
+"""The package as people install it: from a wheel, in an empty folder, also without Linux' parts."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+from squeal.commands.cli import COMMANDS
+from tests.conftest import ROOT, SCENES
+
+B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+# run before the command line: what Windows, macOS or a plain Python lack is not found
+WITHOUT = """\
+import importlib.abc, os, sys
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, *_):
+        if name.partition(".")[0] in {names}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Missing())
+for name in ("fork", "forkpty"):
+    if hasattr(os, name):
+        delattr(os, name)
+"""
+POSIX = {"fcntl", "grp", "pwd", "resource", "termios"}
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """Folder with the unpacked wheel: the package and nothing of the repository."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "flit_core.wheel", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder / "site")
+    return folder / "site"
+
+
+def run(installed, empty, *arguments, without=()):
+    first = WITHOUT.format(names=set(without)) if without else ""
+    code = f"{first}\nimport sys, squeal; from squeal.commands.cli import main\n"
+    code += f"assert squeal.__file__.startswith({str(installed)!r})\n"
+    code += "sys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        cwd=empty,
+        env=os.environ | {"PYTHONPATH": str(installed)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr
+    return done.returncode, done.stdout, done.stderr
+
+
+def sentence(err):
+    assert err.startswith("squeal: ")
+    assert err.count("\n") == 1
+    return err
+
+
+ANSWERS = {
+    "simulate": [B1],
+    "eigenvalues": [B2],
+    "critical-friction": [B2],
+    "sliding": [B2],
+    "map": [B3, "--n", "10"],
+    "cite": [],
+}
+NEEDS = {
+    "claims": ([], "repository"),
+    "findings": ([], "repository"),
+    "identify": (["--scenes", "none"], "existing folder"),
+}
+
+
+def test_all_commands_are_tried():
+    assert {*ANSWERS, *NEEDS} == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", ANSWERS)
+def test_a_command_answers_in_an_empty_folder(installed, tmp_path, command):
+    code, out, err = run(installed, tmp_path, command, *ANSWERS[command], "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", NEEDS)
+def test_a_command_says_what_it_needs(installed, tmp_path, command):
+    arguments, words = NEEDS[command]
+    code, out, err = run(installed, tmp_path, command, *arguments)
+    assert (code, out) == (2, "")
+    assert words in sentence(err)
+
+
+@pytest.mark.parametrize("command", ANSWERS)
+def test_without_heyoka_and_posix(installed, tmp_path, command):
+    missing = {"heyoka", *POSIX}
+    code, out, err = run(installed, tmp_path, command, *ANSWERS[command], "--json", without=missing)
+    assert (code, err) == (0, "")
+    assert json.loads(out)
+    if command == "simulate":
+        assert "SciPy" in json.loads(out)["method"]
+
+
+def test_a_search_without_heyoka_says_so(installed, tmp_path):
+    code, out, err = run(installed, tmp_path, "identify", "--minutes", "0", without={"heyoka"})
+    assert (code, out) == (1, "")
+    assert "heyoka" in sentence(err)
+    code, out, err = run(
+        installed, tmp_path, "simulate", B1, "--integrator", "heyoka", without={"heyoka"}
+    )
+    assert (code, out) == (1, "")
+    assert "heyoka" in sentence(err)
+
+
+def test_every_public_name_and_command_imports_without_heyoka_and_posix(installed, tmp_path):
+    code = WITHOUT.format(names={"heyoka", *POSIX}) + (
+        "import importlib, pkgutil, squeal\n"
+        "for name in squeal.__all__: getattr(squeal, name)\n"
+        "for package in ('squeal.commands', 'squeal.article.commands'):\n"
+        "    module = importlib.import_module(package)\n"
+        "    for found in pkgutil.iter_modules(module.__path__):\n"
+        "        importlib.import_module(f'{package}.{found.name}')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(installed)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
