@@ -7,14 +7,13 @@ import sys
 import numpy as np
 import pytest
 
-from squeal.article.claims import measure
 from squeal.errors import ComputationError
 from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation
 from squeal.model.pad import Pad
-from squeal.model.states import STATES
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
+from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
 from squeal.simulation.run import in_natural_units
 from tests.conftest import random_pad
@@ -59,32 +58,69 @@ def test_batch_and_single_runs_agree(model, formulation):
         assert r["final"][i] == pytest.approx(one.final[1:], abs=1e-6 * scale)
 
 
+def naive_range(values, start=1e-9):
+    """Least and greatest value; a start at zero does not count until the signal first turns."""
+    if abs(values[0]) <= start:
+        way = np.sign(np.diff(values))
+        turns = np.flatnonzero(way[1:] != way[:-1])
+        values = values[turns[0] + 1 :] if turns.size else values[-1:]
+    return np.nanmin(values), np.nanmax(values)
+
+
+def naive(one):
+    """Measures from the history and the events of a single run, by their definitions."""
+    run = simulate(dataclasses.replace(one, samples=200_001, outputs=("history", "events")))
+    touching = {"1": (1, 1), "2": (0, 0), "3": (1, 0), "4": (0, 1), "FC": (1, 1), "SS": (0, 0)}
+    h, state = run.history, run.history["state"]
+    free = touching.get(state[0]) == (0, 0)
+    begin = run.events[0].t if free else 0.0
+    seen = h["t"] >= begin
+    first, second = (
+        h[name][seen] for name in (("F3", "F4") if one.model == "B1" else ("Rn", "delta"))
+    )
+    speed = np.array([np.gradient(h[name], h["t"]) for name in ("x_dot", "y_dot", "theta_dot")])
+    size = np.hypot(np.hypot(speed[0], speed[1]), one.pad.w * speed[2])
+    late = h["t"] >= one.stop - 0.1 * (one.stop - begin)
+    return {
+        "duration": one.stop - begin,
+        "first": naive_range(first),
+        "second": naive_range(second),
+        "together": naive_range(first + second),
+        "tilt": naive_range(one.pad.theta0 + h["theta"][seen]),
+        "mean": np.trapezoid(first, h["t"][seen]) / (one.stop - begin),
+        "calm": size[late].max() / size.max(),
+        "shares": [np.mean([name in names for name in state[seen]]) for names in ("1FC", "2SS")],
+    }
+
+
 @pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
-def test_measures_agree_with_those_of_single_runs(model, formulation):
-    pads, initial = some(model, 17, 300)
+def test_measures_are_those_of_a_history(model, formulation):
+    """Of the same functions a batch has coarse samples, a single run fine ones."""
+    pads, initial = some(model, 9, 300)
     r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measured=True)
-    seen = 0
+    compared = 0
     for i, pad in enumerate(pads):
-        one_scene = scene(model, formulation, pad, initial[i], tolerance=1e-10)
+        one = scene(model, formulation, pad, initial[i], tolerance=1e-10)
         try:
-            case = measure(one_scene)
+            exact, fine = naive(one), measure_alone(one)
         except ComputationError:
             continue
-        seen += 1
-        unit = in_natural_units(one_scene)[0].time
-        assert r["duration"][i] == pytest.approx(case.duration * unit, rel=1e-9)
-        assert r["separated"][i] == pytest.approx(np.array(case.separated) * unit, abs=1e-6)
-        shares = [case.shares.get(state, 0.0) for state in STATES]
-        assert r["shares"][i] == pytest.approx(shares, abs=1e-7)
-        assert r["losses"][i] == case.losses
-        assert r["swings"][i] == (case.swings if model == "B2" else 0)
-        assert r["mean"][i] == pytest.approx(case.mean, rel=1e-3)
-        assert r["calm"][i] == pytest.approx(case.calm, rel=0.1)
-        for name in ("first", "second", "tilt") + (("together",) if model == "B1" else ()):
-            limits = getattr(case, name)
-            wide = max(abs(limits.low), abs(limits.high))
-            assert r[name][i] == pytest.approx((limits.low, limits.high), abs=5e-3 * wide)
-    assert seen >= 12
+        compared += 1
+        unit = in_natural_units(one)[0].time
+        assert r["losses"][i] == fine["losses"][0]
+        assert r["swings"][i] == fine["swings"][0]
+        assert r["separated"][i] == pytest.approx(fine["separated"][0] * unit, rel=1e-7, abs=1e-9)
+        for found, j, close, time in ((r, i, 1e-3, 1.0), (fine, 0, 1e-6, unit)):
+            assert found["duration"][j] * time == pytest.approx(exact["duration"], rel=1e-9)
+            assert found["shares"][j][:2] == pytest.approx(exact["shares"], abs=1e-4)
+            assert found["mean"][j] == pytest.approx(exact["mean"], rel=max(close, 1e-4))
+            assert found["calm"][j] == pytest.approx(exact["calm"], rel=max(10 * close, 2e-4))
+            for name in ("first", "second", "tilt") + (("together",) if model == "B1" else ()):
+                # histories hardly ever sample delta where contact is lost, with its limit
+                limit = 5e-3 if model == "B2" and name == "second" else close
+                wide = np.abs(exact[name]).max()
+                assert found[name][j] == pytest.approx(exact[name], abs=limit * wide, nan_ok=True)
+    assert compared >= 6
 
 
 def upright():
@@ -160,8 +196,9 @@ def test_doubtful_pads_run_alone_with_the_same_measures(model, monkeypatch):
     for i in (0, 1, 2, 3, 5):
         assert s["events"][i] == pytest.approx(r["events"][i], rel=1e-8)
         assert s["losses"][i] == r["losses"][i]
-    for name in ("final", "first", "second", "tilt", "shares", "mean", "calm"):
-        assert np.allclose(s[name], r[name], rtol=1e-7, atol=1e-9, equal_nan=True)
+    for name, accuracy in (("final", 1e-7), ("shares", 1e-7), ("first", 2e-4), ("tilt", 2e-4)):
+        # alone a pad has finer samples
+        assert np.allclose(s[name], r[name], rtol=accuracy, atol=accuracy, equal_nan=True)
 
 
 def test_numbers_that_are_not_finite_are_refused():

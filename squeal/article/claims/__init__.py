@@ -2,14 +2,14 @@
 
 from squeal.article.claims.catalogue import CLAIMS, Claim
 from squeal.article.claims.judging import Judged, judge_claims, judge_scenes
-from squeal.article.claims.measures import Case, batch_case, measure
+from squeal.article.claims.measures import Case, case_of, measure
 
 __all__ = [
     "CLAIMS",
     "Case",
     "Claim",
     "Judged",
-    "batch_case",
+    "case_of",
     "judge_claims",
     "judge_scenes",
     "measure",

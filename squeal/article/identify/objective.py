@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES, stem
-from squeal.article.claims import CLAIMS, Judged, batch_case, judge_claims, judge_scenes
-from squeal.article.claims.measures import linear_measures
+from squeal.article.claims import CLAIMS, Case, Judged, case_of, judge_claims, judge_scenes
+from squeal.article.claims.measures import Linear, linear_measures
 from squeal.article.identify.space import (
     MODELS,
     SPEED_LIMIT,
@@ -20,7 +20,7 @@ from squeal.article.identify.space import (
     scenes_of,
 )
 from squeal.model.contact import Formulation
-from squeal.simulation.batch.many import simulate_many, stack
+from squeal.simulation.batch.many import DONE, simulate_many, stack
 
 SEARCH_TOLERANCE = 1e-8
 MAP_POINTS = 40  # a side, for the share of the map in the search
@@ -59,17 +59,18 @@ def judge_many(
     outcomes: list[Outcome | None] = []
     for i, numbers in enumerate(many):
         rows = range(len(CASES) * i, len(CASES) * (i + 1))
-        cases = {
-            stem(model, case): batch_case(found, row)
+        if any(found["outcome"][row] != DONE for found in results.values() for row in rows):
+            outcomes.append(None)
+            continue
+        measured: dict[str, Case | Linear] = {
+            stem(model, case): case_of(found, row)
             for model, found in results.items()
             for case, row in zip(CASES, rows, strict=True)
         }
-        if None in cases.values():
-            outcomes.append(None)
-            continue
-        linear = linear_measures({"c": pad_of(numbers, "B2", CASES["c"])}, MAP_POINTS)
+        pads = {"c": pad_of(numbers, "B2", CASES["c"])}
+        measured["b3"] = linear_measures(pads, MAP_POINTS)
         fastest = max(float(found["fastest"][row]) for found in results.values() for row in rows)
-        outcomes.append(Outcome(judge_claims(cases | {"b3": linear}), fastest))  # type: ignore[arg-type]
+        outcomes.append(Outcome(judge_claims(measured), fastest))
     return outcomes
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients
+from squeal.simulation.batch.motion import Motion
 from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.integrators.taylor import equations, rising, state_parameters
 
@@ -24,32 +25,6 @@ NAMES = [f.name for f in fields(Coefficients)]
 _N = len(NAMES)
 _LOAD = NAMES.index("F_n")
 _MOST_STEPS = 1_000_000
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Motion of n pads in natural units, as far as it is kept.
-
-    stop (n,): wanted time; touching (points, n): contact (0 or 1) of each contact point at the
-    start; end (6, n); samples (k, 6, n): states at equal steps of time from 0 to stop, k = 0 if
-    none were wanted; lane, point, t (e,), on (points, e), state (6, e): contact changes, in order
-    within a pad, with the contact afterwards; steps (n,); limit (n,): the entry of `LIMITS` that
-    ended the motion, else -1, and limit_t (n,) when; whole (n,): False where heyoka gave up.
-    """
-
-    stop: np.ndarray
-    touching: np.ndarray
-    end: np.ndarray
-    samples: np.ndarray
-    lane: np.ndarray
-    point: np.ndarray
-    t: np.ndarray
-    on: np.ndarray
-    state: np.ndarray
-    steps: np.ndarray
-    limit: np.ndarray
-    limit_t: np.ndarray
-    whole: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -139,8 +114,8 @@ class Lanes:
         self._state[:] = state
         ta.set_time(np.zeros(LANES))
         ta.reset_cooldowns()
+        grid = np.linspace(0.0, 1.0, samples)[:, None] * stop
         if samples:
-            grid = np.linspace(0.0, 1.0, samples)[:, None] * stop
             _, sampled = ta.propagate_grid(grid, max_steps=_MOST_STEPS)
         else:
             ta.propagate_until(stop, max_steps=_MOST_STEPS)
@@ -159,6 +134,7 @@ class Lanes:
             stop=stop,
             touching=touching,
             end=self._state.copy(),
+            times=grid,
             samples=sampled,
             lane=change[0],
             point=change[1],

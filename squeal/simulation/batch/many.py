@@ -201,19 +201,17 @@ def _work(task: _Task) -> Arrays:
         doubt = doubtful(there, margin)
         results.add(full, ~doubt & (motion.limit < 0), there)
         for i in pads[doubt[: len(pads)]].tolist():
-            alone = run_alone(
-                _single(task, natural.pads, i),
-                task.tolerance,
-                Units(*(float(v[i]) for v in vars(natural.units).values())),
-                natural.state[:, i],
-                natural.touching[:, i],
-                float(natural.stop[i]),
-                samples,
-            )
-            if alone is None:
+            one, model = np.array([i]), _single(task, natural.pads, i)
+            units = Units(*(float(v[i]) for v in vars(natural.units).values()))
+            state, stop = natural.state[:, i], float(natural.stop[i])
+            try:
+                motion = run_alone(
+                    model, task.tolerance, "heyoka", units, state, stop, task.measured
+                )
+            except ComputationError:
                 results.refuse(i)
             else:
-                results.add(np.array([i]), alone.whole, seen(law, natural.of(np.array([i])), alone))
+                results.add(one, motion.whole, seen(law, natural.of(one), motion))
     arrays = results.arrays
     arrays["final"] = natural.units.to_si(arrays["final"].T).T
     return arrays

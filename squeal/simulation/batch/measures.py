@@ -1,4 +1,4 @@
-"""Measures of several motions at once, from samples at equal steps of time and contact changes.
+"""Measures of one or several motions at once, from samples and contact changes.
 
 Peaks between samples come from the parabola through three of them; what a pad has not is NaN.
 """
@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.model.law import ContactLaw, Signal
-from squeal.model.mechanics import Coefficients, Pose, pose
+from squeal.model.mechanics import Coefficients, Pose, pose, springs
 from squeal.model.states import STATES
-from squeal.simulation.batch.lanes import Motion
+from squeal.simulation.batch.motion import Motion
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
@@ -26,15 +26,14 @@ Measures = dict[str, np.ndarray]
 class Seen(NamedTuple):
     """A motion with what all measures need.
 
-    step (n,): time between samples; row (e,): the first sample after each contact change; on
-    (k, points, n) of 0 or 1: contact at the samples; changes (k, n): how many so far; at: poses of
-    the samples (k, n); there: coefficients of the pad of each change (e,); there_at: poses there.
+    row (e,): the first sample at or after each contact change; on (points, k, n) of 0 or 1:
+    contact at the samples; changes (k, n): how many so far; at: poses of the samples (k, n);
+    there: coefficients of the pad of each change (e,); there_at: poses there.
     """
 
     law: ContactLaw
     motion: Motion
     c: Coefficients
-    step: np.ndarray
     row: np.ndarray
     on: np.ndarray
     changes: np.ndarray
@@ -46,8 +45,11 @@ class Seen(NamedTuple):
 def seen(law: ContactLaw, c: Coefficients, motion: Motion) -> Seen:
     """Prepare n motions for `doubtful` and `measures`; all coefficients are arrays (n,)."""
     count = len(motion.samples)
-    step = motion.stop / max(count - 1, 1)
-    row = np.minimum(np.ceil(motion.t / step[motion.lane]).astype(int), max(count - 1, 0))
+    row = np.empty(len(motion.t), dtype=int)
+    for lane, times in enumerate(motion.times.T):
+        mine = motion.lane == lane
+        row[mine] = np.searchsorted(times, motion.t[mine])
+    row = np.minimum(row, max(count - 1, 0))
     passed = np.zeros((count, *motion.touching.shape), dtype=np.int32)
     if count:
         np.add.at(passed, (row, motion.point, motion.lane), 1)
@@ -57,9 +59,8 @@ def seen(law: ContactLaw, c: Coefficients, motion: Motion) -> Seen:
         law,
         motion,
         c,
-        step,
         row,
-        (motion.touching + passed) & 1,
+        ((motion.touching + passed) & 1).swapaxes(0, 1),
         passed.sum(axis=1),
         pose(np, c.place(motion.samples.swapaxes(0, 1))),
         there,
@@ -71,7 +72,7 @@ class _Begin(NamedTuple):
     """First contact of each pad, (n,) each.
 
     t: its time, inf if there is none; change: the contact change that makes it, -1 if the pad
-    starts in contact; row: the sample before it (0 at the start, beyond the last if there is none).
+    starts in contact; row: the last sample until then (beyond all if there is none).
     """
 
     t: np.ndarray
@@ -110,9 +111,8 @@ def doubtful(s: Seen, margin: float) -> np.ndarray:
     if len(m.samples):
         over = np.zeros(s.changes.shape, dtype=bool)
         for point, height in enumerate(s.law.gaps(s.c, s.at)):
-            over |= np.where(s.on[:, point] > 0, height, -height) > margin
-        t = np.arange(len(over))[:, None] * s.step
-        doubt |= (over & ~(t >= m.limit_t)).any(axis=0)
+            over |= np.where(s.on[point] > 0, height, -height) > margin
+        doubt |= (over & ~(m.times >= m.limit_t)).any(axis=0)
     return doubt
 
 
@@ -127,7 +127,9 @@ def _begin(s: Seen) -> _Begin:
     t = np.where(apart, np.inf, 0.0)
     t[met] = m.t[change[met]]
     row = np.where(apart, len(m.samples), 0)
-    row[met] = np.maximum(s.row[change[met]] - 1, 0)
+    first = s.row[change[met]]
+    # a sample at first contact itself is the first one; to double it would look like a turn
+    row[met] = first - (m.times[first, met.nonzero()[0]] > t[met])
     return _Begin(t, change, row)
 
 
@@ -141,7 +143,7 @@ def _since(begin: _Begin, signal: _Signal) -> _Signal:
 
 def _signals(s: Seen) -> tuple[_Signal, ...]:
     """The signals of the law, each over its scale (F_n or w)."""
-    inner = s.law.signals(s.c, s.at, s.on.swapaxes(0, 1))
+    inner = s.law.signals(s.c, s.at, s.on)
     # at a change its point still touches: delta has its limit there, also where contact is lost
     touching = s.motion.on.copy()
     touching[s.motion.point, np.arange(len(s.motion.point))] = 1
@@ -175,16 +177,17 @@ def _first_turn(values: np.ndarray, row: np.ndarray) -> np.ndarray:
     return row
 
 
-def _highest(values: np.ndarray, changes: np.ndarray) -> np.ndarray:
+def _highest(values: np.ndarray, s: Seen) -> np.ndarray:
     """Maximum of each column, with the peak of the parabola where three samples are smooth."""
-    last = len(values) - 1
     pads = np.arange(values.shape[1])
     top = np.where(np.isnan(values), -np.inf, values).argmax(axis=0)
-    before, after = np.maximum(top - 1, 0), np.minimum(top + 1, last)
-    a, b, d = values[before, pads], values[top, pads], values[after, pads]
-    bend = 2.0 * b - a - d
-    smooth = (changes[before, pads] == changes[after, pads]) & (after - before == 2) & (bend > 0.0)
-    return np.where(smooth, b + (d - a) ** 2 / (8.0 * bend), b)
+    near = np.clip([top - 1, top, top + 1], 0, len(values) - 1), pads
+    (a, b, c), (ta, tb, tc) = values[near], s.motion.times[near]
+    left, right = (b - a) / (tb - ta), (c - b) / (tc - tb)
+    bend = (right - left) / (tc - ta)
+    slope = left + bend * (tb - ta)
+    smooth = np.ptp(s.changes[near], axis=0) == 0
+    return np.where(smooth & (bend < 0.0), b - slope**2 / (4.0 * bend), b)
 
 
 def _range(s: Seen, begin: _Begin, signal: _Signal, force: bool) -> np.ndarray:
@@ -192,7 +195,7 @@ def _range(s: Seen, begin: _Begin, signal: _Signal, force: bool) -> np.ndarray:
     inner, at_change = _since(begin, signal)
     row = _first_turn(inner, begin.row)
     inner = np.where(np.arange(len(inner))[:, None] >= row, inner, np.nan)
-    low, high = -_highest(-inner, s.changes), _highest(inner, s.changes)
+    low, high = -_highest(-inner, s), _highest(inner, s)
     if force:
         low = np.maximum(low, 0.0)
     counts = s.row > row[s.motion.lane]
@@ -234,13 +237,8 @@ def _losses(motion: Motion) -> np.ndarray:
 def _mean(s: Seen, begin: _Begin, signal: _Signal, duration: np.ndarray) -> np.ndarray:
     """Time mean since first contact (trapezoidal rule)."""
     inner = np.nan_to_num(_since(begin, signal).inner)
-    pads = np.arange(inner.shape[1])
-    first = np.minimum(begin.row, len(inner) - 2)
-    total = inner.sum(axis=0) - 0.5 * (inner[first, pads] + inner[-1])
-    # the first interval begins at first contact
-    missing = np.where(np.isfinite(begin.t), begin.t - first * s.step, 0.0)
-    area = total * s.step - 0.5 * missing * (inner[first, pads] + inner[first + 1, pads])
-    return area / duration
+    times = np.maximum(s.motion.times, begin.t)
+    return np.asarray(np.trapezoid(inner, times, axis=0) / duration)
 
 
 def _swings(delta: np.ndarray) -> np.ndarray:
@@ -250,12 +248,12 @@ def _swings(delta: np.ndarray) -> np.ndarray:
 
 
 def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
-    """Greatest acceleration late in the run over the whole run's, to some per cent."""
-    change = np.diff(s.motion.samples[:, 3:], axis=0)
-    size = np.einsum("kin,kin->kn", change, change)
-    t = np.arange(len(size))[:, None] * s.step
-    late = np.where(t >= s.motion.stop - LATE * duration, size, 0.0)
-    return np.sqrt(late.max(axis=0) / size.max(axis=0))
+    """Greatest acceleration of a corner late in the run over that of the whole run."""
+    m, c = s.motion, s.c
+    x, y, moment = springs(np, c, s.at) + s.law.loads(c, s.at, s.on)
+    size = (x / c.m) ** 2 + ((y - c.F_n) / c.m) ** 2 + (c.w * moment / c.I) ** 2
+    late = np.where(m.times >= m.stop - LATE * duration, size, 0.0)
+    return np.asarray(np.sqrt(late.max(axis=0) / size.max(axis=0)))
 
 
 def measures(s: Seen, theta0: np.ndarray) -> Measures:
@@ -266,8 +264,8 @@ def measures(s: Seen, theta0: np.ndarray) -> Measures:
     order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
     F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
     (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
-    acceleration in the last tenth over that of the whole run, to some per cent; fastest (n,): the
-    greatest x_dot, which the speed V of the surface must exceed.
+    acceleration in the last tenth over that of the whole run; fastest (n,): the greatest x_dot,
+    which the speed V of the surface must exceed.
     """
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
