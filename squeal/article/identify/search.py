@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from squeal.article.claims import Judged
 from squeal.article.identify.objective import costs, judge_one
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, encode
 from squeal.errors import InputError
+from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json, write_text
 from squeal.model.contact import Formulation
 
@@ -53,55 +52,62 @@ def _to_point(numbers: dict[str, float]) -> np.ndarray:
     return np.clip((encode(numbers) - _LOW) / (_HIGH - _LOW), 0.0, 1.0)
 
 
-@dataclass
-class _Record:
-    """What the state file keeps: starts and pads so far, the best pads with their costs."""
+@dataclass(frozen=True)
+class Best(Record):
+    """A pad with its cost."""
 
-    starts: int
-    pads: int
-    best: list[dict[str, Any]]
-
-    def add(self, cost: float, numbers: dict[str, float]) -> None:
-        self.best.append({"cost": cost, "numbers": numbers})
-        self.best.sort(key=lambda entry: entry["cost"])
-        del self.best[KEPT:]
+    cost: float
+    numbers: dict[str, float]
 
 
-def _search_of(formulation: Formulation, seed: int) -> dict[str, Any]:
-    words = [formulation.line_force, formulation.delta_from, formulation.delta_moment]
-    return {"formulation": words, "seed": seed, "names": [d.name for d in DIMENSIONS]}
+@dataclass(frozen=True)
+class SearchState(Record):
+    """What a state file keeps: the search (formulation, seed and names of the numbers), its starts
+    and pads so far, and its best pads."""
+
+    formulation: tuple[str, ...]
+    seed: int
+    names: tuple[str, ...]
+    starts: int = 0
+    pads: int = 0
+    best: tuple[Best, ...] = ()
+
+    def after(self, pads: int, found: Best) -> SearchState:
+        """The state after one more start over so many pads."""
+        best = tuple(sorted((*self.best, found), key=lambda entry: entry.cost)[:KEPT])
+        return replace(self, starts=self.starts + 1, pads=self.pads + pads, best=best)
 
 
-def _resumed(file: Path | None, wanted: dict[str, Any]) -> _Record:
+def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchState:
     """What an earlier run left in the state file. Raises InputError if it is of another search."""
+    names = tuple(d.name for d in DIMENSIONS)
+    fresh = SearchState(tuple(vars(formulation).values()), seed, names)
     if file is None or not file.exists():
-        return _Record(0, 0, [])
+        return fresh
     try:
-        kept = json.loads(file.read_text(encoding="utf-8"))
-        same = all(kept[key] == value for key, value in wanted.items())
-        record = _Record(kept["starts"], kept["pads"], kept["best"])
-    except (ValueError, KeyError, TypeError):
-        same = False
-    if not same:
+        kept = read_json(SearchState, file)
+    except InputError:
+        kept = replace(fresh, names=())
+    if replace(kept, starts=0, pads=0, best=()) != fresh:
         raise InputError(
             f"--state {file}: does not hold this search (formulation, seed); name another file"
         )
-    return record
+    return kept
 
 
 def _first(
-    record: _Record, formulation: Formulation, random: np.random.Generator
+    state: SearchState, formulation: Formulation, random: np.random.Generator
 ) -> tuple[np.ndarray, float]:
     """Middle and width of a start; what it does depends on its number and the seed alone."""
-    kind = record.starts % len(WIDTHS)
+    kind = state.starts % len(WIDTHS)
     width = WIDTHS[kind]
     if kind == 1:
         return _to_point(STARTS[formulation.delta_moment]), width
     anywhere = random.uniform(size=len(BOUNDS))
-    if kind == 0 or not record.best:
+    if kind == 0 or not state.best:
         return anywhere, WIDTHS[0]
-    one, two = (record.best[i] for i in random.integers(0, len(record.best), 2))
-    mixed = np.where(anywhere < 0.5, _to_point(one["numbers"]), _to_point(two["numbers"]))
+    one, two = (state.best[i] for i in random.integers(0, len(state.best), 2))
+    mixed = np.where(anywhere < 0.5, _to_point(one.numbers), _to_point(two.numbers))
     return mixed, width
 
 
@@ -126,12 +132,11 @@ def search(
     import cma
 
     begun = time.monotonic()
-    wanted = _search_of(formulation, seed)
-    record = _resumed(state, wanted)
+    kept = _resumed(state, formulation, seed)
 
-    def one_start() -> None:
-        random = np.random.default_rng([seed, record.starts])
-        middle, width = _first(record, formulation, random)
+    def one_start() -> SearchState:
+        random = np.random.default_rng([seed, kept.starts])
+        middle, width = _first(kept, formulation, random)
         options = {
             "bounds": [0.0, 1.0],
             "popsize": POPULATION,
@@ -139,13 +144,13 @@ def search(
             "verbose": -9,
         }
         strategy = cma.CMAEvolutionStrategy(middle, width, options)
-        best, best_numbers, gained = np.inf, _to_numbers(middle), 0
+        best, best_numbers, gained, pads = np.inf, _to_numbers(middle), 0, 0
         for generation in range(1, generations + 1):
             points = strategy.ask()
             many = [_to_numbers(point) for point in points]
             found = costs(many, formulation, workers)
             strategy.tell(points, found.tolist())
-            record.pads += len(many)
+            pads += len(many)
             least = int(found.argmin())
             if found[least] < best - GAIN:
                 gained = generation
@@ -155,23 +160,23 @@ def search(
             idle = generation - gained >= PATIENCE or strategy.sigma < POINT
             done = late or idle or bool(strategy.stop())
             if tell is not None and (done or generation % 10 == 0):
-                before = f", best before {record.best[0]['cost']:.4f}" if record.best else ""
+                before = f", best before {kept.best[0].cost:.4f}" if kept.best else ""
                 tell(
-                    f"start {record.starts + 1}, generation {generation}: {record.pads} pads, "
+                    f"start {kept.starts + 1}, generation {generation}: {kept.pads + pads} pads, "
                     f"cost {best:.4f}{before}, {time.monotonic() - begun:.0f} s"
                 )
             if done:
                 break
-        record.add(best, best_numbers)
-        record.starts += 1
+        after = kept.after(pads, Best(best, best_numbers))
         if state is not None:
-            write_text(state, to_json(wanted | vars(record)))
+            write_text(state, to_json(after.to_dict()))
+        return after
 
-    until = None if starts is None else record.starts + starts
-    while time.monotonic() - begun < seconds and record.starts != until:
-        one_start()
-    if not record.best:
-        one_start()
-    best = record.best[0]
-    judged = judge_one(best["numbers"], formulation)
-    return Found(best["numbers"], best["cost"], judged, record.starts, record.pads)
+    until = None if starts is None else kept.starts + starts
+    while time.monotonic() - begun < seconds and kept.starts != until:
+        kept = one_start()
+    if not kept.best:
+        kept = one_start()
+    best = kept.best[0]
+    judged = judge_one(best.numbers, formulation)
+    return Found(best.numbers, best.cost, judged, kept.starts, kept.pads)

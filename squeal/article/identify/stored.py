@@ -7,7 +7,6 @@ state files of `squeal identify`; with `--scenes FOLDER` it also writes the scen
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from squeal.article.identify.objective import judge_one
+from squeal.article.identify.search import SearchState
 from squeal.article.identify.space import STOP, Numbers, tilt_of
 from squeal.article.identify.write import write_scenes
 from squeal.errors import ComputationError, InputError
@@ -56,15 +56,15 @@ def kept(numbers: Numbers, formulation: Formulation) -> int:
 
 def from_state(file: Path) -> Search:
     """The pad of a state file that keeps the most claims, of several the plainest."""
-    state = json.loads(file.read_text(encoding="utf-8"))
-    formulation = Formulation(*state["formulation"])
+    state = read_json(SearchState, file)
+    formulation = Formulation(*state.formulation)  # type: ignore[arg-type]
     found = []
-    for entry in state["best"]:
-        numbers = {n: float(f"{value:.{DIGITS}g}") for n, value in entry["numbers"].items()}
+    for entry in state.best:
+        numbers = {n: float(f"{value:.{DIGITS}g}") for n, value in entry.numbers.items()}
         numbers["tilt"] *= tilt_of(numbers) != 0.0
-        found.append((-kept(numbers, formulation), departure(numbers), entry["cost"], numbers))
+        found.append((-kept(numbers, formulation), departure(numbers), entry.cost, numbers))
     most, _, cost, numbers = min(found, key=lambda row: row[:2])
-    return Search(formulation, state["seed"], state["starts"], state["pads"], -most, cost, numbers)
+    return Search(formulation, state.seed, state.starts, state.pads, -most, cost, numbers)
 
 
 def preference(search: Search) -> tuple[int, int, float]:
