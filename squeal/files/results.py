@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,60 +23,95 @@ class Interval(NamedTuple):
     state: str
 
 
-@dataclass(frozen=True)
-class Run:
-    """One simulated scene: the JSON summary (with events and shares) and the sampled history.
+class Event(NamedTuple):
+    """A change of contact state at the time t (s)."""
 
-    `history` maps column names to arrays of equal length; quantities are in SI units, forces over
-    F_n, delta over w (NaN where there is no contact), `state` holds state names.
+    t: float
+    source: str
+    target: str
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The JSON summary of a simulated scene: what figures and tables take from it.
+
+    name: of the file; stop: end of the run (s); shares of time by state; extrema [min, max] by
+    signal, forces over F_n and delta over w, None without contact.
     """
 
     name: str
-    summary: dict[str, Any]
-    history: dict[str, np.ndarray] = field(repr=False)
+    model: str
+    stop: float
+    events: tuple[Event, ...]
+    shares: dict[str, float]
+    extrema: dict[str, tuple[float, float] | None]
+    method: str
+    tolerance: float
+    steps: int
+    provenance: Provenance
 
     @property
-    def model(self) -> str:
-        """B1 or B2."""
-        return str(self.summary["model"])
-
-    @property
-    def stop(self) -> float:
-        """Time (s) at which the run ends."""
-        return float(self.summary["final"]["t"])
-
-    @property
-    def provenance(self) -> Provenance:
-        """What made the run."""
-        return Provenance.from_dict(self.summary["provenance"])
+    def scene(self) -> str:
+        """Name of the scene's file."""
+        return self.provenance.inputs[0].name
 
     @cached_property
     def timeline(self) -> list[Interval]:
         """Contact states in order, with the located times of their changes."""
-        events = self.summary["events"]
-        if not events:
-            (only,) = (s for s, share in self.summary["shares"].items() if share > 0.0)
+        if not self.events:
+            (only,) = (s for s, share in self.shares.items() if share > 0.0)
             return [Interval(0.0, self.stop, only)]
-        times = [0.0, *(e["t"] for e in events), self.stop]
-        states = [events[0]["from"], *(e["to"] for e in events)]
+        times = [0.0, *(event.t for event in self.events), self.stop]
+        states = [self.events[0].source, *(event.target for event in self.events)]
         return [Interval(a, b, s) for a, b, s in zip(times[:-1], times[1:], states, strict=True)]
 
     @cached_property
     def states_met(self) -> list[str]:
         """Names of the states in which any time was spent, in the article's order."""
         met = {i.state for i in self.timeline if i.stop > i.start}
-        return [name for name in self.summary["shares"] if name in met]
+        return [name for name in self.shares if name in met]
 
 
-def read_run(stem: str | Path) -> Run:
-    """Read STEM.json and STEM.csv. Raises InputError if the summary lacks events or shares."""
-    stem = Path(stem)
-    summary_file, history_file = Path(f"{stem}.json"), Path(f"{stem}.csv")
-    summary = json.loads(summary_file.read_text(encoding="utf-8"))
+@dataclass(frozen=True)
+class Run:
+    """One simulated scene: its summary and the sampled history.
+
+    `history` maps column names to arrays of equal length; quantities are in SI units, forces over
+    F_n, delta over w (NaN where there is no contact), `state` holds state names.
+    """
+
+    summary: Summary
+    history: dict[str, np.ndarray] = field(repr=False)
+
+
+def read_summary(file: Path) -> Summary:
+    """Read the JSON that `squeal simulate` prints.
+
+    Raises InputError if it lacks what the scene's outputs must have asked for.
+    """
+    found = json.loads(file.read_text(encoding="utf-8"))
     for key in ("events", "shares", "extrema"):
-        if key not in summary:
-            raise InputError(f"{summary_file}: {key}: missing; the scene's outputs must name it")
-    summary.pop("history", None)
+        if key not in found:
+            raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
+    return Summary(
+        name=file.stem,
+        model=found["model"],
+        stop=found["final"]["t"],
+        events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
+        shares=found["shares"],
+        extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
+        method=found["method"],
+        tolerance=found["tolerance"],
+        steps=found["steps"],
+        provenance=Provenance.from_dict(found["provenance"]),
+    )
+
+
+def read_run(summary_file: Path, history_file: Path) -> Run:
+    """Read the JSON summary and the CSV history of `squeal simulate`.
+
+    Raises InputError if the summary lacks events, shares or extrema.
+    """
     with history_file.open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
     history = {
@@ -85,4 +120,4 @@ def read_run(stem: str | Path) -> Run:
         else np.array([float(v) if v else np.nan for v in column])
         for name, column in zip(header, zip(*rows, strict=True), strict=True)
     }
-    return Run(stem.name, summary, history)
+    return Run(read_summary(summary_file), history)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import sys
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -51,11 +52,12 @@ def _top(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _modules(module: str) -> set[Path]:
-    """Files of `module` and of all that it imports from this package, directly or not."""
-    if _file(module) is None:
-        raise ModuleNotFoundError(f"no module {module} in this package")
-    wanted, seen = [module], set()
+def _modules(modules: Sequence[str]) -> set[Path]:
+    """Files of some modules and of all that they import from this package, directly or not."""
+    for module in modules:
+        if _file(module) is None:
+            raise ModuleNotFoundError(f"no module {module} in this package")
+    wanted, seen = list(modules), set()
     while wanted:
         name = wanted.pop()
         path = _file(name)
@@ -77,12 +79,12 @@ def _data(path: Path) -> frozenset[Path]:
     return frozenset(file for file in beside if not file.suffix.startswith(".py"))
 
 
-def sources(module: str) -> list[str]:
-    """Files, relative to the folder that holds the package, that `module` needs to run.
+def sources(*modules: str) -> list[str]:
+    """Files, relative to the folder that holds the package, that the modules need to run.
 
     Raises ModuleNotFoundError if the package has no such module.
     """
-    files = _modules(module)
+    files = _modules(modules)
     files |= {data for path in files for data in _data(path)}
     return sorted(str(path.relative_to(ROOT.parent)) for path in files)
 
@@ -92,7 +94,7 @@ def packages(module: str) -> list[str]:
 
     Raises ModuleNotFoundError if the package has no such module.
     """
-    named = {_top(name) for path in _modules(module) for name in _imports(path)}
+    named = {_top(name) for path in _modules([module]) for name in _imports(path)}
     return sorted(named - {PACKAGE} - sys.stdlib_module_names)
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.files.results import Interval, Run, read_run
+from squeal.files.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
 from squeal.model.pad import Model
-from squeal.plots.style import DOUBLE, Drawing, colours, origin, program, style
+from squeal.plots.states import colours, state_label
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 _SCALES = {"F_n": "brake force", "w": "half length"}
 
@@ -41,14 +40,15 @@ def pieces(
 
 
 def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
-    palette = colours(cast(Model, run.model))
-    curves = pieces(run.history["t"], run.history[signal.name], run.timeline)
-    for state in run.states_met:
+    told = run.summary
+    palette = colours(cast(Model, told.model))
+    curves = pieces(run.history["t"], run.history[signal.name], told.timeline)
+    for state in told.states_met:
         t, values = curves[state]
         axes.plot(1e3 * t, values, color=palette[state], label=state, gid=state)
     axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
     axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
-    axes.set_xlim(0.0, 1e3 * run.stop)
+    axes.set_xlim(0.0, 1e3 * told.stop)
     axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
     if signal.is_force:
         axes.set_ylim(bottom=-0.04 * axes.get_ylim()[1])
@@ -56,7 +56,7 @@ def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
         axes.set_ylim(-1.08, 1.08)
 
 
-def _strip(axes: Axes, run: Run) -> None:
+def _strip(axes: Axes, run: Summary) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
     palette = colours(cast(Model, run.model))
     rows = list(reversed(run.states_met))
@@ -76,45 +76,38 @@ def _strip(axes: Axes, run: Run) -> None:
 
 def history_figure(run: Run) -> Figure:
     """Two panels of normalised signals over a strip of the contact states."""
-    law = contact_law(run.model)
+    law, states = contact_law(run.summary.model), run.summary.states_met
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
         grid = figure.subplots(
             3,
             1,
             sharex=True,
-            gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(run.states_met)]},
+            gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(states)]},
         )
         for axes, signal, letter in zip(grid, law.plotted, "ab", strict=False):
             _trace(axes, run, signal, letter)
-        _strip(grid[2], run)
+        _strip(grid[2], run.summary)
         figure.align_ylabels(grid)
-        handles = grid[0].get_lines()[: len(run.states_met)]
-        names = [f"{state_label(s)}: {law.meanings[s]}" for s in run.states_met]
+        handles = grid[0].get_lines()[: len(states)]
+        names = [f"{state_label(s)}: {law.meanings[s]}" for s in states]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     return figure
 
 
-def state_label(state: str) -> str:
-    """The name of a contact state, with a word before a mere number."""
-    return f"state {state}" if state.isdigit() else state
-
-
-def alternative_text(run: Run) -> str:
+def alternative_text(run: Summary) -> str:
     """What the figure shows, in words and with its ranges."""
     texts = []
     law = contact_law(run.model)
     for signal in law.plotted:
-        limits: Any = run.summary["extrema"][signal.name]
+        limits = run.extrema[signal.name]
         span = (
             "is nowhere defined"
             if limits is None
             else f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
         )
         texts.append(f"the {signal.words} over the {_SCALES[signal.over]} {span}")
-    shares = ", ".join(
-        f"{law.meanings[s]} {100 * run.summary['shares'][s]:.1f} %" for s in run.states_met
-    )
+    shares = ", ".join(f"{law.meanings[s]} {100 * run.shares[s]:.1f} %" for s in run.states_met)
     changes = len(run.timeline) - 1
     return (
         f"Two panels over {1e3 * run.stop:g} ms for the scene {run.name} of model {run.model}: "
@@ -125,26 +118,10 @@ def alternative_text(run: Run) -> str:
 
 def drawing(run: Run) -> Drawing:
     """The figure of one simulated scene, ready to be saved."""
-    first, second = (signal.words for signal in contact_law(run.model).plotted)
+    first, second = (signal.words for signal in contact_law(run.summary.model).plotted)
     return Drawing(
         history_figure(run),
-        alternative_text(run),
-        f"Time histories of {first} and {second}, scene {run.name}",
-        origin("squeal.plots.histories", [run.provenance]),
-    )
-
-
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "stem", metavar="STEM", help="results STEM.json and STEM.csv of squeal simulate"
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw the time histories of one simulated scene.",
-            _arguments,
-            lambda given: drawing(read_run(given.stem)),
-        )
+        alternative_text(run.summary),
+        f"Time histories of {first} and {second}, scene {run.summary.name}",
+        origin(__name__, run.summary.provenance),
     )

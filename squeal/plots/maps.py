@@ -5,30 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squeal.analysis.maps import NAMES, StabilityMap
-from squeal.plots.areas import draw
+from squeal.plots.areas import VERDICT_COLOURS, angle_axes_of_pi, draw
 from squeal.plots.style import SINGLE, Drawing, origin, save, style
-
-_QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
-_NAMES = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
-
-
-def angle_axes_of_pi(axes: Axes) -> None:
-    axes.set_aspect("equal")
-    axes.set_xticks(_QUARTERS, _NAMES)
-    axes.set_yticks(_QUARTERS, _NAMES)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(0.0, 1.0)
-    axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
-    axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
-
-
-VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C")
-"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold."""
 
 
 def stability_figure(found: StabilityMap) -> Figure:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,15 +13,9 @@ from matplotlib.figure import Figure
 from squeal.files.provenance import Provenance
 from squeal.files.sources import digest
 from squeal.files.writing import write_text, write_whole
-from squeal.model.contact import contact_law
-from squeal.model.pad import Model
-from squeal.model.states import STATES
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
-
-STATE_COLOURS = dict(zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), strict=True))
-"""Colours of the states 1 to 4, told apart in normal and in colour-deficient vision."""
 
 RC: Any = {
     "font.family": "STIXGeneral",
@@ -58,14 +50,6 @@ def style() -> AbstractContextManager[None]:
     return matplotlib.rc_context(RC)
 
 
-def colours(model: Model) -> dict[str, str]:
-    """Colour of each state name of a model; B2's partial contact takes that of state 3."""
-    found: dict[str, str] = {}
-    for state in STATES:
-        found.setdefault(contact_law(model).state_name(state), STATE_COLOURS[state])
-    return found
-
-
 @dataclass(frozen=True)
 class Drawing:
     """A figure, its alternative text, and what it was made from (for the PDF's metadata)."""
@@ -76,10 +60,15 @@ class Drawing:
     origin: str
 
 
-def origin(module: str, results: Sequence[Provenance] = ()) -> str:
-    """One line that names the files and sources behind each result and the figure's own sources."""
+def origin(module: str, *results: Provenance | None) -> str:
+    """One line that names the files and sources behind each result and the figure's own sources.
+
+    A result that was not read from a file has no provenance.
+    """
     parts = []
     for made in results:
+        if made is None:
+            continue
         inputs = ", ".join(f"{file.name} ({file.sha256[:16]})" for file in made.inputs)
         versions = ", ".join(f"{k} {v}" for k, v in made.versions.items())
         parts.append(
@@ -111,22 +100,7 @@ def save(drawing: Drawing, path: Path) -> None:
     write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 
 
-def program(
-    summary: str,
-    arguments: Callable[[argparse.ArgumentParser], None],
-    draw: Callable[[argparse.Namespace], Drawing],
-) -> int:
-    """Command line of a figure module: its own arguments, --pdf FILE or --png FILE."""
-    parser = argparse.ArgumentParser(description=summary)
-    arguments(parser)
-    wanted = parser.add_mutually_exclusive_group(required=True)
-    wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
-    wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
-    given = parser.parse_args()
-    drawing = draw(given)
-    if given.pdf is not None:
-        save(drawing, given.pdf)
-    else:
-        with style():
-            drawing.figure.savefig(given.png, dpi=110, metadata={"Software": "squeal"})
-    return 0
+def save_png(drawing: Drawing, path: Path) -> None:
+    """Write the figure as a picture for the screen."""
+    with style():
+        drawing.figure.savefig(path, dpi=110, metadata={"Software": "squeal"})

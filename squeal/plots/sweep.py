@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squeal.plots.maps import VERDICT_COLOURS
+from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.stability import VERDICTS
 

@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,12 +15,11 @@ from squeal.article.equations import quasi_static_map
 from squeal.article.figures import charts, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.commands.simulate import COMMAND as SIMULATE
-from squeal.files.provenance import Provenance
 from squeal.files.results import read_run
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
 from squeal.model.states import FULL, NONE, transitions
-from squeal.plots import histories, maps, style
+from squeal.plots import histories, maps, states, style
 from squeal.scene import read_scene
 from tests.conftest import ROOT
 
@@ -36,41 +36,41 @@ def runs(tmp_path_factory):
             patch.setattr("sys.stdout", stream)
             history = str(folder / f"{stem}.csv")
             assert SIMULATE.main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"]) == 0
-        found[stem] = read_run(folder / stem)
+        found[stem] = read_run(folder / f"{stem}.json", Path(history))
     return found
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
 def test_timeline_fills_the_run_and_gives_the_shares(runs, stem):
     run = runs[stem]
-    assert run.timeline[0].start == 0.0
-    assert run.timeline[-1].stop == run.stop
-    for before, after in itertools.pairwise(run.timeline):
+    assert run.summary.timeline[0].start == 0.0
+    assert run.summary.timeline[-1].stop == run.summary.stop
+    for before, after in itertools.pairwise(run.summary.timeline):
         assert before.stop == after.start
         assert before.state != after.state
-    for state, share in run.summary["shares"].items():
-        spent = sum(i.stop - i.start for i in run.timeline if i.state == state)
-        assert spent / run.stop == pytest.approx(share, abs=1e-12)
+    for state, share in run.summary.shares.items():
+        spent = sum(i.stop - i.start for i in run.summary.timeline if i.state == state)
+        assert spent / run.summary.stop == pytest.approx(share, abs=1e-12)
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
 def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
     run = runs[stem]
     t = run.history["t"]
-    for signal in (signal.name for signal in contact_law(run.model).plotted):
+    for signal in (signal.name for signal in contact_law(run.summary.model).plotted):
         values = run.history[signal]
-        curves = histories.pieces(t, values, run.timeline)
+        curves = histories.pieces(t, values, run.summary.timeline)
         drawn: dict[float, list[tuple[str, float]]] = {}
         for state, (times, heights) in curves.items():
             for time, height in zip(times, heights, strict=True):
                 if not math.isnan(time):
                     drawn.setdefault(time, []).append((state, height))
-        events = {interval.start for interval in run.timeline[1:]}
+        events = {interval.start for interval in run.summary.timeline[1:]}
         assert set(drawn) == set(t) | events
         for time, value in zip(t, values, strict=True):
             for state, height in drawn[time]:
                 assert height == pytest.approx(value, abs=1e-12, nan_ok=True)
-                inside = [i for i in run.timeline if i.start <= time <= i.stop]
+                inside = [i for i in run.summary.timeline if i.start <= time <= i.stop]
                 assert state in {i.state for i in inside}
         for time in events:
             assert len({s for s, _ in drawn[time]}) == 2  # the curves of both states end here
@@ -83,24 +83,26 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
     run = runs[stem]
     figure = histories.history_figure(run)
     first, second, strip = figure.axes
-    palette = style.colours(run.model)
+    palette = states.colours(run.summary.model)
     for axes, label in zip((first, second), labels, strict=True):
         assert label in axes.get_ylabel()
         lines = {line.get_gid(): line for line in axes.get_lines() if line.get_gid()}
-        assert list(lines) == run.states_met
+        assert list(lines) == run.summary.states_met
         assert {s: line.get_color() for s, line in lines.items()} == {
-            s: palette[s] for s in run.states_met
+            s: palette[s] for s in run.summary.states_met
         }
     assert "ms" in strip.get_xlabel()
-    assert first.get_xlim() == (0.0, 1e3 * run.stop)
+    assert first.get_xlim() == (0.0, 1e3 * run.summary.stop)
     rows = {str(bars.get_gid()): bars for bars in strip.collections}
-    assert set(rows) == set(run.states_met)
+    assert set(rows) == set(run.summary.states_met)
     heights = set()
     for state, bars in rows.items():
         boxes = [path.get_extents() for path in bars.get_paths()]
         heights.add(tuple({round(box.y0, 9) for box in boxes}))
-        share = run.summary["shares"][state]
-        assert sum(b.width for b in boxes) == pytest.approx(1e3 * share * run.stop, abs=1e-9)
+        share = run.summary.shares[state]
+        assert sum(b.width for b in boxes) == pytest.approx(
+            1e3 * share * run.summary.stop, abs=1e-9
+        )
         colour = np.asarray(bars.get_facecolor())[0]
         assert to_hex(tuple(colour)).upper() == palette[state]
     assert len(heights) == len(rows)  # the second cue: a row of its own for each state
@@ -116,20 +118,20 @@ def test_state_colours_stand_out_on_white():
         ]
         return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
 
-    found = [luminance(colour) for colour in style.STATE_COLOURS.values()]
+    found = [luminance(colour) for colour in states.STATE_COLOURS.values()]
     assert all(1.05 / (value + 0.05) >= 3.0 for value in found)
-    assert len(set(style.STATE_COLOURS.values())) == 4
+    assert len(set(states.STATE_COLOURS.values())) == 4
 
 
 def drawings(runs):
     pad = read_scene(SCENES / "b3.yaml").pad
-    made = Provenance.from_dict(runs["b1-a"].summary["provenance"])
-    summary = dataclasses.replace(quasi_static_study(pad, 20), provenance=made).to_dict()
+    made = runs["b1-a"].summary.provenance
+    found = dataclasses.replace(quasi_static_study(pad, 20), provenance=made)
     yield histories.drawing(runs["b1-a"])
     yield histories.drawing(runs["b2-c"])
-    yield charts.drawing("B1")
+    yield charts.draw("B1")
     yield sketch.drawing(read_scene(SCENES / "b2-c.yaml"))
-    yield quasi_static.drawing(summary, {"a": (1.0, 2.0)})
+    yield quasi_static.drawing(found, {"a": (1.0, 2.0)})
 
 
 def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):

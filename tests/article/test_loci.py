@@ -1,14 +1,14 @@
 """Eigenvalues over mu, friction loop and mode shapes of scenes, and their figures."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
+from squeal.article.cases import title
 from squeal.article.figures import coupling, loci, modes
-from squeal.article.results.loci import Branch, SingleLoop
+from squeal.article.results.loci import Branch, Loci, Modes, SingleLoop
 from squeal.article.studies.__main__ import main
 from squeal.article.studies.loci import branch, examined, frozen, loop
 from squeal.equilibrium import sliding_equilibrium
@@ -29,7 +29,7 @@ def found(tmp_path_factory):
     with out.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         assert main(["loci", *files]) == 0
-    return json.loads(out.read_text())
+    return Loci.read(out)
 
 
 def at_rest(scene):
@@ -89,22 +89,22 @@ def test_stiffness_of_a_held_equilibrium_is_linear_in_mu():
 
 
 def test_eigenvalues_at_the_scenes_friction(found):
-    for one in found["scenes"]:
-        values = analyse(read_scene(SCENES / f"{one['name']}.yaml")).spectrum.values
-        own = one["equilibrium"]
-        assert np.array_equal(np.array(own["real"]) + 1j * np.array(own["imag"]), values)
-        curve = one["branch"]
-        i = curve["mu"].index(one["mu"])
-        swept = np.array(curve["real"])[:, i] + 1j * np.array(curve["imag"])[:, i]
+    for one in found.scenes:
+        values = analyse(read_scene(SCENES / f"{one.name}.yaml")).spectrum.values
+        own = one.equilibrium
+        assert np.array_equal(np.array(own.real) + 1j * np.array(own.imag), values)
+        curve = one.branch
+        i = curve.mu.index(one.mu)
+        swept = np.array(curve.real)[:, i] + 1j * np.array(curve.imag)[:, i]
         distance = np.abs(swept[:, None] - values[None, :])
-        assert own["on_branch"]
+        assert own.on_branch
         assert distance.min(axis=0).max() < 1e-9 * np.abs(values).max()
         assert distance.min(axis=1).max() < 1e-9 * np.abs(values).max()
 
 
 def test_rows_of_a_branch_are_modes_and_their_conjugates(found):
-    for one in found["scenes"]:
-        real, imag = np.array(one["branch"]["real"]), np.array(one["branch"]["imag"])
+    for one in found.scenes:
+        real, imag = np.array(one.branch.real), np.array(one.branch.imag)
         moving = np.all(imag != 0.0, axis=0)
         assert np.allclose(imag[0::2, moving], -imag[1::2, moving], rtol=1e-9)
         # undamped: with lambda also -lambda
@@ -131,18 +131,18 @@ def test_without_a_branch_there_is_the_reason():
 
 
 def test_mode_shapes_solve_the_eigenvalue_problem(found):
-    for one in found["scenes"]:
-        scene = read_scene(SCENES / f"{one['name']}.yaml")
+    for one in found.scenes:
+        scene = read_scene(SCENES / f"{one.name}.yaml")
         at = at_rest(scene)
         M = np.array([scene.pad.m, scene.pad.m, scene.pad.I])
         K = -naive.jacobian(scene.model, scene.pad, scene.formulation, at.q, at.state)
         A = np.array(K.tolist(), dtype=float) / M[:, None]
-        assert len(one["equilibrium"]["modes"]) == 3
-        for mode in one["equilibrium"]["modes"]:
-            shape = np.array(mode["real"]) + 1j * np.array(mode["imag"])
+        assert len(one.equilibrium.modes) == 3
+        for mode in one.equilibrium.modes:
+            shape = np.array(mode.real) + 1j * np.array(mode.imag)
             assert np.abs(shape).max() == pytest.approx(1.0)
             v = shape / [1.0, 1.0, scene.pad.w]
-            s = mode["growth_rate"] + 2j * np.pi * mode["frequency_hz"]
+            s = mode.growth_rate + 2j * np.pi * mode.frequency_hz
             # of a pair the conjugate shape would belong to the conjugate eigenvalue
             rest = s * s * v + A @ v
             assert np.abs(rest).max() < 1e-9 * np.abs(A).max() * np.abs(v).max()
@@ -155,14 +155,14 @@ def drawn(figure, gid):
 def test_loci_figure_draws_what_it_is_given(found):
     figure = loci.loci_figure(found)
     clouds = [c for axes in figure.axes for c in axes.collections if c.get_gid() == "mu"]
-    for one, cloud in zip(found["scenes"], clouds, strict=True):
-        real, imag = np.array(one["branch"]["real"]), np.array(one["branch"]["imag"])
-        mu = np.broadcast_to(one["branch"]["mu"], real.shape)
+    for one, cloud in zip(found.scenes, clouds, strict=True):
+        real, imag = np.array(one.branch.real), np.array(one.branch.imag)
+        mu = np.broadcast_to(one.branch.mu, real.shape)
         given = np.array([real / 1e3, imag / (2e3 * np.pi)])[:, imag >= 0.0].T
         assert np.array_equal(np.asarray(cloud.get_offsets()), given)
         assert np.array_equal(cloud.get_array(), mu[imag >= 0.0])
-    for one, ring in zip(found["scenes"], drawn(figure, "scene"), strict=True):
-        real, imag = (np.array(one["equilibrium"][part]) for part in ("real", "imag"))
+    for one, ring in zip(found.scenes, drawn(figure, "scene"), strict=True):
+        real, imag = (np.array(getattr(one.equilibrium, part)) for part in ("real", "imag"))
         assert np.array_equal(ring.get_xdata(), real[imag >= 0.0] / 1e3)
 
 
@@ -171,49 +171,50 @@ def test_coupling_figure_draws_what_it_is_given(found):
     for k in range(3):
         lines = drawn(figure, f"mode {k + 1}")
         frequencies = [line for line in lines if line.axes.get_ylabel() != "growth [1/ms]"]
-        assert len(lines) == 3 * len(found["scenes"])
-        given = [np.abs(one["branch"]["imag"][2 * k]) / (2e3 * np.pi) for one in found["scenes"]]
+        assert len(lines) == 3 * len(found.scenes)
+        given = [np.abs(one.branch.imag[2 * k]) / (2e3 * np.pi) for one in found.scenes]
         for values in given:
             assert any(np.array_equal(line.get_ydata(), values) for line in frequencies)
-        for one in found["scenes"]:
-            for values in one["branch"]["real"][2 * k : 2 * k + 2]:
+        for one in found.scenes:
+            for values in one.branch.real[2 * k : 2 * k + 2]:
                 growth = np.array(values) / 1e3
                 assert any(np.array_equal(line.get_ydata(), growth) for line in lines)
     labels = {text.get_text() for axes in figure.axes for text in axes.texts}
-    thresholds = {p["kind"] for one in found["scenes"] for p in one["branch"]["thresholds"]}
+    thresholds = {p.kind for one in found.scenes for p in one.branch.thresholds}
     assert thresholds
     assert thresholds <= labels
 
 
 def test_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
     figure = modes.modes_figure(found)
-    shown = [s for s in found["scenes"] if s["model"] == "B2"]
+    shown = [s for s in found.scenes if s.model == "B2"]
     lines = [drawn(figure, gid) for gid in ("rest", "first phase", "second phase")]
     # panels go row by row: a mode of each case in turn
-    given = [(s, s["equilibrium"]["modes"][k]) for k in range(3) for s in shown]
+    given = [(s, s.equilibrium.modes[k]) for k in range(3) for s in shown]
     for (scene, mode), *outlines in zip(given, *lines, strict=True):
         rest, first, second = (np.array(line.get_xydata())[:4] for line in outlines)
-        moved = modes.LARGEST * np.array(mode["real"])
+        moved = modes.LARGEST * np.array(mode.real)
         assert np.allclose(first.mean(axis=0) - rest.mean(axis=0), moved[:2], atol=1e-12)
         sides = [one[1] - one[0] for one in (rest, first)]
         turn = np.angle(complex(*sides[1]) / complex(*sides[0]))
         assert turn == pytest.approx(moved[2], abs=1e-12)
         assert np.linalg.norm(second[1] - second[0]) == pytest.approx(2.0)
-        assert np.linalg.norm(second[2] - second[1]) == pytest.approx(2 * scene["h"] / scene["w"])
+        assert np.linalg.norm(second[2] - second[1]) == pytest.approx(2 * scene.h / scene.w)
 
 
 @pytest.mark.parametrize("figure", [loci, coupling, modes])
 def test_texts_name_every_case_shown(found, figure):
     made = figure.drawing(found)
-    for one in found["scenes"]:
-        if figure is coupling or (figure is modes and one["model"] == "B2"):
-            assert loci.title(one) in made.alternative
+    for one in found.scenes:
+        if figure is coupling or (figure is modes and one.model == "B2"):
+            assert title(one.name) in made.alternative
     assert "b2-a.yaml" in made.origin
 
 
 def test_a_scene_off_its_branch_is_marked_otherwise():
-    one = examined(SCENES / "b2-b.yaml").to_dict()
-    assert loci.scene_mark(one) == "o"
-    one["equilibrium"]["on_branch"] = False
-    figure = loci.loci_figure({"scenes": [one]})
+    one = examined(SCENES / "b2-b.yaml")
+    assert isinstance(one.equilibrium, Modes)
+    assert loci.equilibrium_mark(one.equilibrium) == "o"
+    off = dataclasses.replace(one.equilibrium, on_branch=False)
+    figure = loci.loci_figure(Loci((dataclasses.replace(one, equilibrium=off),)))
     assert [line.get_marker() for line in drawn(figure, "scene")] == ["^"]

@@ -183,8 +183,6 @@ def test_table_values_and_figures_from_known_results():
             ("numpy.linalg.eigvals", 1e-12, 2e-2),
         )
     ]
-    rows = [dataclasses.asdict(t) for t in timings]
-    assert linear_values(rows)["precision.map-ratio"] == "$20$"
-    found = {"points": [dataclasses.asdict(p) for p in points]}
-    assert [a.get_title() for a in precision(found).axes] == ["c", "c"]
-    assert len(linear(rows).axes) == 2
+    assert linear_values(timings)["precision.map-ratio"] == "$20$"
+    assert [a.get_title() for a in precision(points).axes] == ["c", "c"]
+    assert len(linear(timings).axes) == 2

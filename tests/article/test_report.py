@@ -1,14 +1,14 @@
-"""Tables come from the transition table; every value in the text comes from a result."""
+"""Tables of the report, and the findings against closed forms."""
 
-import json
+import dataclasses
+import hashlib
 import math
 import re
 
 import numpy as np
 import pytest
 
-from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.claims import CLAIMS
+from squeal.article.cases import CASES
 from squeal.article.equations import stiffness
 from squeal.article.findings.equations import (
     energy_gained,
@@ -20,53 +20,31 @@ from squeal.article.findings.equations import (
     stiffness_entries,
 )
 from squeal.article.findings.motion import flipped
-from squeal.article.report import tables
-from squeal.article.report.build import agreement, all_values, angle
-from squeal.article.report.latex import alternative, definitions, number, typeset
-from squeal.article.report.layout import FIGURES, TABLES
-from squeal.article.report.parameters import parameter_rows
-from squeal.article.studies.claims import study as claims_study
+from squeal.article.report import contact_states
+from squeal.article.report.article import eigenvalue_table
+from squeal.article.report.latex import number, typeset
+from squeal.article.report.making import origin_table, versions
+from squeal.article.report.parameters import angle, parameter_rows
+from squeal.article.report.statements import agreement
+from squeal.article.results.claims import JudgedClaim
+from squeal.article.results.eigenvalues import EquilibriumPoles
 from squeal.article.studies.eigenvalues import examined, poles
-from squeal.commands.simulate import data as simulation_data
 from squeal.files.provenance import provenance
-from squeal.files.records import to_dict
+from squeal.files.records import Missing
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import LEAD, NONE
 from squeal.scene import read_scene
-from squeal.simulation import simulate
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
-TEXT = (ROOT / "paper" / "report.tex").read_text(encoding="utf-8")
-PREAMBLE, REPORT = TEXT.split(r"\begin{document}")
 
 
 @pytest.fixture(scope="module")
 def scenes():
     return {
         m: [read_scene(SCENES / f"{m}-{c}.yaml", "simulate") for c in CASES] for m in ("b1", "b2")
-    }
-
-
-@pytest.fixture(scope="module")
-def results(scenes):
-    """Results as the report reads them, but one run standing for all cases of its model."""
-    runs = {m: simulation_data(s[0], simulate(s[0])) for m, s in scenes.items()}
-    found = {stem: runs[stem[:2]] for stem in HISTORY_FIGURES}
-    made = provenance([], "squeal.article.studies.quasi_static").to_dict()
-    claims = claims_study([SCENES / f"{stem}.yaml" for stem in HISTORY_FIGURES]).to_dict()
-    return found | {
-        "claims": claims | {"provenance": made},
-        "findings": {"findings": [], "provenance": made},
-        "quasi_static": {"share": {"as_printed": 0.1, "sign_aware": 0.9}, "mu": 0.5, "n": 9}
-        | {"provenance": made},
-        "eigenvalues": {
-            "scenes": {"b2-a": to_dict(examined(scenes["b2"][0]))}
-            | {f"b2-{c}": {"reason": "none"} for c in "bcd"},
-            "provenance": made,
-        },
     }
 
 
@@ -94,7 +72,7 @@ PUBLISHED_TABLE_1 = {
 def test_table_1_is_the_published_one():
     found: dict[str, set[tuple[str, str]]] = {}
     current = ""
-    for condition, expression, sign, _ in rows(tables.table_1())[1:]:
+    for condition, expression, sign, _ in rows(contact_states.table_1())[1:]:
         current = condition or current
         (spring,) = set(re.findall(r"r_(\d)", expression))
         found.setdefault(current, set()).add((spring, sign))
@@ -103,7 +81,7 @@ def test_table_1_is_the_published_one():
 
 
 def test_table_2_has_the_published_rows():
-    body = rows(tables.table_2())[1:]
+    body = rows(contact_states.table_2())[1:]
     states = [re.findall(r"\((\w\w)\)", row[3])[0] for row in body]
     assert states == ["SS", "PC", "FC", "FC", "SS", "FC", "PC", "SS"]
     assert [bool(row[0]) for row in body] == [True, False, False, True, False, True, False, False]
@@ -123,57 +101,21 @@ def test_penetrations_decide_table_2_as_eq_12_does():
         row = 0 if x_cl <= x_l else 1 if x_cl < x_t else 2
         state = model.state_at(np.array([0.0, y, phi - pad.theta0]))
         sign = 1 if phi > 0 else -1
-        by_tilt = [s for (tilt, s) in tables._EQUATION_12 if tilt == sign]
+        by_tilt = [s for (tilt, s) in contact_states._EQUATION_12 if tilt == sign]
         assert state == by_tilt[row]
         seen.add((sign, row))
     assert len(seen) == 6
-    assert LEAD in {s for _, s in tables._EQUATION_12}
-
-
-def test_every_value_of_the_text_is_defined(results, scenes):
-    values = all_values(results, scenes)
-    keys = set(re.findall(r"\\val\{([^}#]+)\}", REPORT))
-    for figure, stem in re.findall(r"\\history\{(\w+)\}\{([\w-]+)\}", REPORT):
-        assert HISTORY_FIGURES[stem] == int(figure.removeprefix("fig"))
-        keys |= {f"{stem}.scene", f"{stem}.changes", f"{stem}.stop", f"agreement.{stem}"}
-    keys |= {f"{stem}.scene" for stem in re.findall(r"\\scene\{([\w-]+)\}", REPORT)}
-    assert len(keys) > 50
-    assert keys <= set(values)
-    lines = definitions(values).splitlines()
-    assert len(lines) == len(values)  # no value breaks a line
-    for text in values.values():
-        assert text.count("{") == text.count("}")
-        assert text.count("$") % 2 == 0
-        assert not re.search(r"(?<!\\)[%&#]", text)
-
-
-def test_no_number_is_typed_in_the_prose():
-    body = REPORT.split(r"\begin{abstract}")[1].split(r"\bibliographystyle")[0]
-    body = re.sub(r"(?<!\\)%.*", "", body)
-    body = re.sub(r"\\begin\{equation\}.*?\\end\{equation\}", "", body, flags=re.S)
-    body = re.sub(r"\\begin\{longtable\}.*", "", body)
-    names = r"val|ref|label|cite[pt]?|aeqs?|afig|atab|asec|scene|name|figurefile|rows|input|texttt"
-    body = re.sub(rf"\\({names})\{{[^}}]*\}}(\{{\w*\}})?", "", body)
-    body = re.sub(r"\\history\{\w+\}\{[\w-]+\}", "", body)
-    body = re.sub(r"[_^]\{?\d+\}?", "", body)  # indices of symbols
-    body = re.sub(r"\b[BE]\d+\b", "", body)  # models and findings
-    body = re.sub(r"[=>] 0\b", "", body)  # conditions such as R_n > 0
-    assert re.findall(r".{0,30}\d.{0,30}", body) == []
-
-
-def test_report_shows_all_figures_and_tables():
-    shown = re.findall(r"\\(?:figurefile|history)\{fig(\d\d)\}", REPORT)
-    assert [int(n) for n in shown] == list(FIGURES)
-    read = re.findall(r"\\(?:input\{generated/|rows\{)([\w-]+)\}", TEXT)
-    assert {f"{name}.tex" for name in read} == set(TABLES)
-    assert REPORT.index("fig02") < REPORT.index("table1") < REPORT.index("fig04")
+    assert LEAD in {s for _, s in contact_states._EQUATION_12}
 
 
 def test_agreement_counts_what_is_reproduced():
     claims = [
-        {"id": "B1-a-x", "case": "a", "verdict": "reproduced", "measured": "1"},
-        {"id": "B1-a-y", "case": "a", "verdict": "not reproduced", "measured": "theta 2 %"},
-        {"id": "B2-a-x", "case": "a", "verdict": "reproduced", "measured": "3"},
+        JudgedClaim(name, verdict, measured, "Sec. 4", "words", "a", ("b1-a",), 0.1)
+        for name, verdict, measured in (
+            ("B1-a-x", "reproduced", "1"),
+            ("B1-a-y", "not reproduced", "theta 2 %"),
+            ("B2-a-x", "reproduced", "3"),
+        )
     ]
     text = agreement(claims, "B1", "a")
     assert "Of 2 statements" in text
@@ -202,7 +144,6 @@ def test_numbers_in_math():
     assert number(float("nan")) == "--"
     assert angle(math.pi) == r"\pi"
     assert angle(0.75 * math.pi) == r"0.75\,\pi"
-    assert bytes.fromhex(alternative("delta é")).decode("utf-16") == "delta é"
 
 
 def test_parameter_table_has_every_parameter(scenes):
@@ -225,23 +166,37 @@ def test_poles_of_a_pad_on_springs_alone():
     assert sorted(p.real for p in still) == pytest.approx([-growth, 0.0, 0.0, growth], abs=1e-3)
 
 
-def test_python_control_agrees_with_the_program(results):
-    found = results["eigenvalues"]["scenes"]["b2-a"]
-    assert found["apart"] < 1e-9
-    table = tables.eigenvalue_table(results["eigenvalues"]["scenes"])
-    assert f"{found['poles'][0]['frequency_hz']:.1f}" in table
-    assert found["verdict"] in table
-    assert "none" in table
+def test_python_control_agrees_with_the_program(scenes):
+    found = examined(scenes["b2"][0])
+    assert isinstance(found, EquilibriumPoles)
+    assert found.apart < 1e-9
+    table = eigenvalue_table({"b2-a": found, "b2-b": Missing("none at all")})
+    assert f"{found.poles[0].frequency_hz:.1f}" in table
+    assert found.verdict in table
+    assert "none at all" in table
 
 
-def test_claims_table_holds_every_claim(results):
-    text = tables.claims_table(results["claims"]["claims"])
-    for claim in CLAIMS:
-        assert claim.id in text
+def test_versions_that_differ_between_results_are_all_told():
+    one = provenance([], "squeal.errors")
+    other = dataclasses.replace(one, versions={"python": "2.7", "numpy": "0.1"})
+    told = versions([one, other, one])
+    assert told["version.python"] == f"{one.versions['python']}, 2.7"
+    assert told["version.numpy"] == "0.1"
 
 
-def test_results_are_json(results):
-    assert json.loads(json.dumps(results))["b1-a"]["model"] == "B1"
+def test_origin_table_names_each_file_once_with_its_digest():
+    files = [SCENES / "b1-a.yaml", SCENES / "b2-c.yaml"]
+    made = {
+        "one": provenance(files, "squeal.errors"),
+        "two": provenance(files[1:], "squeal.scene"),
+        "three": provenance([], "squeal.errors"),
+    }
+    body = rows(origin_table(made))[1:]
+    for file, row in zip(files, body, strict=False):
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()[:16]
+        assert row == [rf"\texttt{{{file.name}}}", rf"\texttt{{{digest}}}", ""]
+    assert [row[2] for row in body[2:]] == ["b1-a, b2-c", "b2-c", "--"]
+    assert body[2][1] == rf"\texttt{{{made['one'].source_sha256}}}" != body[3][1]
 
 
 # findings: each number against a closed form

@@ -34,11 +34,9 @@ def scene_of(stem, **changes):
 
 
 def result(study, stems):
-    """A study's result as its file holds it."""
+    """A study's result with what made it, as the program writes it."""
     files = [SCENES / f"{stem}.yaml" for stem in stems]
-    return dataclasses.replace(
-        study(files), provenance=provenance(files, study.__module__)
-    ).to_dict()
+    return dataclasses.replace(study(files), provenance=provenance(files, study.__module__))
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +51,7 @@ def maps():
         patch.setattr(angle_study, "FINE", 60)
         patch.setattr(angle_study, "COARSE", 30)
         angles = result(angle_study.study, STEMS)
-    return angles, quasi_static(scene_of("b3").pad, 60).to_dict() | {
-        "provenance": angles["provenance"]
-    }
+    return angles, quasi_static(scene_of("b3").pad, 60)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
@@ -129,10 +125,10 @@ def test_shares_are_areas():
 
 def test_gain_margin_of_the_loop_is_the_threshold(found):
     # the chapter's fluttering pad; model B2 in full contact has a loop of rank one
-    one = found["fluttering"]["loop"]
-    assert one["rank_one"]
-    assert len(one["thresholds"]) >= 1
-    assert one["gain_margins"] == pytest.approx(one["thresholds"], rel=1e-9)
+    one = found.fluttering.loop
+    assert one.rank_one
+    assert len(one.thresholds) >= 1
+    assert one.gain_margins == pytest.approx(one.thresholds, rel=1e-9)
 
 
 def test_advice_tells_flutter_its_threshold_and_a_lever():
@@ -162,38 +158,38 @@ def test_each_figure_is_drawn_with_a_text(found, maps):
 def test_growth_figure_shows_the_fits(found):
     axes = growth.drawing(found).figure.get_axes()[0]
     drawn = [line.get_ydata() for line in axes.get_lines() if line.get_marker() != "+"]
-    given = [np.array(g["fitted"])[:, 0] / 1e3 for g in found["growth"]]
+    given = [np.array(g.fitted)[:, 0] / 1e3 for g in found.growth]
     assert all(np.array_equal(a, b) for a, b in zip(drawn, given, strict=True))
 
 
 def test_shares_of_traced_maps(maps):
     angles, printed = maps
     for model in ("b2", "b3"):
-        assert sum(angles[f"share_{model}"].values()) == pytest.approx(1.0)
-    share = angles["share"]
-    assert share["full"] + share["partial"] == pytest.approx(share["exists"])
-    assert 1.0 - share["exists"] == pytest.approx(angles["share_b2"]["beyond a fold"])
+        assert sum(getattr(angles, f"share_{model}").values()) == pytest.approx(1.0)
+    share = angles.share
+    assert share.full + share.partial == pytest.approx(share.exists)
+    assert 1.0 - share.exists == pytest.approx(angles.share_b2["beyond a fold"])
     # allowed where nothing is kept + allowed where it is = allowed
-    allowed = share["wrongly_allowed"] + share["quiet"] - share["denied"]
-    assert allowed == pytest.approx(printed["share"]["as_printed"], abs=0.01)
+    allowed = share.wrongly_allowed + share.quiet - share.denied
+    assert allowed == pytest.approx(printed.share.as_printed, abs=0.01)
 
 
 def test_what_reaches_the_report(found, maps):
     told = values(found, [], *maps)
-    assert told["literature.rows"] == told["literature.agree"] == str(len(found["literature"]))
-    assert literature_table(found["literature"]).count(r"\\") == len(found["literature"]) + 2
-    assert advice_list(found["advice"]).count(r"\item") == 8
+    assert told["literature.rows"] == told["literature.agree"] == str(len(found.literature))
+    assert literature_table(found.literature).count(r"\\") == len(found.literature) + 2
+    assert advice_list(found.advice).count(r"\item") == 8
 
 
 def test_threshold_table_tells_each_way_to_find_them(found, maps):
-    scenes = [examined(SCENES / f"{name}.yaml").to_dict() for name in ("b1-a", "b2-a")]
-    table = threshold_table(scenes, found["fluttering"])
+    scenes = [examined(SCENES / f"{name}.yaml") for name in ("b1-a", "b2-a")]
+    table = threshold_table(scenes, found.fluttering)
     rows = [line.split(" & ") for line in table.splitlines() if line.endswith(r"\\")][1:]
     mu = critical_friction(scene_of("b1-a")).points[0].mu
     assert rows[0][:2] == ["B1, case (a)", f"${mu:.6g}$ flutter"]
     assert rows[0][3] == "not of rank one"
     assert [row[0] for row in rows[1:]] == ["B2, case (a)", "B2, fluttering angles"]
-    margin = found["fluttering"]["loop"]["gain_margins"][0]
+    margin = found.fluttering.loop.gain_margins[0]
     assert rows[2][3].startswith(f"${margin:.10g}$")
     told = values(found, scenes, *maps)
     assert (told["loop.rank-one"], told["loop.scenes"]) == ("1", "2")

@@ -8,8 +8,8 @@ import pytest
 
 import squeal.article.results
 import squeal.article.studies as studies
+from squeal.article.report.chapters import STUDIES
 from squeal.article.results.extreme import Extreme, Outcome
-from squeal.article.studies import STUDIES
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies.__main__ import main
 from squeal.files.records import Result
@@ -31,7 +31,7 @@ def test_a_study_returns_the_record_of_its_name(name):
     record = getattr(import_module(f"squeal.article.results.{name}"), kind)
     assert kind == name.title().replace("_", "")
     assert issubclass(record, Result)
-    assert all((ROOT / "workflow" / file).is_file() for file in STUDIES[name])
+    assert all((ROOT / file).is_file() for file in STUDIES[name].reads)
 
 
 def test_a_study_lacking_a_scene_says_which(capsys):

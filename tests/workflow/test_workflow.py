@@ -1,108 +1,214 @@
-"""The workflow: what a target needs, and that rules know the sources of what they run."""
+"""The workflow: what a target needs, what a change reruns, and the profile. Nothing is built."""
 
+import os
 import re
+import shutil
 import subprocess
 import sys
+import time
+from collections import Counter
+from importlib import import_module
+from inspect import signature
 
 import pytest
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.report.layout import FIGURES
+from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
 from squeal.files.sources import sources
 from tests.conftest import ROOT
 
-SNAKEFILE = (ROOT / "Snakefile").read_text(encoding="utf-8")
-RULES = dict(re.findall(r"^rule (\w+):\n(.*?)(?=^\S|\Z)", SNAKEFILE, re.M | re.S))
+RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
+TIMED = {"accuracy", "extreme", "precision"}
+MAPS = {"results/quasi_static.json", "results/angles.json", "figures/fig13.pdf", "figures/maps.pdf"}
 
 
-def jobs(target):
-    """Rule name to number of jobs for a target built from nothing, by a dry run."""
-    snakemake = [sys.executable, "-m", "snakemake", "--cores", "2", "--nolock"]
+def snakemake(folder, *arguments):
+    """What a run of Snakemake prints; the environment's own profile is not read."""
     run = subprocess.run(
-        [*snakemake, "--dry-run", "--forceall", target],
-        cwd=ROOT,
+        [sys.executable, "-m", "snakemake", "--nolock", *arguments],
+        cwd=folder,
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(folder)},
     )
-    table = re.search(r"^job +count\n[- ]+\n(.*?)\n\n", run.stdout + run.stderr, re.M | re.S)
-    assert table is not None
-    return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table[1], re.M)}
+    return run.stdout + run.stderr
 
 
-def test_one_figure_runs_one_scene():
-    assert jobs("figures/fig06.pdf") == {"simulate": 1, "history": 1, "total": 2}
+def jobs(folder, *arguments):
+    """Rules of the jobs of a dry run with their first output files."""
+    text = snakemake(folder, "--dry-run", *arguments)
+    assert "Building DAG" in text, text
+    pairs = re.findall(r"^(?:local)?rule (\w+):\n(.*?)\n\n?(?=\[|Job|\Z)", text, re.M | re.S)
+    found = []
+    for rule, body in pairs:
+        output = re.search(r"^    output: (.*)$", body, re.M)
+        found.append((rule, output[1].split(", ")[0] if output else ""))
+    assert found or "Nothing to be done" in text, text
+    return found
 
 
-def test_everything_simulates_each_scene_once_and_draws_each_figure_once():
-    found = jobs("everything_but_pdf")
+def counts(found):
+    return Counter(rule for rule, _ in found)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """A copy of the repository in which all outputs stand, empty and newer than all sources."""
+    folder = tmp_path_factory.mktemp("built")
+    parts = ("Snakefile", "workflow", "profiles", "squeal", "paper", "requirements")
+    for part in parts:
+        if (ROOT / part).is_dir():
+            ignored = shutil.ignore_patterns("__pycache__", "generated", "report.pdf")
+            shutil.copytree(ROOT / part, folder / part, ignore=ignored)
+        else:
+            shutil.copy(ROOT / part, folder / part)
+    past = time.time() - 1000.0
+    for file in folder.rglob("*"):
+        os.utime(file, (past, past))
+    outputs = [*RESULTS, *(f"results/{stem}.csv" for stem in HISTORY_FIGURES), "paper/report.pdf"]
+    outputs += [f"figures/{figure}.{kind}" for figure in FIGURES for kind in ("pdf", "txt")]
+    outputs += [f"paper/generated/{name}" for one in CHAPTERS for name in one.generated]
+    for name in outputs:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+        os.utime(folder / name, (past + 500.0, past + 500.0))
+    return folder
+
+
+@pytest.fixture
+def rerun(built):
+    """What is rerun after a change of a file, which is then taken back."""
+
+    def after(changed):
+        before = (built / changed).stat()
+        os.utime(built / changed)
+        try:
+            return jobs(built)
+        finally:
+            os.utime(built / changed, (before.st_atime, before.st_mtime))
+
+    return after
+
+
+def test_the_profile_is_read_and_nothing_is_left_to_do(built):
+    text = snakemake(built, "--dry-run")  # no --cores: it is refused without the profile
+    assert "Using workflow specific profile profiles/default" in text
+    assert "Nothing to be done" in text
+    away = built / "profiles" / "away"
+    (built / "profiles" / "default").rename(away)
+    try:
+        assert "profile" not in snakemake(built, "--dry-run")
+    finally:
+        away.rename(built / "profiles" / "default")
+
+
+def test_everything_runs_once():
+    found = counts(jobs(ROOT, "--forceall", "everything_but_pdf"))
     assert found["simulate"] == len(HISTORY_FIGURES) == 2 * len(CASES)
-    drawn = sum(found[rule] for rule in ("sketch", "chart", "history", "quasi_static"))
-    assert drawn == len(FIGURES) == 13
+    assert found["study"] == len(STUDIES)
+    assert found["figure"] == len(FIGURES)
+    assert {f"tables_{chapter.name}" for chapter in CHAPTERS} < set(found)
     assert "paper" not in found
 
 
-@pytest.mark.parametrize("rule", [name for name, text in RULES.items() if "-m squeal" in text])
-def test_each_rule_lists_the_sources_of_its_program(rule):
-    (module,) = re.findall(r"-m (squeal[\w.{}]*)", RULES[rule])
-    named = re.findall(r'sources\(f?"([\w.{}]+)"\)', RULES[rule])
-    if module == "squeal.article.studies":  # one program, which runs the study named after it
-        assert named == [f"{module}.__main__", f"{module}.{{wildcards.name}}"]
-        return
-    assert named == [module]
-    if "{" not in module:
-        assert f"{module.replace('.', '/')}.py" in sources(module)
+def test_one_figure_runs_one_scene():
+    found = jobs(ROOT, "--forceall", "figures/fig06.pdf")
+    assert found == [("simulate", "results/b1-c.json"), ("figure", "figures/fig06.pdf")]
 
 
-def test_jobs_are_shell_commands():
-    assert not re.search(r"^\s+(run|script):", SNAKEFILE, re.M)
+@pytest.mark.parametrize("module", ["growth", "sketch"])
+def test_a_change_in_one_figure_s_module_draws_its_figures_and_sets_the_pdf(rerun, module):
+    own = [
+        ("figure", f"figures/{one.name}.pdf") for one in FIGURES.values() if one.module == module
+    ]
+    found = rerun(f"squeal/article/figures/{module}.py")
+    assert sorted(found) == sorted([*own, ("paper", "paper/report.pdf"), ("all", "")])
+
+
+def test_a_change_in_the_integrator_redraws_no_map(rerun):
+    found = rerun("squeal/simulation/integrators/taylor.py")
+    outputs = {output for _, output in found}
+    assert counts(found)["simulate"] == 8
+    assert not outputs & MAPS
+    assert not outputs & {f"figures/{name}.pdf" for name in ("loci", "coupling", "modes")}
+    assert not outputs & {f"figures/fig{i:02}.pdf" for i in (1, 2, 3, 8)}
+    assert {f"results/{name}.json" for name in ("claims", "verify", "precision")} <= outputs
 
 
 @pytest.mark.parametrize(
-    ("changed", "rerun", "untouched"),
+    ("changed", "rules", "results"),
     [
-        (
-            "squeal/article/figures/quasi_static.py",
-            ["squeal.article.figures.quasi_static"],
-            ["squeal.plots.histories"],
-        ),
-        (
-            "squeal/simulation/integrators/taylor.py",
-            [
-                "squeal.commands.simulate",
-                "squeal.article.commands.claims",
-                "squeal.article.commands.findings",
-            ],
-            [
-                "squeal.plots.histories",
-                "squeal.article.figures.sketch",
-                "squeal.article.studies.quasi_static",
-            ],
-        ),
-        (
-            "squeal/model/contact.py",
-            [
-                "squeal.commands.simulate",
-                "squeal.article.studies.eigenvalues",
-                "squeal.article.figures.sketch",
-            ],
-            ["squeal.article.figures.charts"],
-        ),
-        (
-            "squeal/plots/style.py",
-            [
-                "squeal.article.figures.charts",
-                "squeal.plots.histories",
-                "squeal.article.figures.sketch",
-            ],
-            [
-                "squeal.commands.simulate",
-                "squeal.article.commands.claims",
-                "squeal.article.report.build",
-            ],
-        ),
+        ("squeal/plots/style.py", {"figure": 21}, set()),
+        ("workflow/identified.json", {"study": 3}, {"verify", "robustness", "claims"}),
+        ("squeal/article/literature/systems/wing.yaml", {}, {"stability", "precision"}),
+        ("workflow/scenes/b3.yaml", {}, {"quasi_static", "angles", "findings", "precision"}),
+        ("squeal/article/report/extreme.py", {"tables_extreme": 1, "figure": 0}, set()),
+        ("paper/extreme.tex", {"paper": 1, "figure": 0, "tables_extreme": 0}, set()),
+        ("requirements/environment.txt", {"simulate": 8, "study": 12, "figure": 21}, set(STUDIES)),
     ],
 )
-def test_a_change_reruns_what_imports_it_and_nothing_else(changed, rerun, untouched):
-    assert all(changed in sources(module) for module in rerun)
-    assert not any(changed in sources(module) for module in untouched)
+def test_a_change_reruns_what_depends_on_it_and_nothing_else(rerun, changed, rules, results):
+    found = rerun(changed)
+    assert {rule: counts(found)[rule] for rule in rules} == rules
+    assert {output for rule, output in found if rule == "study"} == {
+        f"results/{name}.json" for name in results
+    }
+
+
+@pytest.mark.parametrize("figure", FIGURES.values(), ids=lambda figure: figure.name)
+def test_figures_import_neither_studies_nor_what_computes(figure):
+    rooms = {
+        "/".join(path.split("/")[1:3])
+        for path in sources(f"squeal.article.figures.{figure.module}")
+    }
+    assert not rooms & {
+        "article/studies",
+        "article/claims",
+        "article/identify",
+        "article/precision",
+    }
+    if figure.module != "sketch":  # drawn from the vectors of a scene's pad
+        used = {room.partition("/")[0] for room in rooms}
+        assert not used & {"simulation", "equilibrium", "stability", "analysis", "scene"}
+
+
+@pytest.mark.parametrize("figure", FIGURES.values(), ids=lambda figure: figure.name)
+def test_a_line_of_the_table_fits_the_function_that_draws(figure):
+    draw = import_module(f"squeal.article.figures.{figure.module}").draw
+    signature(draw).bind(*figure.arguments)
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda chapter: chapter.name)
+def test_a_line_of_the_table_fits_the_function_that_writes(chapter):
+    generated = import_module(f"squeal.article.report.{chapter.name}").generated
+    signature(generated).bind(*chapter.reads)
+
+
+def test_history_figures_are_numbered_as_in_the_article():
+    assert HISTORY_FIGURES == {
+        "b1-a": 4, "b1-b": 5, "b1-c": 6, "b1-d": 7, "b2-a": 9, "b2-b": 10, "b2-c": 11, "b2-d": 12,
+    }  # fmt: skip
+
+
+def test_jobs_that_measure_time_run_alone():
+    assert {study.name for study in STUDIES.values() if study.timed} == TIMED
+    for name in ("precision", "loci"):
+        text = snakemake(ROOT, "--dry-run", "--cores", "7", "--forceall", f"results/{name}.json")
+        threads = re.search(r"^    threads: (\d+)$", text, re.M)
+        assert (threads is not None and threads[1] == "7") is (name in TIMED)
+
+
+def test_jobs_are_shell_commands_with_a_log():
+    for file in RULES:
+        text = file.read_text(encoding="utf-8")
+        assert not re.search(r"^\s+(run|script):", text, re.M)
+        assert text.count("shell:") == text.count("log:")
+
+
+def test_lint_finds_nothing_but_the_environment():
+    """Jobs run in the environment that is locked in requirements/: no conda, no container."""
+    text = snakemake(ROOT, "--lint")
+    assert "Lints for" in text
+    found = set(re.findall(r"^ +\* (.*)$", text, re.M))
+    assert found == {"Specify a conda environment or container for each rule.:"}

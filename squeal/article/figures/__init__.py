@@ -1,5 +1,6 @@
 """The figures of the report: functions that take results and return a matplotlib Figure.
 
-Each module is also a program (`python -m squeal.plots.histories --help`) that writes one PDF and,
-beside it, a text file with the alternative text.
+Each module has a function `draw` of the files that it reads; `python -m squeal.article.figures
+MODULE FILE ... --pdf FILE` runs it. Figures depend on the records of `squeal.article.results` and
+on style, never on what computes a result.
 """

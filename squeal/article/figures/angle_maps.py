@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 
-from squeal.article.results.angles import Coding
-from squeal.files.provenance import Provenance
+from squeal.article.results.angles import Angles
+from squeal.article.results.quasi_static import QuasiStatic
 from squeal.numerics.outline import Outline
-from squeal.plots.areas import draw
-from squeal.plots.maps import VERDICT_COLOURS
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.plots import areas
+from squeal.plots.areas import VERDICT_COLOURS
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 HOLDS = ("#FFFFFF", "#5A5A5A")
 """Colours of a condition that fails or holds."""
@@ -33,10 +30,17 @@ CONTACTS = {
 TICKS = ([0.0, np.pi / 2, np.pi], ["$0$", r"$\pi/2$", r"$\pi$"])
 
 
+Marks = Mapping[str, tuple[float, float]]
+
+
 def _panel(
-    axes: Axes, found: Outline, marks: dict[str, Any], colours: tuple[str, ...], title: str
+    axes: Axes,
+    found: Outline,
+    marks: Marks,
+    colours: tuple[str, ...],
+    title: str,
 ) -> None:
-    draw(axes, found, colours)
+    areas.draw(axes, found, colours)
     for case, (a, b) in marks.items():
         axes.text(
             a,
@@ -72,31 +76,31 @@ def _key(axes: Axes, entries: list[tuple[str, str]], title: str, top: float) -> 
     axes.add_artist(legend)
 
 
-def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
+def angle_figure(found: Angles, printed: QuasiStatic) -> Figure:
     """Two readings of (23a, b), verdict on B3, contact and verdict of B2's equilibria."""
-    coding = Coding.from_dict(found["coding"])
-    b2 = Outline.from_dict(found["b2"])
     contacts = tuple(CONTACTS.values())
+    contact = found.b2.regrouped(found.coding.contact_of)
+    verdict = found.b2.regrouped(found.coding.verdict_of)
     panels = [
-        (Outline.from_dict(printed["as_printed"]), HOLDS, "(a) (23a, b) as printed"),
-        (Outline.from_dict(printed["sign_aware"]), HOLDS, "(b) (23a, b), signs followed"),
-        (Outline.from_dict(found["b3"]), VERDICT_COLOURS, "(c) verdict, B3 about the origin"),
-        (b2.regrouped(coding.contact_of), contacts, "(d) contact of B2's equilibrium"),
-        (b2.regrouped(coding.verdict_of), VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
+        (printed.as_printed, HOLDS, "(a) (23a, b) as printed"),
+        (printed.sign_aware, HOLDS, "(b) (23a, b), signs followed"),
+        (found.b3, VERDICT_COLOURS, "(c) verdict, B3 about the origin"),
+        (contact, contacts, "(d) contact of B2's equilibrium"),
+        (verdict, VERDICT_COLOURS, "(e) verdict on B2's equilibrium"),
     ]
     with style():
         figure = Figure(figsize=(DOUBLE, 5.1))
         grid = figure.subplots(2, 3)
         for axes, (curves, colours, title) in zip(grid.flat, panels, strict=False):
-            _panel(axes, curves, found["marks"], colours, title)
+            _panel(axes, curves, found.marks, colours, title)
         for axes in grid[:, 0]:
             axes.set_ylabel(r"$\alpha_2$ [rad]")
         last = grid[1, 2]
         last.axis("off")
         met = [
             (VERDICT_COLOURS[k], name)
-            for k, name in enumerate(found["verdicts"][:-1])
-            if found["share_b2"][name] + found["share_b3"][name] > 0.0
+            for k, name in enumerate(found.verdicts[:-1])
+            if found.share_b2[name] + found.share_b3[name] > 0.0
         ]
         _key(last, [(HOLDS[1], "(23a) and (23b) hold")], "(a), (b)", 1.0)
         _key(last, met, "(c), (e)", 0.78)
@@ -104,44 +108,25 @@ def angle_figure(found: dict[str, Any], printed: dict[str, Any]) -> Figure:
     return figure
 
 
-def drawing(found: dict[str, Any], printed: dict[str, Any]) -> Drawing:
+def drawing(found: Angles, printed: QuasiStatic) -> Drawing:
     """The figure, ready to be saved."""
-    holds, share = printed["share"], found["share"]
-    told = {
-        model: ", ".join(
-            f"{name} {100 * part:.1f} %" for name, part in found[f"share_{model}"].items() if part
-        )
-        for model in ("b2", "b3")
-    }
-    text = (
-        f"Five maps over the two spring angles from 0 to pi at the friction {found['mu']:g}. "
-        f"(a) Conditions (23a, b) as printed hold on {100 * holds['as_printed']:.1f} % of the "
-        f"area, (b) with signs followed on {100 * holds['sign_aware']:.1f} %. (c) Verdict on model "
-        f"B3 about the origin: {told['b3']}. (d) Model B2 slides in full contact on "
-        f"{100 * share['full']:.1f} %, on one edge on {100 * share['partial']:.1f} %. (e) Verdict "
-        f"on the equilibria of model B2: {told['b2']}. Letters mark the article's cases."
+    holds, share = printed.share, found.share
+    b2, b3 = (
+        ", ".join(f"{name} {100 * part:.1f} %" for name, part in shares.items() if part)
+        for shares in (found.share_b2, found.share_b3)
     )
-    results = [Provenance.from_dict(result["provenance"]) for result in (found, printed)]
-    made = origin("squeal.article.figures.angle_maps", results)
+    text = (
+        f"Five maps over the two spring angles from 0 to pi at the friction {found.mu:g}. "
+        f"(a) Conditions (23a, b) as printed hold on {100 * holds.as_printed:.1f} % of the "
+        f"area, (b) with signs followed on {100 * holds.sign_aware:.1f} %. (c) Verdict on model "
+        f"B3 about the origin: {b3}. (d) Model B2 slides in full contact on "
+        f"{100 * share.full:.1f} %, on one edge on {100 * share.partial:.1f} %. (e) Verdict "
+        f"on the equilibria of model B2: {b2}. Letters mark the article's cases."
+    )
+    made = origin(__name__, found.provenance, printed.provenance)
     return Drawing(angle_figure(found, printed), text, "Maps over the spring angles", made)
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "angles", type=Path, metavar="JSON", help="of squeal.article.studies.angles"
-    )
-    parser.add_argument(
-        "map", type=Path, metavar="JSON", help="of squeal.article.studies.quasi_static"
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw the maps over the spring angles.",
-            _arguments,
-            lambda given: drawing(
-                *(json.loads(f.read_text(encoding="utf-8")) for f in (given.angles, given.map))
-            ),
-        )
-    )
+def draw(angles: str, quasi_static: str) -> Drawing:
+    """From the files of these studies."""
+    return drawing(Angles.read(Path(angles)), QuasiStatic.read(Path(quasi_static)))

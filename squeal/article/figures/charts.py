@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
+from typing import cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squeal.errors import InputError
 from squeal.model.contact import CONTACT_MODELS, contact_law
 from squeal.model.pad import Model
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL, State, conditions
-from squeal.plots.histories import state_label
-from squeal.plots.style import SINGLE, Drawing, colours, origin, program, style
+from squeal.plots.states import colours, state_label
+from squeal.plots.style import SINGLE, Drawing, origin, style
 
 _PLACES: dict[State, tuple[float, float]] = {
     FULL: (0.0, 1.0),
@@ -130,25 +130,9 @@ def alternative_text(model: Model) -> str:
     )
 
 
-def drawing(model: Model) -> Drawing:
-    """The chart, ready to be saved."""
-    return Drawing(
-        chart(model),
-        alternative_text(model),
-        f"State flow chart of model {model}",
-        origin("squeal.article.figures.charts"),
-    )
-
-
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", choices=CONTACT_MODELS)
-
-
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw the flow chart of a model's contact states.",
-            _arguments,
-            lambda given: drawing(given.model),
-        )
-    )
+def draw(model: str) -> Drawing:
+    """The chart of model B1 or B2, ready to be saved."""
+    if model not in CONTACT_MODELS:
+        raise InputError(f"{model}: is not allowed; it must be {' or '.join(CONTACT_MODELS)}")
+    title, chosen = f"State flow chart of model {model}", cast(Model, model)
+    return Drawing(chart(chosen), alternative_text(chosen), title, origin(__name__))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.article.figures.loci import KILOHERTZ, PER_MS, growths, main, rows, scene_mark, title
-from squeal.files.provenance import Provenance
+from squeal.article.cases import title
+from squeal.article.figures.loci import (
+    KILOHERTZ,
+    PER_MS,
+    equilibrium_mark,
+    growths,
+    off_branch,
+    rows,
+)
+from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
@@ -19,10 +27,9 @@ LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
 WIDTH_OF_LABEL = 0.12  # of the axis of mu
 
 
-def _modes(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
+def _modes(branch: Branch, upper: Axes, lower: Axes) -> None:
     """Curves of each mode (of its conjugate the growth rate too: a real pair has two)."""
-    branch = scene["branch"]
-    mu, real, imag = (np.array(branch[key]) for key in ("mu", "real", "imag"))
+    mu, real, imag = (np.array(rows) for rows in (branch.mu, branch.real, branch.imag))
     for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True)):
         look: dict[str, Any] = {"color": colour, "linestyle": line, "gid": f"mode {k + 1}"}
         upper.plot(mu, np.abs(imag[2 * k]) / KILOHERTZ, **look)
@@ -30,20 +37,19 @@ def _modes(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
             lower.plot(mu, values / PER_MS, **look)
 
 
-def _events(scene: dict[str, Any]) -> list[tuple[float, str, str]]:
+def _events(model: str, branch: Branch) -> list[tuple[float, str, str]]:
     """(mu, label, line style) of all that happens on the branch, sorted."""
-    branch = scene["branch"]
-    state = "state " if scene["model"] == "B1" else ""
-    found = [(c["mu"], f"{state}{c['into']}", ":") for c in branch["contact_changes"]]
+    state = "state " if model == "B1" else ""
+    found = [(c.mu, f"{state}{c.into}", ":") for c in branch.contact_changes]
     jumps = {mu for mu, _, _ in found}
-    found += [(p["mu"], p["kind"], "--") for p in branch["thresholds"] if p["mu"] not in jumps]
+    found += [(p.mu, p.kind, "--") for p in branch.thresholds if p.mu not in jumps]
     return sorted(found)
 
 
-def _mark_events(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
+def _mark_events(events: list[tuple[float, str, str]], upper: Axes, lower: Axes) -> None:
     """Verticals through both panels, labelled in the lower one beside the line."""
     free = 0.0  # labels stand before their line unless another one is there
-    for mu, label, line in _events(scene):
+    for mu, label, line in events:
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
         before = mu - free > WIDTH_OF_LABEL
@@ -61,26 +67,26 @@ def _mark_events(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
         free = mu if before else mu + WIDTH_OF_LABEL
 
 
-def _pair(scene: dict[str, Any], upper: Axes, lower: Axes) -> None:
-    branch, equilibrium = scene["branch"], scene["equilibrium"]
-    if "mu" in branch:
-        _modes(scene, upper, lower)
-        _mark_events(scene, upper, lower)
+def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
+    branch, equilibrium = scene.branch, scene.equilibrium
+    if isinstance(branch, Branch):
+        _modes(branch, upper, lower)
+        _mark_events(_events(scene.model, branch), upper, lower)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
     for axes in (upper, lower):
-        axes.axvline(scene["mu"], color="0.7", linewidth=0.6, zorder=0, gid="scene's mu")
-    if "real" in equilibrium:
-        real, imag = (np.array(equilibrium[key]) for key in ("real", "imag"))
+        axes.axvline(scene.mu, color="0.7", linewidth=0.6, zorder=0, gid="scene's mu")
+    if isinstance(equilibrium, Modes):
+        real, imag = np.array(equilibrium.real), np.array(equilibrium.imag)
         look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7, "gid": "scene"}
-        mu = np.full(len(real), scene["mu"])
+        mu = np.full(len(real), scene.mu)
         inside = imag >= 0.0
-        upper.plot(mu[inside], imag[inside] / KILOHERTZ, scene_mark(scene), **look)
-        lower.plot(mu, real / PER_MS, scene_mark(scene), **look)
-    upper.set_title(title(scene), pad=3.0)
+        upper.plot(mu[inside], imag[inside] / KILOHERTZ, equilibrium_mark(equilibrium), **look)
+        lower.plot(mu, real / PER_MS, equilibrium_mark(equilibrium), **look)
+    upper.set_title(title(scene.name), pad=3.0)
 
 
-def coupling_figure(found: dict[str, Any]) -> Figure:
+def coupling_figure(found: Loci) -> Figure:
     """For each model a row of frequencies over one of growth rates; one column a case."""
     grid_of = rows(found)
     with style():
@@ -112,30 +118,31 @@ def coupling_figure(found: dict[str, Any]) -> Figure:
     return figure
 
 
-def _legend(found: dict[str, Any]) -> tuple[list[Line2D], list[str]]:
+def _legend(found: Loci) -> tuple[list[Line2D], list[str]]:
     entries = [
         (Line2D([], [], color=colour, linestyle=line), f"mode {k + 1}")
         for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True))
     ]
     look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
     entries.append((Line2D([], [], color="0.7", marker="o", **look), r"the scene's $\mu$"))
-    if any(not s["equilibrium"].get("on_branch", True) for s in found["scenes"]):
+    if off_branch(found):
         entries.append((Line2D([], [], color="0.7", marker="^", **look), "off the branch"))
-    if any(s["branch"].get("contact_changes") for s in found["scenes"]):
+    branches = [s.branch for s in found.scenes if isinstance(s.branch, Branch)]
+    if any(branch.contact_changes for branch in branches):
         entries.append((Line2D([], [], color="k", linestyle=":", linewidth=0.7), "contact change"))
     handles, names = zip(*entries, strict=True)
     return list(handles), list(names)
 
 
-def alternative_text(found: dict[str, Any]) -> str:
+def alternative_text(found: Loci) -> str:
     """What the figure shows, with what happens on each branch."""
     told = []
-    for scene in found["scenes"]:
-        if "mu" not in scene["branch"]:
-            told.append(f"{title(scene)}: no branch")
+    for scene in found.scenes:
+        if not isinstance(scene.branch, Branch):
+            told.append(f"{title(scene.name)}: no branch")
             continue
-        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene)]
-        told.append(f"{title(scene)}: {', '.join(events) if events else 'no change'}")
+        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.model, scene.branch)]
+        told.append(f"{title(scene.name)}: {', '.join(events) if events else 'no change'}")
     return (
         "Frequencies above growth rates of the three modes over friction from 0 to 1 along the "
         "equilibrium branch, one column a case. Where two frequencies meet, one mode begins to "
@@ -144,15 +151,16 @@ def alternative_text(found: dict[str, Any]) -> str:
     )
 
 
-def drawing(found: dict[str, Any]) -> Drawing:
+def drawing(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     return Drawing(
         coupling_figure(found),
         alternative_text(found),
         "Mode coupling over the coefficient of friction",
-        origin("squeal.article.figures.coupling", [Provenance.from_dict(found["provenance"])]),
+        origin(__name__, found.provenance),
     )
 
 
-if __name__ == "__main__":
-    sys.exit(main("Draw frequencies and growth rates over the coefficient of friction.", drawing))
+def draw(loci: str) -> Drawing:
+    """From the file of the study `loci`."""
+    return drawing(Loci.read(Path(loci)))

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.files.provenance import Provenance
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.article.results.stability import Stability
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
 
 
-def growth_figure(found: dict[str, Any]) -> Figure:
+def growth_figure(found: Stability) -> Figure:
     """Growth rates and frequencies: predicted by the linearisation, fitted to simulations."""
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         left, right = figure.subplots(1, 2)
-        looks = zip(found["growth"], COLOURS, ("o", "s", "^"), strict=True)
+        looks = zip(found.growth, COLOURS, ("o", "s", "^"), strict=True)
         for one, colour, marker in looks:
-            mu = np.array(one["mu"])
+            mu = np.array(one.mu)
             for axes, part, unit in ((left, 0, 1e3), (right, 1, 2e3 * np.pi)):
-                predicted = np.array(one["predicted"])[:, part] / unit
-                fitted = np.array(one["fitted"])[:, part] / unit
-                axes.plot(mu, fitted, marker, mfc="none", mec=colour, ms=5, label=one["name"])
+                predicted = np.array(one.predicted)[:, part] / unit
+                fitted = np.array(one.fitted)[:, part] / unit
+                axes.plot(mu, fitted, marker, mfc="none", mec=colour, ms=5, label=one.name)
                 axes.plot(mu, predicted, "+", color=colour, ms=4)
         left.set_ylabel("growth rate [1/ms]")
         right.set_ylabel("frequency [kHz]")
@@ -40,27 +36,16 @@ def growth_figure(found: dict[str, Any]) -> Figure:
     return figure
 
 
-def drawing(found: dict[str, Any]) -> Drawing:
+def drawing(found: Stability) -> Drawing:
     """The figure, ready to be saved."""
     text = (
         "Growth rate and frequency over friction: crosses are predicted, open marks fitted to the "
         "start of simulations; each cross lies within its mark."
     )
-    made = origin("squeal.article.figures.growth", [Provenance.from_dict(found["provenance"])])
+    made = origin(__name__, found.provenance)
     return Drawing(growth_figure(found), text, "Growth rates fitted to simulations", made)
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "results", type=Path, metavar="JSON", help="of squeal.article.studies.stability"
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw growth rates fitted to simulations.",
-            _arguments,
-            lambda given: drawing(json.loads(given.results.read_text(encoding="utf-8"))),
-        )
-    )
+def draw(stability: str) -> Drawing:
+    """From the file of the study `stability`."""
+    return drawing(Stability.read(Path(stability)))

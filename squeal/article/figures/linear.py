@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
-from squeal.files.provenance import Provenance
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.article.results.precision import Precision, Timing
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = {
     "squeal": ("#C8380E", "o", "-"),
@@ -25,14 +22,14 @@ PANELS = {
 LEAST = 1e-16  # errors below are drawn here
 
 
-def linear(timings: list[dict[str, Any]]) -> Figure:
+def linear(timings: Sequence[Timing]) -> Figure:
     """Map and threshold."""
     figure = Figure(figsize=(DOUBLE, 2.3))
     grid = figure.subplots(1, len(PANELS))
     for axes, (task, (title, label)) in zip(grid, PANELS.items(), strict=True):
         for name, (colour, marker, line) in LOOKS.items():
-            own = [t for t in timings if (t["task"], t["program"]) == (task, name)]
-            x, y = [max(t["error"], LEAST) for t in own], [1e3 * t["seconds"] for t in own]
+            own = [t for t in timings if (t.task, t.program) == (task, name)]
+            x, y = [max(t.error, LEAST) for t in own], [1e3 * t.seconds for t in own]
             axes.plot(x, y, line, marker=marker, ms=3.2, linewidth=0.7, color=colour, label=name)
         axes.set(xscale="log", yscale="log", title=title, xlabel=label, ylabel="run time [ms]")
         axes.invert_xaxis()
@@ -41,33 +38,29 @@ def linear(timings: list[dict[str, Any]]) -> Figure:
     return figure
 
 
-def alternative(timings: list[dict[str, Any]]) -> str:
+def alternative(timings: Sequence[Timing]) -> str:
     """The picture in words."""
     parts = []
     for task in PANELS:
         for name in LOOKS:
-            own = [t for t in timings if (t["task"], t["program"]) == (task, name)]
+            own = [t for t in timings if (t.task, t.program) == (task, name)]
             if own:
-                least = min(own, key=lambda t: t["error"])
+                least = min(own, key=lambda t: t.error)
                 parts.append(
-                    f"{task} by {name}: least error {least['error']:.1e} in "
-                    f"{1e3 * least['seconds']:.2g} ms"
+                    f"{task} by {name}: least error {least.error:.1e} in "
+                    f"{1e3 * least.seconds:.2g} ms"
                 )
     return "Error against run time of eigenvalue programs. " + "; ".join(parts) + "."
 
 
-def _draw(given: argparse.Namespace) -> Drawing:
-    found = json.loads(given.results.read_text(encoding="utf-8"))
+def drawing(found: Precision) -> Drawing:
+    """The figure, ready to be saved."""
     with style():
-        figure = linear(found["linear"])
-    made = origin("squeal.article.figures.linear", [Provenance.from_dict(found["provenance"])])
+        figure = linear(found.linear)
     title = "Error against run time of eigenvalue programs"
-    return Drawing(figure, alternative(found["linear"]), title, made)
+    return Drawing(figure, alternative(found.linear), title, origin(__name__, found.provenance))
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.article.precision")
-
-
-if __name__ == "__main__":
-    sys.exit(program("Draw error against run time of eigenvalues.", _arguments, _draw))
+def draw(precision: str) -> Drawing:
+    """From the file of the study `precision`."""
+    return drawing(Precision.read(Path(precision)))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from squeal.article.figures.loci import main, rows, title
-from squeal.files.provenance import Provenance
+from squeal.article.cases import title
+from squeal.article.figures.loci import rows
+from squeal.article.results.loci import Loci, Modes, ModeShape, SceneLoci
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"
@@ -21,9 +21,9 @@ REAL = 1e-6  # a shape whose imaginary parts are smaller is real: rounding leave
 REST, FIRST, SECOND = "0.6", "#C8380E", "#3498DB"
 
 
-def phases(mode: dict[str, Any]) -> tuple[float, float]:
+def phases(mode: ModeShape) -> tuple[float, float]:
     """Two phases that show a mode: opposite ones, or a quarter turn apart for a complex shape."""
-    return (0.0, np.pi) if np.abs(mode["imag"]).max() < REAL else (0.0, np.pi / 2)
+    return (0.0, np.pi) if np.abs(mode.imag).max() < REAL else (0.0, np.pi / 2)
 
 
 def outline(w: float, h: float, pose: np.ndarray) -> np.ndarray:
@@ -33,53 +33,54 @@ def outline(w: float, h: float, pose: np.ndarray) -> np.ndarray:
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + pose[:2])
 
 
-def outlines(scene: dict[str, Any], mode: dict[str, Any]) -> list[np.ndarray]:
+def outlines(scene: SceneLoci, equilibrium: Modes, mode: ModeShape) -> list[np.ndarray]:
     """The pad at rest and at the mode's two phases, in half lengths; its middle rests at x = 0."""
-    _, y, theta = scene["equilibrium"]["pose"]
-    rest = np.array([0.0, y / scene["w"], theta])
-    shape = np.array(mode["real"]) + 1j * np.array(mode["imag"])
+    _, y, theta = equilibrium.pose
+    rest = np.array([0.0, y / scene.w, theta])
+    shape = np.array(mode.real) + 1j * np.array(mode.imag)
     # in half lengths w theta is the angle itself
     moved = [rest + LARGEST * (shape * np.exp(1j * phase)).real for phase in phases(mode)]
-    return [outline(1.0, scene["h"] / scene["w"], pose) for pose in (rest, *moved)]
+    return [outline(1.0, scene.h / scene.w, pose) for pose in (rest, *moved)]
 
 
-def _panel(axes: Axes, scene: dict[str, Any], mode: dict[str, Any]) -> None:
+def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
     looks = (
         ("rest", REST, "-"),
         ("first phase", FIRST, "-"),
         ("second phase", SECOND, (0, (3, 1.5))),
     )
-    for corners, (name, colour, line) in zip(outlines(scene, mode), looks, strict=True):
+    for corners, (name, colour, line) in zip(lines, looks, strict=True):
         axes.plot(*corners.T, color=colour, linestyle=line, linewidth=0.8, gid=name)
-    growth = mode["growth_rate"] / 1e3
+    growth = mode.growth_rate / 1e3
     rate = f", ${growth:+.2g}$/ms" if growth else ""
-    axes.set_title(f"{mode['frequency_hz'] / 1e3:#.3g} kHz{rate}", pad=2.0)
+    axes.set_title(f"{mode.frequency_hz / 1e3:#.3g} kHz{rate}", pad=2.0)
     axes.set_aspect("equal")
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
 
 
-def scenes_of(found: dict[str, Any]) -> list[dict[str, Any]]:
+def scenes_of(found: Loci) -> list[SceneLoci]:
     """The scenes of the model shown."""
-    return next((scenes for scenes in rows(found) if scenes[0]["model"] == MODEL), [])
+    return next((scenes for scenes in rows(found) if scenes[0].model == MODEL), [])
 
 
-def modes_figure(found: dict[str, Any]) -> Figure:
+def modes_figure(found: Loci) -> Figure:
     """One column a case, three modes below each other by rising frequency.
 
     Raises ValueError if none of the cases has a sliding equilibrium.
     """
     scenes = scenes_of(found)
     shown = [
-        (column, row, scene, mode)
+        (column, row, mode, outlines(scene, scene.equilibrium, mode))
         for column, scene in enumerate(scenes)
-        for row, mode in enumerate(scene["equilibrium"].get("modes", []))
+        if isinstance(scene.equilibrium, Modes)
+        for row, mode in enumerate(scene.equilibrium.modes)
     ]
     if not shown:
         raise ValueError(f"no scene of model {MODEL} has a sliding equilibrium to draw")
-    corners = np.concatenate([line for _, _, s, m in shown for line in outlines(s, m)])
-    surface = [-s["h"] / s["w"] for s in scenes]
+    corners = np.concatenate([line for *_, lines in shown for line in lines])
+    surface = [-s.h / s.w for s in scenes]
     left, bottom = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(bottom, min(surface) - 0.12)
@@ -90,15 +91,15 @@ def modes_figure(found: dict[str, Any]) -> Figure:
         grid = figure.subplots(3, len(scenes), squeeze=False, sharex=True, sharey=True)
         for axes in grid.flat:
             axes.axis("off")
-        for column, row, scene, mode in shown:
+        for column, row, mode, lines in shown:
             axes = grid[row, column]
             axes.axis("on")
             ground = (left, bottom), right - left, surface[column] - bottom
             axes.add_patch(Rectangle(*ground, facecolor="0.92", linewidth=0.0, zorder=0))
             axes.axhline(surface[column], color="k", linewidth=0.6, zorder=0)
-            _panel(axes, scene, mode)
+            _panel(axes, lines, mode)
         for scene, axes in zip(scenes, grid[0], strict=True):
-            axes.set_title(f"{title(scene)}\n{axes.get_title()}", pad=2.0)
+            axes.set_title(f"{title(scene.name)}\n{axes.get_title()}", pad=2.0)
         grid[0, 0].set_xlim(left, right)
         grid[0, 0].set_ylim(bottom, top)
         handles = [
@@ -106,40 +107,42 @@ def modes_figure(found: dict[str, Any]) -> Figure:
             Line2D([], [], color=FIRST),
             Line2D([], [], color=SECOND, linestyle=(0, (3, 1.5))),
         ]
-        complex_too = any(phases(mode)[1] < np.pi for *_, mode in shown)
+        complex_too = any(phases(mode)[1] < np.pi for _, _, mode, _ in shown)
         second = "a quarter period later" if complex_too else "half a period later"
-        if complex_too and any(phases(mode)[1] == np.pi for *_, mode in shown):
+        if complex_too and any(phases(mode)[1] == np.pi for _, _, mode, _ in shown):
             second = "half a period later (complex shapes: a quarter)"
         names = ["equilibrium", "displaced", second]
         figure.legend(handles, names, loc="outside upper center", ncols=3)
     return figure
 
 
-def alternative_text(found: dict[str, Any]) -> str:
+def alternative_text(found: Loci) -> str:
     """What the figure shows: per case the frequency and the leading motion of each mode."""
     told = []
     for scene in scenes_of(found):
         parts = []
-        for mode in scene["equilibrium"].get("modes", []):
-            size = np.hypot(mode["real"], mode["imag"])
+        equilibrium = scene.equilibrium
+        for mode in equilibrium.modes if isinstance(equilibrium, Modes) else ():
+            size = np.hypot(mode.real, mode.imag)
             motion = ("sliding", "lifting", "pitching")[int(np.argmax(size))]
-            parts.append(f"{mode['frequency_hz'] / 1e3:#.3g} kHz mostly {motion}")
-        told.append(f"{title(scene)}: {', '.join(parts) or 'no sliding equilibrium'}")
+            parts.append(f"{mode.frequency_hz / 1e3:#.3g} kHz mostly {motion}")
+        told.append(f"{title(scene.name)}: {', '.join(parts) or 'no sliding equilibrium'}")
     return (
         "The pad over the sliding surface at its equilibrium and displaced at two phases, "
         f"exaggerated, for the three modes of each case of model {MODEL}. {'; '.join(told)}."
     )
 
 
-def drawing(found: dict[str, Any]) -> Drawing:
+def drawing(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     return Drawing(
         modes_figure(found),
         alternative_text(found),
         f"Mode shapes of model {MODEL}",
-        origin("squeal.article.figures.modes", [Provenance.from_dict(found["provenance"])]),
+        origin(__name__, found.provenance),
     )
 
 
-if __name__ == "__main__":
-    sys.exit(main("Draw mode shapes as motions of the pad.", drawing))
+def draw(loci: str) -> Drawing:
+    """From the file of the study `loci`."""
+    return drawing(Loci.read(Path(loci)))

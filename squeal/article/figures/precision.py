@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.files.provenance import Provenance
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.article.results.precision import Point, Precision
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = {
     "squeal": ("#C8380E", "o", "-"),
@@ -33,16 +31,16 @@ COLUMNS = {
 }
 
 
-def _panel(axes: Axes, points: list[dict[str, Any]], error: str, title: str) -> None:
+def _panel(axes: Axes, points: Sequence[Point], error: str, title: str) -> None:
     for path, (colour, marker, line) in LOOKS.items():
-        own = [p for p in points if p["path"] == path and p[error]]
+        own = [p for p in points if p.path == path and getattr(p, error)]
         if not own:
             continue
-        x = [p[error] for p in own]
-        y = [1e3 * p["seconds"] for p in own]
+        x = [getattr(p, error) for p in own]
+        y = [1e3 * p.seconds for p in own]
         axes.plot(x, y, line, color=colour, linewidth=0.7, zorder=1)
         for p, a, b in zip(own, x, y, strict=True):
-            whole = p["missed"] == p["extra"] == 0
+            whole = p.missed == p.extra == 0
             face = colour if whole else "white"
             axes.plot(a, b, marker, color=colour, mfc=face, ms=3.2, mew=0.7, zorder=2)
     axes.set_xscale("log")
@@ -51,23 +49,22 @@ def _panel(axes: Axes, points: list[dict[str, Any]], error: str, title: str) -> 
     axes.set_title(title)
 
 
-def precision(found: dict[str, Any]) -> Figure:
+def precision(points: Sequence[Point]) -> Figure:
     """A row for each case, with the error of the final place and of the contact times."""
-    points = found["points"]
-    cases = list(dict.fromkeys(p["case"] for p in points))
+    cases = list(dict.fromkeys(p.case for p in points))
     figure = Figure(figsize=(DOUBLE, 1.0 + 1.35 * len(cases)))
     grid = figure.subplots(len(cases), len(COLUMNS), sharex="col", sharey=True, squeeze=False)
     for row, case in zip(grid, cases, strict=True):
-        own = [p for p in points if p["case"] == case]
+        own = [p for p in points if p.case == case]
         for axes, error in zip(row, COLUMNS, strict=True):
             _panel(axes, own, error, case)
-            if not any(p[error] for p in own):
+            if not any(getattr(p, error) for p in own):
                 axes.text(0.5, 0.5, "no contact changes", ha="center", transform=axes.transAxes)
         row[0].set_ylabel("run time [ms]")
     for axes, label in zip(grid[-1], COLUMNS.values(), strict=True):
         axes.invert_xaxis()
         axes.set_xlabel(label)
-    present = {p["path"] for p in points}
+    present = {p.path for p in points}
     handles: list[Line2D] = []
     for path, (colour, marker, line) in LOOKS.items():
         if path in present:
@@ -77,34 +74,30 @@ def precision(found: dict[str, Any]) -> Figure:
     return figure
 
 
-def alternative(found: dict[str, Any]) -> str:
+def alternative(points: Sequence[Point]) -> str:
     """The picture in words."""
-    points = found["points"]
     parts = []
-    for path in dict.fromkeys(p["path"] for p in points):
-        own = [p for p in points if p["path"] == path and p["error"]]
-        low, high = (f(1e3 * p["seconds"] for p in own) for f in (min, max))
-        best = min(p["error"] for p in own)
-        lost = sum(p["missed"] + p["extra"] > 0 for p in own)
+    for path in dict.fromkeys(p.path for p in points):
+        own = [p for p in points if p.path == path and p.error]
+        low, high = (f(1e3 * p.seconds for p in own) for f in (min, max))
+        best = min(p.error for p in own if p.error)
+        lost = sum(p.missed + p.extra > 0 for p in own)
         parts.append(
             f"{path}: {low:.2g} to {high:.2g} ms, least error {best:.1e}, contact changes missed "
             f"or made up in {lost} of {len(own)} runs"
         )
-    cases = len({p["case"] for p in points})
+    cases = len({p.case for p in points})
     return f"Work-precision diagrams of {cases} cases. " + "; ".join(parts) + "."
 
 
-def _draw(given: argparse.Namespace) -> Drawing:
-    found = json.loads(given.results.read_text(encoding="utf-8"))
+def drawing(found: Precision) -> Drawing:
+    """The figure, ready to be saved."""
     with style():
-        figure = precision(found)
-    made = origin("squeal.article.figures.precision", [Provenance.from_dict(found["provenance"])])
-    return Drawing(figure, alternative(found), "Work-precision diagrams", made)
+        figure = precision(found.points)
+    made = origin(__name__, found.provenance)
+    return Drawing(figure, alternative(found.points), "Work-precision diagrams", made)
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.article.precision")
-
-
-if __name__ == "__main__":
-    sys.exit(program("Draw the work-precision diagrams.", _arguments, _draw))
+def draw(precision: str) -> Drawing:
+    """From the file of the study `precision`."""
+    return drawing(Precision.read(Path(precision)))

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from squeal.files.provenance import Provenance
+from squeal.article.cases import CASES
+from squeal.article.results.quasi_static import QuasiStatic
 from squeal.numerics.outline import Outline
-from squeal.plots.areas import draw
-from squeal.plots.maps import angle_axes_of_pi
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
-from squeal.scene import read_scene
+from squeal.plots import areas
+from squeal.plots.areas import angle_axes_of_pi
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
@@ -27,7 +23,7 @@ Marks = Mapping[str, tuple[float, float]]
 
 def _region(axes: Axes, found: Outline, marks: Marks, title: str) -> None:
     """The region within its traced boundary, in black as in the article, with cases marked."""
-    draw(axes, found, ("white", "black"), np.pi)
+    areas.draw(axes, found, ("white", "black"), np.pi)
     for case, (a, b) in marks.items():
         axes.text(
             a / np.pi,
@@ -48,55 +44,41 @@ def _region(axes: Axes, found: Outline, marks: Marks, title: str) -> None:
     angle_axes_of_pi(axes)
 
 
-def quasi_static_figure(found: dict[str, Any], marks: Marks) -> Figure:
+def quasi_static_figure(found: QuasiStatic, marks: Marks) -> Figure:
     """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed."""
     told = ("(a) as printed", "(b) signs followed")
     with style():
         figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
         panels = figure.subplots(1, 2)
         for axes, name, title in zip(panels, ("as_printed", "sign_aware"), told, strict=True):
-            share = f"{100 * found['share'][name]:.1f} % of the map"
-            _region(axes, Outline.from_dict(found[name]), marks, f"{title}: {share}")
+            share = f"{100 * getattr(found.share, name):.1f} % of the map"
+            _region(axes, getattr(found, name), marks, f"{title}: {share}")
         panels[1].set_ylabel("")
     return figure
 
 
-def alternative_text(found: dict[str, Any]) -> str:
+def alternative_text(found: QuasiStatic) -> str:
     """The two maps in words."""
-    share = found["share"]
+    printed, followed = (
+        f"{100 * share:.1f} % of the map"
+        for share in (found.share.as_printed, found.share.sign_aware)
+    )
     return (
         "Two maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
-        f"coefficient {found['mu']:g}. (a) The conditions (23a) and (23b) as printed hold in the "
-        f"black region, {100 * share['as_printed']:.1f} % of the map. (b) With the signs of the "
-        f"stiffness entries followed, they hold on {100 * share['sign_aware']:.1f} % of the map. "
+        f"coefficient {found.mu:g}. (a) The conditions (23a) and (23b) as printed hold in the "
+        f"black region, {printed}. (b) With the signs of the "
+        f"stiffness entries followed, they hold on {followed}. "
         "Letters mark the article's cases."
     )
 
 
-def drawing(found: dict[str, Any], marks: Marks) -> Drawing:
-    """The figure of `squeal.article.studies.quasi_static` results, ready to be saved."""
-    return Drawing(
-        quasi_static_figure(found, marks),
-        alternative_text(found),
-        "Map of the quasi-static sliding motion, model B3",
-        origin("squeal.article.figures.quasi_static", [Provenance.from_dict(found["provenance"])]),
-    )
+def drawing(found: QuasiStatic, marks: Marks = CASES) -> Drawing:
+    """The figure, ready to be saved."""
+    title = "Map of the quasi-static sliding motion, model B3"
+    made = origin(__name__, found.provenance)
+    return Drawing(quasi_static_figure(found, marks), alternative_text(found), title, made)
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "map", type=Path, metavar="JSON", help="of squeal.article.studies.quasi_static"
-    )
-    parser.add_argument(
-        "--mark", type=Path, nargs="*", default=[], metavar="SCENE.yaml", help="cases to mark"
-    )
-
-
-def _draw(given: argparse.Namespace) -> Drawing:
-    pads = {path.stem[-1]: read_scene(path).pad for path in given.mark}
-    marks = {letter: (pad.alpha1, pad.alpha2) for letter, pad in pads.items()}
-    return drawing(json.loads(given.map.read_text(encoding="utf-8")), marks)
-
-
-if __name__ == "__main__":
-    sys.exit(program("Draw the map of quasi-static sliding.", _arguments, _draw))
+def draw(quasi_static: str) -> Drawing:
+    """From the file of the study `quasi_static`, with the article's cases marked."""
+    return drawing(QuasiStatic.read(Path(quasi_static)))

@@ -2,68 +2,50 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.files.provenance import Provenance
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.article.results.robustness import SYMBOLS, Break, Robustness, Sample
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-SYMBOLS = {
-    "h": "$h/w$",
-    "inertia": "$I$",
-    "k2": "$k_2/k_1$",
-    "k3": "$k_3/k_1$",
-    "k4": "$k_4/k_1$",
-    "k_c": "$k_c/k_1$",
-    "L": "$L/w$",
-    "mu": r"$\mu$",
-    "F_n": "$F_n/(k_1 w)$",
-    "preload": "B2 preload",
-    "lift": "B2 lift",
-    "tilt": r"$\theta_0$",
-    "first_y": "B1 preload",
-}
 WAYS = {"more": ("^", "#C8380E", -0.2), "less": ("v", "#3498DB", 0.2)}
 SMALL = 6.5
 
 
-def _shares(axes: Axes, samples: list[dict[str, Any]]) -> None:
-    ids = list(samples[0]["claims"])
-    table = np.array([[s["claims"][i]["share"] for s in samples] for i in ids])
+def _shares(axes: Axes, samples: Sequence[Sample]) -> None:
+    ids = list(samples[0].claims)
+    table = np.array([[s.claims[i].share for s in samples] for i in ids])
     axes.imshow(table, cmap="Blues", vmin=0.0, vmax=1.6, aspect="auto")
     for (row, column), share in np.ndenumerate(table):
         axes.text(column, row, f"{100 * share:.0f}", ha="center", va="center", fontsize=SMALL)
     axes.set_yticks(range(len(ids)), ids, fontsize=SMALL)
-    axes.set_xticks(range(len(samples)), [s["sample"] for s in samples])
+    axes.set_xticks(range(len(samples)), [s.sample for s in samples])
     axes.tick_params(length=0)
     axes.set_title("share of pads that keep a claim [%]")
     axes.set_xlabel("scatter of all numbers about the pad")
 
 
-def _label(claims: list[str]) -> str:
+def _label(claims: Sequence[str]) -> str:
     return claims[0] + (f" and {len(claims) - 1} more" if len(claims) > 1 else "")
 
 
-def _breaks(axes: Axes, breaks: list[dict[str, Any]]) -> None:
-    names = list(dict.fromkeys(b["number"] for b in breaks))
+def _breaks(axes: Axes, breaks: Sequence[Break]) -> None:
+    names = list(dict.fromkeys(b.number for b in breaks))
     for b in breaks:
-        marker, colour, offset = WAYS[b["way"]]
-        row = names.index(b["number"]) + offset
-        if b["change"] is None:
-            axes.text(110, row, f"none ({b['way']})", ha="right", va="center", fontsize=SMALL)
+        marker, colour, offset = WAYS[b.way]
+        row = names.index(b.number) + offset
+        if b.change is None:
+            axes.text(110, row, f"none ({b.way})", ha="right", va="center", fontsize=SMALL)
             continue
-        percent = 100 * b["change"]
+        percent = 100 * b.change
         axes.plot(percent, row, marker, color=colour, ms=4)
         left = percent > 4
         axes.annotate(
-            _label(b["claims"]),
+            _label(b.claims),
             (percent, row),
             (-5 if left else 5, 0),
             textcoords="offset points",
@@ -85,47 +67,37 @@ def _breaks(axes: Axes, breaks: list[dict[str, Any]]) -> None:
     axes.legend(loc="lower left", ncols=1, borderaxespad=0.4, labelspacing=0.2)
 
 
-def robustness(found: dict[str, Any]) -> Figure:
+def robustness(found: Robustness) -> Figure:
     """Shares of pads that keep each claim, and the first break by each number."""
     figure = Figure(figsize=(DOUBLE, 5.0))
     left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.5]})
-    _shares(left, found["samples"])
-    _breaks(right, found["breaks"])
+    _shares(left, found.samples)
+    _breaks(right, found.breaks)
     return figure
 
 
-def alternative(found: dict[str, Any]) -> str:
+def alternative(found: Robustness) -> str:
     """The picture in words."""
-    medians = ", ".join(f"{s['median_kept']:.0f} ({s['sample']})" for s in found["samples"])
-    broken = [b for b in found["breaks"] if b["change"] is not None]
+    medians = ", ".join(f"{s.median_kept:.0f} ({s.sample})" for s in found.samples)
+    broken = [(b.change, b) for b in found.breaks if b.change is not None]
     text = f"Median number of claims kept by pads that scatter about the best one: {medians}."
     if broken:
-        first = min(broken, key=lambda b: b["change"])
+        change, first = min(broken, key=lambda pair: pair[0])
         text += (
-            f" The most delicate number is {first['number']}: {100 * first['change']:.2g} per cent "
-            f"{first['way']} breaks {' and '.join(first['claims'])}."
+            f" The most delicate number is {first.number}: {100 * change:.2g} per cent "
+            f"{first.way} breaks {' and '.join(first.claims)}."
         )
     return text
 
 
-def draw(given: argparse.Namespace) -> Drawing:
-    """The drawing from the results file."""
-    found = json.loads(given.results.read_text(encoding="utf-8"))
+def drawing(found: Robustness) -> Drawing:
+    """The figure, ready to be saved."""
     with style():
         figure = robustness(found)
-    return Drawing(
-        figure,
-        alternative(found),
-        "Robustness of the claims",
-        origin("squeal.article.figures.robustness", [Provenance.from_dict(found["provenance"])]),
-    )
+    made = origin(__name__, found.provenance)
+    return Drawing(figure, alternative(found), "Robustness of the claims", made)
 
 
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw the robustness of the claims.",
-            lambda parser: parser.add_argument("results", type=Path, metavar="JSON"),  # type: ignore[arg-type]
-            draw,
-        )
-    )
+def draw(robustness: str) -> Drawing:
+    """From the file of the study `robustness`."""
+    return drawing(Robustness.read(Path(robustness)))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ from matplotlib.patches import Arc, Polygon
 
 from squeal.files.provenance import provenance
 from squeal.model.mechanics import Coefficients, coefficients
-from squeal.plots.style import DOUBLE, Drawing, origin, program, style
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 from squeal.scene import Scene, read_scene
 
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
@@ -236,23 +234,10 @@ def alternative_text(scene: Scene) -> str:
 def drawing(scene: Scene) -> Drawing:
     """The sketch, ready to be saved."""
     made = provenance([scene.source], "squeal.model.mechanics")
-    return Drawing(
-        sketch(scene),
-        alternative_text(scene),
-        f"Model {scene.model}",
-        origin("squeal.article.figures.sketch", [made]),
-    )
+    title = f"Model {scene.model}"
+    return Drawing(sketch(scene), alternative_text(scene), title, origin(__name__, made))
 
 
-def _arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE.yaml", type=Path)
-
-
-if __name__ == "__main__":
-    sys.exit(
-        program(
-            "Draw the pad of a scene with its springs and symbols.",
-            _arguments,
-            lambda given: drawing(read_scene(given.scene)),
-        )
-    )
+def draw(scene: str) -> Drawing:
+    """From the file of a scene."""
+    return drawing(read_scene(Path(scene)))

@@ -2,59 +2,56 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from squeal.article.report.latex import definitions, long_table, number, tabular, typeset
-from squeal.article.report.layout import EXTREME_FILES
-from squeal.files.writing import write_text
+from squeal.article.results.accuracy import Accuracy, SceneAccuracy
+from squeal.article.results.extreme import Extreme, Outcome
 
 
-def extreme_table(cases: list[dict[str, Any]]) -> str:
+def extreme_table(cases: Sequence[Outcome]) -> str:
     """One row a case: outcome, error, counts, run time, and what it was held against."""
     rows = []
     before = ""
     for case in cases:
-        group = "" if case["group"] == before else case["group"]
-        before = case["group"]
-        error = "--" if case["error"] is None else number(case["error"], 2)
-        counts = [str(case[key]) if case["steps"] else "--" for key in ("steps", "changes")]
-        spent = number(1e3 * case["run_time"], 2) if case["steps"] else "--"
-        cells = [typeset(group), typeset(case["name"]), case["outcome"], error, *counts, spent]
-        rows.append([*cells, typeset(case["told"])])
+        group = "" if case.group == before else case.group
+        before = case.group
+        error = "--" if case.error is None else number(case.error, 2)
+        counts = [str(n) if case.steps else "--" for n in (case.steps, case.changes)]
+        spent = number(1e3 * case.run_time, 2) if case.steps else "--"
+        cells = [typeset(group), typeset(case.name), case.outcome, error, *counts, spent]
+        rows.append([*cells, typeset(case.told)])
     head = ["what is extreme", "case", "outcome", "error", "steps", "changes", "ms"]
     return long_table([*head, "held against, or told"], rows)
 
 
-def values(cases: list[dict[str, Any]]) -> dict[str, str]:
+def values(cases: Sequence[Outcome]) -> dict[str, str]:
     """Values that the section's text refers to."""
     told = {"extreme.cases": str(len(cases))}
     for outcome in ("right", "refused", "warned", "wrong"):
-        told[f"extreme.{outcome}"] = str(sum(c["outcome"] == outcome for c in cases))
-    worst = max((c for c in cases if c["error"] is not None), key=lambda c: c["error"])
-    told["extreme.worst"] = number(worst["error"], 2)
-    told["extreme.worst-case"] = typeset(f"{worst['group']}, {worst['name']}")
+        told[f"extreme.{outcome}"] = str(sum(c.outcome == outcome for c in cases))
+    error, worst = max(((c.error, c) for c in cases if c.error is not None), key=lambda e: e[0])
+    told["extreme.worst"] = number(error, 2)
+    told["extreme.worst-case"] = typeset(f"{worst.group}, {worst.name}")
     return told
 
 
-def accuracy_table(scenes: dict[str, dict[str, Any]]) -> str:
+def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
     """One row a simulated scene: error, effort, growth of errors, horizon."""
     rows = []
     for name, a in scenes.items():
         model, case = name.upper().split("-")
-        horizon = "--" if a["horizon"] is None else number(1e3 * a["horizon"], 3)
+        horizon = "--" if a.horizon is None else number(1e3 * a.horizon, 3)
         rows.append(
             [
                 f"{model} ({case.lower()})",
-                number(a["error"], 2),
-                f"{a['steps']}",
-                f"{a['changes']}",
-                number(1e3 * a["run_time"], 2),
-                number(a["growth"], 3),
-                number(1e-3 * a["exponent"], 2),
+                number(a.error, 2),
+                f"{a.steps}",
+                f"{a.changes}",
+                number(1e3 * a.run_time, 2),
+                number(a.growth, 3),
+                number(1e-3 * a.exponent, 2),
                 horizon,
             ]
         )
@@ -62,40 +59,24 @@ def accuracy_table(scenes: dict[str, dict[str, Any]]) -> str:
     return tabular("lrrrrrrr", [*head, "exponent, 1/ms", "horizon, ms"], [rows[:4], rows[4:]])
 
 
-def accuracy_values(scenes: dict[str, dict[str, Any]]) -> dict[str, str]:
+def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
     """Values that the text on accuracy refers to."""
-    reach = [a["horizon"] / a["stop"] for a in scenes.values() if a["horizon"] is not None]
-    worst = max(a["error"] for a in scenes.values())
-    least = min([*reach, *(a["measured"] for a in scenes.values())])
+    reach = [a.horizon / a.stop for a in scenes.values() if a.horizon is not None]
+    worst = max(a.error for a in scenes.values())
+    least = min([*reach, *(a.measured for a in scenes.values())])
     return {
         "accuracy.worst": number(worst, 2),
         "accuracy.reach": number(least, 3),
         "accuracy.within": "all are" if least >= 2.0 else "not all are",
-        "accuracy.stop": number(1e3 * next(iter(scenes.values()))["stop"], 4),
+        "accuracy.stop": number(1e3 * next(iter(scenes.values())).stop, 4),
     }
 
 
-def main() -> int:
-    """Write the section's generated files."""
-    parser = argparse.ArgumentParser(description="Table and values of the extreme cases.")
-    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.article.extreme")
-    parser.add_argument(
-        "accuracy", type=Path, metavar="JSON", help="of squeal.article.studies.accuracy"
-    )
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    given = parser.parse_args()
-    cases = json.loads(given.results.read_text(encoding="utf-8"))["cases"]
-    given.out.mkdir(parents=True, exist_ok=True)
-    scenes = json.loads(given.accuracy.read_text(encoding="utf-8"))["scenes"]
-    texts = (
-        definitions(values(cases) | accuracy_values(scenes)),
-        extreme_table(cases),
-        accuracy_table(scenes),
-    )
-    for name, text in zip(EXTREME_FILES, texts, strict=True):
-        write_text(given.out / name, text)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def generated(extreme: str, accuracy: str) -> dict[str, str]:
+    """Texts by name, from the files of these studies."""
+    cases, scenes = Extreme.read(Path(extreme)).cases, Accuracy.read(Path(accuracy)).scenes
+    return {
+        "extreme-values": definitions(values(cases) | accuracy_values(scenes)),
+        "extreme": extreme_table(cases),
+        "accuracy": accuracy_table(scenes),
+    }

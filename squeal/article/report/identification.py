@@ -2,47 +2,43 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from squeal.article.figures.robustness import SYMBOLS
 from squeal.article.identify.space import DIMENSIONS
 from squeal.article.report.latex import (
-    alternative,
     definitions,
     long_table,
     number,
     tabular,
     typeset,
 )
-from squeal.article.report.layout import IDENTIFICATION_FILES
-from squeal.files.writing import write_text
+from squeal.article.results.robustness import SYMBOLS, Robustness
+from squeal.article.results.verify import VerifiedPad, Verify
+from squeal.model.contact import Formulation
 
 
-def _words(formulation: dict[str, str]) -> list[str]:
+def _words(formulation: Formulation) -> list[str]:
     return [
-        formulation["line_force"],
-        formulation["delta_from"],
-        f"${formulation['delta_moment']}$",
+        formulation.line_force,
+        formulation.delta_from,
+        f"${formulation.delta_moment}$",
     ]
 
 
-def formulation_table(found: list[dict[str, Any]]) -> str:
+def formulation_table(found: Sequence[VerifiedPad]) -> str:
     """One row a formulation: pads tried, claims kept, which fail, what the variations change."""
     rows = []
     for entry in found:
-        failing = ", ".join(claim["id"] for claim in entry["failing"])
+        failing = ", ".join(claim.id for claim in entry.failing)
         changed = "; ".join(
-            f"{c['claim'] or 'motion'} {c['verdict']} at {c['variation']}" for c in entry["changed"]
+            f"{c.claim or 'motion'} {c.verdict} at {c.variation}" for c in entry.changed
         )
         rows.append(
             [
-                *_words(entry["formulation"]),
-                f"{entry['pads']:,}".replace(",", r"\,"),
-                str(entry["reproduced"]),
+                *_words(entry.formulation),
+                f"{entry.pads:,}".replace(",", r"\,"),
+                str(entry.reproduced),
                 typeset(failing),
                 typeset(changed) or "none",
             ]
@@ -67,51 +63,33 @@ def range_table(numbers: dict[str, float]) -> str:
     return tabular(r"lrrr>{\raggedright\arraybackslash}p{3.4in}", head, [rows])
 
 
-def values(found: list[dict[str, Any]], robust: dict[str, Any]) -> dict[str, str]:
+def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
     """Values that the section's text refers to."""
     best = found[0]
     told = {
-        "identified.kept": str(best["reproduced"]),
-        "identified.pads": f"{sum(e['pads'] for e in found):,}".replace(",", r"\,"),
-        "identified.best-pads": f"{best['pads']:,}".replace(",", r"\,"),
-        "identified.seed": str(best["seed"]),
-        "identified.changed": "no verdict" if not best["changed"] else f"{len(best['changed'])}",
-        "identified.failing": "; ".join(
-            typeset(f"{c['id']} ({c['measured']})") for c in best["failing"]
-        ),
+        "identified.kept": str(best.reproduced),
+        "identified.pads": f"{sum(e.pads for e in found):,}".replace(",", r"\,"),
+        "identified.best-pads": f"{best.pads:,}".replace(",", r"\,"),
+        "identified.seed": str(best.seed),
+        "identified.changed": "no verdict" if not best.changed else f"{len(best.changed)}",
+        "identified.failing": "; ".join(typeset(f"{c.id} ({c.measured})") for c in best.failing),
     }
     for entry in found:
-        f = entry["formulation"]
-        key = f"identified.{f['line_force']}-{f['delta_from']}-{f['delta_moment']}"
-        told[key] = str(entry["reproduced"])
-    ranges = robust["samples"][-1]["claims"]
+        key = f"identified.{'-'.join(vars(entry.formulation).values())}"
+        told[key] = str(entry.reproduced)
+    ranges = robust.samples[-1].claims
     for claim, share in ranges.items():
-        low, high = (f"{100 * v:.1f}" for v in share["interval"])
-        told[f"ranges.{claim}"] = rf"{100 * share['share']:.1f}\,\% ({low} to {high})"
-    told["ranges.pads"] = str(robust["samples"][-1]["pads"])
+        low, high = (f"{100 * v:.1f}" for v in share.interval)
+        told[f"ranges.{claim}"] = rf"{100 * share.share:.1f}\,\% ({low} to {high})"
+    told["ranges.pads"] = str(robust.samples[-1].pads)
     return told
 
 
-def main() -> int:
-    """Write the section's generated files."""
-    parser = argparse.ArgumentParser(description="Tables and values on the identification.")
-    for name in ("formulations", "robustness", "caption"):
-        parser.add_argument(f"--{name}", type=Path, required=True, metavar="FILE")
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    given = parser.parse_args()
-    found = json.loads(given.formulations.read_text(encoding="utf-8"))["formulations"]
-    robust = json.loads(given.robustness.read_text(encoding="utf-8"))
-    caption = given.caption.read_text(encoding="utf-8").strip()
-    texts = (
-        definitions(values(found, robust) | {"alternative.robustness": alternative(caption)}),
-        formulation_table(found),
-        range_table(found[0]["numbers"]),
-    )
-    given.out.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(IDENTIFICATION_FILES, texts, strict=True):
-        write_text(given.out / name, text)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def generated(verify: str, robustness: str) -> dict[str, str]:
+    """Texts by name, from the files of these studies."""
+    found = Verify.read(Path(verify)).formulations
+    return {
+        "identification-values": definitions(values(found, Robustness.read(Path(robustness)))),
+        "formulations": formulation_table(found),
+        "ranges": range_table(found[0].numbers),
+    }

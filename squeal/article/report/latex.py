@@ -129,8 +129,3 @@ def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def definitions(values: Mapping[str, str]) -> str:
     r"""Lines that make \val{key} stand for a text; an unknown key is an error in the report."""
     return "".join(f"\\setval{{{key}}}{{{text}}}\n" for key, text in sorted(values.items()))
-
-
-def alternative(text: str) -> str:
-    """A text as the hexadecimal UTF-16 string that a PDF's /Alt entry takes."""
-    return "FEFF" + text.encode("utf-16-be").hex().upper()

@@ -1,13 +1,16 @@
-"""The parameter table: value, unit and origin of every parameter of the article's scenes."""
+"""Values and the table of parameters: value, unit and origin, from the article's scenes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
+from pathlib import Path
 
-from squeal.article.report.latex import long_table, number, typeset
+from squeal.article.cases import CASES
+from squeal.article.report.latex import definitions, escape, long_table, number, typeset
 from squeal.model.contact import models_with
 from squeal.model.pad import PARAMETERS
-from squeal.scene import COORDINATES, Scene
+from squeal.scene import COORDINATES, Scene, read_scene
 
 _SEARCH = "by search"
 ORIGIN = {
@@ -70,9 +73,36 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
     return rows
 
 
-def parameter_table(scenes: Mapping[str, Sequence[Scene]]) -> str:
-    """The parameter table as the inside of a longtable."""
-    return long_table(
-        ["symbol", "meaning", "unit", "B1", "B2", "origin"],
-        parameter_rows(scenes["b1"], scenes["b2"]),
-    )
+def angle(value: float) -> str:
+    """An angle as a multiple of pi, for use in math mode."""
+    factor = f"{value / math.pi:.6g}"
+    return r"\pi" if factor == "1" else rf"{factor}\,\pi"
+
+
+def values(b1: Sequence[Scene], b2: Sequence[Scene]) -> dict[str, str]:
+    """Angles of the cases, and what the scenes have in common."""
+    pad, formulation = b1[0].pad, b2[0].formulation
+    told = {
+        "pad.w": number(1e3 * pad.w),
+        "pad.mu": number(pad.mu),
+        "pad.F_n": number(pad.F_n),
+        "formulation": escape(
+            f"line force {formulation.line_force}, delta from the {formulation.delta_from}, "
+            f"moment of the reaction with the sign {formulation.delta_moment}"
+        ),
+    }
+    for case, scene in zip(CASES, b1, strict=True):
+        told[f"case.{case}.alpha1"] = angle(scene.pad.alpha1)
+        told[f"case.{case}.alpha2"] = angle(scene.pad.alpha2)
+    return told
+
+
+def generated(*files: str) -> dict[str, str]:
+    """Texts by name, from the four scenes of B1 and the four of B2."""
+    scenes = [read_scene(Path(file)) for file in files]
+    b1, b2 = scenes[: len(CASES)], scenes[len(CASES) :]
+    head = ["symbol", "meaning", "unit", "B1", "B2", "origin"]
+    return {
+        "parameters-values": definitions(values(b1, b2)),
+        "parameters": long_table(head, parameter_rows(b1, b2)),
+    }

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
-import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from squeal.article.report.latex import alternative, definitions, number, tabular, typeset
-from squeal.article.report.layout import PRECISION_FIGURES, PRECISION_FILES
-from squeal.article.results.precision import Check, Point, time_at
-from squeal.files.writing import write_text
+from squeal.article.report.latex import definitions, number, tabular, typeset
+from squeal.article.results.precision import Check, Point, Precision, Timing, time_at
 
 ERROR = 1e-10  # at which the paths are compared
 OURS, BATCH, NUMPY = "squeal", "squeal, batch", "numpy.linalg.eigvals"
@@ -28,7 +23,7 @@ def _power(tolerances: list[float]) -> str:
     return f"$10^{{{round(math.log10(min(tolerances)))}}}$" if tolerances else "--"
 
 
-def speed_table(points: list[Point]) -> str:
+def speed_table(points: Sequence[Point]) -> str:
     """Time of each path for a final error of at most `ERROR`, and as a multiple of ours."""
     cases = list(dict.fromkeys(p.case for p in points))
     paths = list(dict.fromkeys(p.path for p in points))
@@ -48,39 +43,39 @@ def speed_table(points: list[Point]) -> str:
     return tabular(columns, [*head, "missed", "extra"], [rows])
 
 
-def linear_table(timings: list[dict[str, Any]]) -> str:
+def linear_table(timings: Sequence[Timing]) -> str:
     """Error and time of a spectrum in a sweep, by program."""
     rows = [
         [
-            rf"\texttt{{{typeset(t['program'])}}}",
-            number(t["error"], 2),
-            number(1e6 * t["seconds"], 3),
+            rf"\texttt{{{typeset(t.program)}}}",
+            number(t.error, 2),
+            number(1e6 * t.seconds, 3),
         ]
         for t in timings
-        if t["task"] == "sweep"
+        if t.task == "sweep"
     ]
     return tabular("lrr", ["program", "error", r"time of a matrix, $\mu$s"], [rows])
 
 
-def linear_values(timings: list[dict[str, Any]]) -> dict[str, str]:
+def linear_values(timings: Sequence[Timing]) -> dict[str, str]:
     """Values on the map and the threshold that the section's text refers to."""
 
-    def of(task: str, program: str) -> list[dict[str, Any]]:
-        return [t for t in timings if (t["task"], t["program"]) == (task, program)]
+    def of(task: str, program: str) -> list[Timing]:
+        return [t for t in timings if (t.task, t.program) == (task, program)]
 
-    ours, theirs = (of("map", name)[-1]["seconds"] for name in (OURS, NUMPY))
-    best = min(of("threshold", NUMPY), key=lambda t: t["error"])
+    ours, theirs = (of("map", name)[-1].seconds for name in (OURS, NUMPY))
+    best = min(of("threshold", NUMPY), key=lambda t: t.error)
     (own,) = of("threshold", OURS)
     return {
         "precision.map-ratio": number(theirs / ours, 3),
-        "precision.threshold-error": number(max(own["error"], 2.0**-53), 2),
-        "precision.threshold-ms": number(1e3 * own["seconds"], 2),
-        "precision.halving-error": number(best["error"], 2),
-        "precision.halving-ms": number(1e3 * best["seconds"], 2),
+        "precision.threshold-error": number(max(own.error, 2.0**-53), 2),
+        "precision.threshold-ms": number(1e3 * own.seconds, 2),
+        "precision.halving-error": number(best.error, 2),
+        "precision.halving-ms": number(1e3 * best.seconds, 2),
     }
 
 
-def check_values(checks: list[Check]) -> dict[str, str]:
+def check_values(checks: Sequence[Check]) -> dict[str, str]:
     """How well the reference is confirmed."""
     times = [c.times for c in checks if c.times is not None]
     return {
@@ -90,7 +85,7 @@ def check_values(checks: list[Check]) -> dict[str, str]:
     }
 
 
-def values(points: list[Point]) -> dict[str, str]:
+def values(points: Sequence[Point]) -> dict[str, str]:
     """Values that the section's text refers to."""
     ratios, batches = [], []
     for case in dict.fromkeys(p.case for p in points):
@@ -116,30 +111,12 @@ def values(points: list[Point]) -> dict[str, str]:
     }
 
 
-def main() -> int:
-    """Write the section's generated files."""
-    parser = argparse.ArgumentParser(description="Tables and values on error against run time.")
-    parser.add_argument("results", type=Path, metavar="JSON", help="of squeal.article.precision")
-    parser.add_argument("--figures", type=Path, nargs="+", metavar="TXT", help="their texts")
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    given = parser.parse_args()
-    found = json.loads(given.results.read_text(encoding="utf-8"))
-    points = [Point(**p) for p in found["points"]]
-    told = values(points) | linear_values(found["linear"])
-    told |= check_values([Check(**c) for c in found["checks"]])
-    for name, text in zip(PRECISION_FIGURES, given.figures, strict=True):
-        caption = text.read_text(encoding="utf-8").strip()
-        told[f"alternative.{name}"] = alternative(caption)
-    texts = (
-        definitions(told),
-        speed_table(points),
-        linear_table(found["linear"]),
-    )
-    given.out.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(PRECISION_FILES, texts, strict=True):
-        write_text(given.out / name, text)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def generated(precision: str) -> dict[str, str]:
+    """Texts by name, from the file of the study `precision`."""
+    found = Precision.read(Path(precision))
+    told = values(found.points) | linear_values(found.linear) | check_values(found.checks)
+    return {
+        "precision-values": definitions(told),
+        "speed": speed_table(found.points),
+        "linear-speed": linear_table(found.linear),
+    }

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from squeal.article.cases import title
 from squeal.article.report.latex import (
-    alternative,
     definitions,
     long_table,
     number,
@@ -18,21 +14,24 @@ from squeal.article.report.latex import (
     tabular,
     typeset,
 )
-from squeal.article.report.layout import CHAPTER_FILES
-from squeal.files.writing import write_text
+from squeal.article.results.angles import Angles
+from squeal.article.results.loci import Branch, Loci, SceneLoci, SingleLoop
+from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.results.stability import Comparison, Stability, Thresholds
+from squeal.files.records import Missing
 
 
-def literature_table(rows: list[dict[str, Any]]) -> str:
+def literature_table(rows: Sequence[Comparison]) -> str:
     """Expected and computed numbers of the literature systems, with their provenance."""
     head = ["system", "quantity", "expected", "computed", "known from"]
     lines = []
     before = ""
     for row in rows:
-        name = row["name"] if row["name"] != before else ""
-        before = row["name"]
-        cells = [typeset(name), typeset(row["quantity"])]
-        cells += [_plain(row[key]) for key in ("expected", "computed")]
-        lines.append([*cells, typeset(row["provenance"])])
+        name = row.name if row.name != before else ""
+        before = row.name
+        cells = [typeset(name), typeset(row.quantity)]
+        cells += [_plain(text) for text in (row.expected, row.computed)]
+        lines.append([*cells, typeset(row.provenance)])
     return long_table(head, lines)
 
 
@@ -42,31 +41,38 @@ def _plain(text: str) -> str:
     return text if text == "none" else rf"\mbox{{${number}$}}"
 
 
-def threshold_table(scenes: list[dict[str, Any]], fluttering: dict[str, Any] | None) -> str:
+def _listed(parts: Sequence[str]) -> str:
+    return ", ".join(parts) or "none"
+
+
+def _margins(mus: Sequence[float]) -> str:
+    return _listed([number(mu, 10) for mu in mus])
+
+
+def threshold_table(scenes: Sequence[SceneLoci], fluttering: Thresholds | None) -> str:
     """Thresholds along the branch, with the equilibrium held, and as gain margins of the loop."""
-    shown = [(title(scene["name"]), scene) for scene in scenes]
+    shown: list[tuple[str, SceneLoci | Thresholds]] = [(title(one.name), one) for one in scenes]
     if fluttering is not None:
         shown.append(("B2, fluttering angles", fluttering))
     head = ["", r"along the branch, $\mu \le 1$", "equilibrium held", "gain margin", "difference"]
     groups: dict[str, list[list[str]]] = {}
     for name, scene in shown:
-        branch, loop = scene["branch"], scene["loop"]
-        events = [f"{number(p['mu'], 6)} {p['kind']}" for p in branch.get("thresholds", [])]
-        held, margins = (
-            [number(mu, 10) for mu in loop.get(key, [])] for key in ("thresholds", "gain_margins")
-        )
-        cells = [", ".join(part) or "none" for part in (events, held, margins)]
-        if "rank_one" not in loop:
-            cells[1:] = ["no equilibrium", "--"]
-        elif not loop["rank_one"]:
-            cells[2] = "not of rank one"
-        apart = loop.get("apart")
-        cells.append("--" if apart is None or not margins else number(apart, 2))
-        groups.setdefault(scene["model"], []).append([name, *cells])
+        branch, loop = scene.branch, scene.loop
+        points = branch.thresholds if isinstance(branch, Branch) else ()
+        cells = [_listed([f"{number(point.mu, 6)} {point.kind}" for point in points])]
+        if isinstance(loop, Missing):
+            cells += ["no equilibrium", "--", "--"]
+        elif isinstance(loop, SingleLoop):
+            apart = loop.apart if loop.gain_margins else None
+            cells += [_margins(loop.thresholds), _margins(loop.gain_margins)]
+            cells.append("--" if apart is None else number(apart, 2))
+        else:
+            cells += [_margins(loop.thresholds), "not of rank one", "--"]
+        groups.setdefault(scene.model, []).append([name, *cells])
     return tabular("lllll", head, list(groups.values()))
 
 
-def advice_list(advice: dict[str, str]) -> str:
+def advice_list(advice: Mapping[str, str]) -> str:
     """The sentences on each of the article's configurations."""
     lines = [r"\begin{description}"]
     for name, told in advice.items():
@@ -76,57 +82,31 @@ def advice_list(advice: dict[str, str]) -> str:
 
 
 def values(
-    found: dict[str, Any],
-    scenes: list[dict[str, Any]],
-    angles: dict[str, Any],
-    printed: dict[str, Any],
+    found: Stability, scenes: Sequence[SceneLoci], angles: Angles, printed: QuasiStatic
 ) -> dict[str, str]:
     """Values that the chapter's text refers to."""
-    told = {f"share.{k}": percent(v) for k, v in (angles["share"] | printed["share"]).items()}
-    for model in ("b2", "b3"):
-        for name, share in angles[f"share_{model}"].items():
+    told = {f"share.{k}": percent(v) for k, v in (vars(angles.share) | vars(printed.share)).items()}
+    for model, shares in (("b2", angles.share_b2), ("b3", angles.share_b3)):
+        for name, share in shares.items():
             told[f"share.{model}.{name.replace(' ', '-')}"] = percent(share)
-    told["growth.apart"] = number(max(g["apart"] for g in found["growth"]), 2)
-    told["growth.simulations"] = str(sum(len(g["mu"]) for g in found["growth"]))
-    loops = [scene["loop"] for scene in scenes if scene["loop"].get("rank_one")]
+    told["growth.apart"] = number(max(g.apart for g in found.growth), 2)
+    told["growth.simulations"] = str(sum(len(g.mu) for g in found.growth))
+    loops = [scene.loop for scene in scenes if isinstance(scene.loop, SingleLoop)]
     told["loop.rank-one"] = str(len(loops))
     told["loop.scenes"] = str(len(scenes))
-    told["loop.locus-apart"] = number(max((one["locus_apart"] for one in loops), default=0.0), 2)
-    rows = found["literature"]
-    told["literature.rows"] = str(len(rows))
-    told["literature.agree"] = str(sum(row["agrees"] for row in rows))
+    told["loop.locus-apart"] = number(max((one.locus_apart for one in loops), default=0.0), 2)
+    told["literature.rows"] = str(len(found.literature))
+    told["literature.agree"] = str(sum(row.agrees for row in found.literature))
     return told
 
 
-def alternatives(files: list[Path]) -> dict[str, str]:
-    """Alternative texts of the chapter's figures, by the name of their file."""
+def generated(stability: str, loci: str, angles: str, quasi_static: str) -> dict[str, str]:
+    """Texts by name, from the files of these studies."""
+    found, scenes = Stability.read(Path(stability)), Loci.read(Path(loci)).scenes
+    maps = Angles.read(Path(angles)), QuasiStatic.read(Path(quasi_static))
     return {
-        f"alternative.{file.stem}": alternative(file.read_text(encoding="utf-8").strip())
-        for file in files
+        "stability-values": definitions(values(found, scenes, *maps)),
+        "literature": literature_table(found.literature),
+        "advice": advice_list(found.advice),
+        "thresholds": threshold_table(scenes, found.fluttering),
     }
-
-
-def main() -> int:
-    """Write the chapter's generated files."""
-    parser = argparse.ArgumentParser(description="Tables and values of the stability chapter.")
-    for name in ("stability_study", "loci", "angle_study", "quasi_static"):
-        parser.add_argument(name, type=Path, metavar="JSON", help=f"of squeal.{name}")
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    parser.add_argument("--figures", type=Path, nargs="+", required=True, metavar="TXT")
-    given = parser.parse_args()
-    files = (given.stability_study, given.loci, given.angle_study, given.quasi_static)
-    found, loci, angles, printed = (json.loads(f.read_text(encoding="utf-8")) for f in files)
-    texts = (
-        definitions(values(found, loci["scenes"], angles, printed) | alternatives(given.figures)),
-        literature_table(found["literature"]),
-        advice_list(found["advice"]),
-        threshold_table(loci["scenes"], found["fluttering"]),
-    )
-    given.out.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(CHAPTER_FILES, texts, strict=True):
-        write_text(given.out / name, text)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -7,22 +7,25 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import pkgutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-from squeal.article.studies import STUDIES
+from squeal.article import studies
 from squeal.errors import ComputationError, InputError
 from squeal.files.provenance import provenance
 from squeal.files.writing import to_json
+
+NAMES = tuple(m.name for m in pkgutil.iter_modules(studies.__path__) if m.name[0] != "_")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a study and print its result. Returns 1 where it is wrong or fails, 2 for bad input."""
     first = argparse.ArgumentParser(description="Run a study and print its result as JSON.")
-    first.add_argument("name", choices=STUDIES, metavar="NAME", help=", ".join(STUDIES))
+    first.add_argument("name", choices=NAMES, metavar="NAME", help=", ".join(NAMES))
     first.add_argument("rest", nargs=argparse.REMAINDER, metavar="FILE", help="what it reads")
     chosen = first.parse_args(arguments)
     module = import_module(f"squeal.article.studies.{chosen.name}")

@@ -1,0 +1,50 @@
+"""`python -m squeal.article.figures MODULE ARGUMENT ... --pdf FILE`: draws one figure.
+
+Beside the PDF stands a text file with the figure's alternative text, in ASCII since LaTeX reads it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import pkgutil
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from squeal.article import figures
+from squeal.errors import InputError
+from squeal.plots.style import save, save_png
+
+NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Draw a figure; 2 with a reason if it cannot be drawn from what it is given."""
+    parser = argparse.ArgumentParser(description="Draw a figure of the report.")
+    parser.add_argument("module", choices=NAMES, metavar="MODULE", help=", ".join(NAMES))
+    parser.add_argument("arguments", nargs="*", metavar="ARGUMENT", help="what it is drawn from")
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
+    wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
+    chosen = parser.parse_args(given)
+    draw = import_module(f"{figures.__name__}.{chosen.module}").draw
+    expected = inspect.signature(draw).parameters
+    if len(expected) != len(chosen.arguments):
+        parser.error(f"{chosen.module} is drawn from {', '.join(expected)}")
+    try:
+        drawing = draw(*chosen.arguments)
+    except InputError as error:
+        print(f"{chosen.module}: {error}", file=sys.stderr)
+        return 2
+    drawing.alternative.encode("ascii")
+    if chosen.pdf is not None:
+        save(drawing, chosen.pdf)
+    else:
+        save_png(drawing, chosen.png)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""Values and tables of the article's own models: motions, the map of Fig. 13, eigenvalues."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from squeal.article.report.contact_states import table_1, table_2
+from squeal.article.report.latex import (
+    definitions,
+    escape,
+    number,
+    percent,
+    tabular,
+    typeset,
+)
+from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
+from squeal.article.results.quasi_static import QuasiStatic
+from squeal.files.records import Missing
+from squeal.files.results import Summary, read_summary
+
+
+def simulated(run: Summary) -> dict[str, str]:
+    """Values of one simulated scene."""
+    stem = run.name
+    values = {
+        f"{stem}.changes": str(len(run.events)),
+        f"{stem}.steps": str(run.steps),
+        f"{stem}.stop": number(1e3 * run.stop),
+        f"{stem}.scene": escape(run.scene),
+    }
+    for state, share in run.shares.items():
+        values[f"{stem}.share.{state}"] = percent(share)
+    for signal, limits in run.extrema.items():
+        low, high = limits or (float("nan"), float("nan"))
+        values[f"{stem}.min.{signal}"] = number(low, 3)
+        values[f"{stem}.max.{signal}"] = number(high, 3)
+    return values
+
+
+def map_values(found: QuasiStatic) -> dict[str, str]:
+    """Values of the map of Fig. 13."""
+    return {
+        "map.as_printed": percent(found.share.as_printed),
+        "map.sign_aware": percent(found.share.sign_aware),
+        "map.mu": number(found.mu, 4),
+        "map.n": str(found.n),
+    }
+
+
+def eigenvalue_values(found: Eigenvalues) -> dict[str, str]:
+    """Verdict of each scene, and how far the two programs are apart."""
+    values, apart = {}, 0.0
+    for stem, one in found.scenes.items():
+        if isinstance(one, EquilibriumPoles):
+            values[f"eigenvalues.{stem}.verdict"] = one.verdict
+            apart = max(apart, one.apart)
+        else:
+            values[f"eigenvalues.{stem}.verdict"] = "no sliding equilibrium"
+    return values | {"eigenvalues.apart": number(apart, 2)}
+
+
+def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:
+    """Complex eigenvalues of the four cases, one row for a pair or a real eigenvalue."""
+    groups = []
+    for scene, result in found.items():
+        case = f"({scene[-1]})"
+        if isinstance(result, Missing):
+            text = rf"\multicolumn{{5}}{{l}}{{{typeset(result.reason)}}}"
+            groups.append([[case, "--", text]])
+            continue
+        rows: list[list[str]] = []
+        for pole in result.poles:
+            first = not rows
+            ratio = pole.damping_ratio
+            sign = r"\pm" if pole.imag else ""
+            imaginary = f"{pole.imag:.1f}"
+            rows.append(
+                [
+                    case if first else "",
+                    result.contact if first else "",
+                    number(pole.real, 5),
+                    f"${sign}{imaginary}$",
+                    f"{pole.frequency_hz:.1f}",
+                    "--" if ratio is None else number(ratio, 4),
+                    result.verdict if first else "",
+                ]
+            )
+        groups.append(rows)
+    head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
+    return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)
+
+
+def generated(*files: str) -> dict[str, str]:
+    """Texts by name, from the summaries of the simulations, `quasi_static` and `eigenvalues`."""
+    *summaries, mapped, spectra = map(Path, files)
+    runs = [read_summary(file) for file in summaries]
+    found = Eigenvalues.read(spectra)
+    values = map_values(QuasiStatic.read(mapped)) | eigenvalue_values(found)
+    for run in runs:
+        values |= simulated(run)
+    values["method"] = escape(runs[0].method)
+    values["tolerance"] = number(runs[0].tolerance, 3)
+    return {
+        "article-values": definitions(values),
+        "table-1": table_1(),
+        "table-2": table_2(),
+        "eigenvalues": eigenvalue_table(found.scenes),
+    }

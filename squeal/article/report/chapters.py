@@ -1,0 +1,162 @@
+"""The report as a table: its chapters with their studies, figures and generated files.
+
+The rules of the workflow run what stands here, one job an entry, and the report reads the chapters
+in this order. Light on purpose: the workflow imports it each time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
+
+IDENTIFIED = "workflow/identified.json"
+
+
+def scene_file(name: str) -> str:
+    """The file of one of the article's scenes."""
+    return f"workflow/scenes/{name}.yaml"
+
+
+def result_file(name: str) -> str:
+    """The file that a study or the simulation of a scene writes."""
+    return f"results/{name}.json"
+
+
+def _scenes(*names: str) -> tuple[str, ...]:
+    return tuple(map(scene_file, names))
+
+
+def _results(*names: str) -> tuple[str, ...]:
+    return tuple(map(result_file, names))
+
+
+@dataclass(frozen=True)
+class Study:
+    """results/NAME.json, computed by `squeal.article.studies.NAME` from the files that it reads.
+
+    A study that is `timed` measures run times: nothing else of the workflow runs beside it.
+    """
+
+    name: str
+    reads: tuple[str, ...] = ()
+    timed: bool = False
+
+
+@dataclass(frozen=True)
+class Figure:
+    """figures/NAME.pdf and its text, drawn by `squeal.article.figures.MODULE` from its arguments.
+
+    Arguments that hold a slash are files, which the figure depends on; others are plain words.
+    """
+
+    name: str
+    module: str
+    arguments: tuple[str, ...]
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The files among the arguments."""
+        return tuple(word for word in self.arguments if "/" in word)
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """paper/NAME.tex; `squeal.article.report.NAME` writes what it reads from paper/generated.
+
+    That are NAME-values.tex and the tables, made from the files in `reads`.
+    """
+
+    name: str
+    reads: tuple[str, ...] = ()
+    tables: tuple[str, ...] = ()
+    studies: tuple[Study, ...] = ()
+    figures: tuple[Figure, ...] = ()
+
+    @property
+    def generated(self) -> tuple[str, ...]:
+        """Names of the generated files, the values first."""
+        return (f"{self.name}-values.tex", *(f"{table}.tex" for table in self.tables))
+
+
+_B2 = tuple(stem("B2", case) for case in CASES)
+_SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
+
+_PARTS = (
+    Chapter(
+        "article",
+        reads=_results(*HISTORY_FIGURES, "quasi_static", "eigenvalues"),
+        tables=("table-1", "table-2", "eigenvalues"),
+        studies=(
+            Study("quasi_static", _scenes("b3")),
+            Study("eigenvalues", _scenes(*_B2)),
+        ),
+        figures=(
+            Figure("fig01", "sketch", _scenes("b1-c")),
+            Figure("fig02", "sketch", _scenes("b2-c")),
+            Figure("fig03", "charts", ("B1",)),
+            Figure("fig08", "charts", ("B2",)),
+            *(
+                Figure(f"fig{number:02}", "histories", (*_results(name), f"results/{name}.csv"))
+                for name, number in HISTORY_FIGURES.items()
+            ),
+            Figure("fig13", "quasi_static", _results("quasi_static")),
+        ),
+    ),
+    Chapter(
+        "stability",
+        reads=_results("stability", "loci", "angles", "quasi_static"),
+        tables=("literature", "advice", "thresholds"),
+        studies=(
+            Study("stability", _scenes(*HISTORY_FIGURES)),
+            Study("loci", _scenes(*HISTORY_FIGURES)),
+            Study("angles", _scenes(*_B2, "b3")),
+        ),
+        figures=(
+            *(Figure(name, name, _results("loci")) for name in ("coupling", "loci", "modes")),
+            Figure("growth", "growth", _results("stability")),
+            Figure("maps", "angle_maps", _results("angles", "quasi_static")),
+        ),
+    ),
+    Chapter(
+        "identification",
+        reads=_results("verify", "robustness"),
+        tables=("formulations", "ranges"),
+        studies=_SEARCHED,
+        figures=(Figure("robustness", "robustness", _results("robustness")),),
+    ),
+    Chapter(
+        "statements",
+        reads=_results("claims", "findings"),
+        tables=("claims", "findings"),
+        studies=(
+            Study("claims", (*_scenes(*HISTORY_FIGURES), IDENTIFIED)),
+            Study("findings", _scenes(*STEMS)),
+        ),
+    ),
+    Chapter(
+        "extreme",
+        reads=_results("extreme", "accuracy"),
+        tables=("extreme", "accuracy"),
+        studies=(
+            Study("extreme", timed=True),
+            Study("accuracy", _scenes(*HISTORY_FIGURES), timed=True),
+        ),
+    ),
+    Chapter(
+        "precision",
+        reads=_results("precision"),
+        tables=("speed", "linear-speed"),
+        studies=(Study("precision", _scenes("b1-c", "b2-c", "b3"), timed=True),),
+        figures=(
+            Figure("precision", "precision", _results("precision")),
+            Figure("linear", "linear", _results("precision")),
+        ),
+    ),
+    Chapter("parameters", reads=_scenes(*HISTORY_FIGURES), tables=("parameters",)),
+)
+STUDIES = {study.name: study for part in _PARTS for study in part.studies}
+RESULTS = _results(*HISTORY_FIGURES, *STUDIES)
+"""All result files that the report rests on."""
+CHAPTERS = (*_PARTS, Chapter("making", reads=RESULTS, tables=("origin", "chapters")))
+FIGURES = {figure.name: figure for part in CHAPTERS for figure in part.figures}

@@ -1,0 +1,78 @@
+"""Values and tables on the article's statements and on the findings about its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.report.latex import definitions, long_table, typeset
+from squeal.article.results.claims import Claims, JudgedClaim
+from squeal.article.results.findings import Findings, MeasuredFinding
+
+
+def agreement(claims: Sequence[JudgedClaim], model: str, case: str) -> str:
+    """How far one case agrees with the article, told from the claims about that case alone."""
+    own = [c for c in claims if c.id.startswith(f"{model}-") and c.case == case]
+    missed = [c for c in own if c.verdict != "reproduced"]
+    if not own:
+        return ""
+    if not missed:
+        all_of = {1: "The one statement", 2: "Both statements"}
+        subject = all_of.get(len(own), f"All {len(own)} statements")
+        return (
+            f"{subject} of the article on this case {'is' if len(own) == 1 else 'are'} reproduced."
+        )
+    told = "; ".join(f"{c.id} ({c.measured})" for c in missed)
+    count = len(own) - len(missed)
+    return typeset(
+        f"Of {len(own)} statements of the article on this case {count} "
+        f"{'is' if count == 1 else 'are'} reproduced; not so {told}."
+    )
+
+
+def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
+    """Values told by the claims: counts, each verdict and measure, agreement by figure."""
+    values = {"claims.total": str(len(claims))}
+    for verdict in ("reproduced", "not reproduced", "contradicted"):
+        count = sum(c.verdict == verdict for c in claims)
+        values[f"claims.{verdict.replace(' ', '-')}"] = str(count)
+    for c in claims:
+        values[f"claim.{c.id}.verdict"] = c.verdict
+        values[f"claim.{c.id}.measured"] = typeset(c.measured)
+    for stem in HISTORY_FIGURES:
+        values[f"agreement.{stem}"] = agreement(claims, stem[:2].upper(), stem[-1])
+    return values
+
+
+def claims_table(claims: Sequence[JudgedClaim]) -> str:
+    """All claims with place, statement, measured value and verdict."""
+    rows = [
+        [
+            rf"\footnotesize {c.id}",
+            typeset(c.where),
+            typeset(c.statement),
+            typeset(c.measured),
+            rf"\verdict{{{c.verdict}}}",
+        ]
+        for c in claims
+    ]
+    head = ["claim", "place", "statement in our words", "measured", "verdict"]
+    return long_table(head, rows)
+
+
+def findings_table(findings: Sequence[MeasuredFinding]) -> str:
+    """All findings with place, statement and measured outcome."""
+    rows = [[f.id, typeset(f.where), typeset(f.statement), typeset(f.outcome)] for f in findings]
+    return long_table(["", "place", "finding", "measured"], rows)
+
+
+def generated(claims: str, findings: str) -> dict[str, str]:
+    """Texts by name, from the files of these studies."""
+    judgements, measured = Claims.read(Path(claims)).claims, Findings.read(Path(findings)).findings
+    values = judged(judgements) | {"findings.total": str(len(measured))}
+    return {
+        "statements-values": definitions(values),
+        "claims": claims_table(judgements),
+        "findings": findings_table(measured),
+    }

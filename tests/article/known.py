@@ -1,0 +1,110 @@
+"""Result files of the right form without computing anything: each record filled by its types."""
+
+import dataclasses
+import types
+import typing
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from squeal.article.cases import CASES, HISTORY_FIGURES, stem
+from squeal.article.claims import CLAIMS
+from squeal.article.identify.space import START
+from squeal.article.identify.stored import read_searches
+from squeal.article.report.chapters import IDENTIFIED, STUDIES
+from squeal.article.results.precision import Point, Timing
+from squeal.files.provenance import Provenance, provenance
+from squeal.files.records import Result
+from squeal.files.writing import to_json, write_text
+from squeal.numerics.outline import outline
+from tests.conftest import ROOT
+
+B2 = [stem("B2", case) for case in CASES]
+IDS = [claim.id for claim in CLAIMS]
+
+
+def filled(kind: Any, **given: Any) -> Any:
+    """A value of a type: 0.5, 3, "word", one entry in each list; `given` for a record's fields."""
+    origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Literal:
+        return inner[0]
+    if origin in (typing.Union, types.UnionType):
+        return filled(inner[0])
+    if origin is tuple:
+        return (filled(inner[0]),) if inner[1:] == (...,) else tuple(map(filled, inner))
+    if origin is dict:
+        return {"word": filled(inner[1])}
+    if kind is Provenance:
+        return provenance([], "squeal.errors")
+    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+        if kind.__name__ == "Outline":
+            ends = np.array([0.5, 1.5])
+            return outline(((0.0, 2.0), (0.0, 2.0)), ends, ends, np.eye(2, dtype=int))
+        hints = typing.get_type_hints(kind)
+        names = [field.name for field in dataclasses.fields(kind) if field.init]
+        return kind(**{name: filled(hints[name]) for name in names} | given)
+    return {float: 0.5, int: 3, str: "word", bool: True}[kind]
+
+
+def kinds(name: str) -> dict[str, type[Result]]:
+    """The fields of a study's record with their types, and under "" the record itself."""
+    kind = import_module(f"squeal.article.studies.{name}").study.__annotations__["return"]
+    record = getattr(import_module(f"squeal.article.results.{name}"), kind)
+    return typing.get_type_hints(record) | {"": record}
+
+
+def result(name: str) -> Result:
+    """A result of a study; where the report names scenes, claims or programs, under these names."""
+    types_of = kinds(name)
+
+    def by(field: str, names: Any) -> dict[str, Any]:
+        return {key: filled(typing.get_args(types_of[field])[1]) for key in names}
+
+    def entry(field: str) -> Any:
+        return typing.get_args(types_of[field])[0]
+
+    given: dict[str, Any] = {}
+    if name == "eigenvalues":
+        given["scenes"] = by("scenes", B2)
+    elif name == "accuracy":
+        given["scenes"] = by("scenes", HISTORY_FIGURES)
+    elif name == "angles":
+        verdicts = ("stable", "marginal", "flutter", "divergence", "beyond a fold")
+        given = {"verdicts": verdicts}
+        given |= {f"share_{model}": dict.fromkeys(verdicts, 0.2) for model in ("b2", "b3")}
+    elif name == "claims":
+        given["claims"] = tuple(
+            filled(entry("claims"), id=claim.id, case=claim.case) for claim in CLAIMS
+        )
+    elif name == "loci":
+        given["scenes"] = tuple(filled(entry("scenes"), name=one) for one in HISTORY_FIGURES)
+    elif name == "stability":
+        given["advice"] = dict.fromkeys(HISTORY_FIGURES, "words")
+    elif name == "verify":
+        given["formulations"] = tuple(
+            filled(entry("formulations"), formulation=search.formulation, numbers=START)
+            for search in read_searches([ROOT / IDENTIFIED])
+        )
+    elif name == "robustness":
+        sample = entry("samples")
+        share = filled(typing.get_args(typing.get_type_hints(sample)["claims"])[1])
+        given["samples"] = (filled(sample, claims=dict.fromkeys(IDS, share)),)
+    elif name == "precision":
+        programs = ("squeal", "squeal, batch", "SciPy DOP853")
+        given["points"] = tuple(
+            filled(Point, path=one, error=1e-11, missed=0, extra=0) for one in programs
+        )
+        given["linear"] = tuple(
+            filled(Timing, task=task, program=program)
+            for task in ("sweep", "map", "threshold")
+            for program in ("squeal", "numpy.linalg.eigvals")
+        )
+    return filled(types_of[""], **given)
+
+
+def write(folder: Any) -> None:
+    """results/NAME.json of all studies in a folder, but not those of simulations."""
+    (folder / "results").mkdir()
+    for name in STUDIES:
+        write_text(folder / "results" / f"{name}.json", to_json(result(name).to_dict()))

@@ -1,0 +1,15 @@
+rule simulate:
+    input:
+        scene=scene_file("{scene}"),
+        lock=LOCK,
+        package=sources("squeal.commands.simulate"),
+    output:
+        summary="results/{scene}.json",
+        history="results/{scene}.csv",
+    log:
+        "logs/simulate/{scene}.log",
+    wildcard_constraints:
+        scene="|".join(HISTORY_FIGURES),
+    shell:
+        "python -m squeal.commands.simulate {input.scene} --csv {output.history} --json "
+        "> {output.summary} 2> {log}"

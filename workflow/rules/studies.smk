@@ -1,0 +1,17 @@
+rule study:
+    input:
+        files=lambda wildcards: STUDIES[wildcards.study].reads,
+        lock=LOCK,
+        package=lambda wildcards: sources(
+            "squeal.article.studies.__main__", f"squeal.article.studies.{wildcards.study}"
+        ),
+    output:
+        "results/{study}.json",
+    log:
+        "logs/study/{study}.log",
+    wildcard_constraints:
+        study="|".join(STUDIES),
+    # all cores: nothing runs beside a job that measures time
+    threads: lambda wildcards: workflow.cores if STUDIES[wildcards.study].timed else 1
+    shell:
+        "python -m squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"
