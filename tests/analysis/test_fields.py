@@ -1,0 +1,77 @@
+"""Fields over two parameters against single scenes, point by point."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.fields import field
+from squeal.analysis.maps import Axis
+from squeal.analysis.sensitivity import first_loss
+from squeal.errors import ComputationError, InputError
+from squeal.scene import read_scene
+from squeal.scene.schema import Damping
+from tests.conftest import SCENES
+
+AXES = (Axis("alpha1", 0.3, 2.9, 4), Axis("k2", 0.5e8, 3.0e8, 3))
+
+
+def scenes(stem, damping=None):
+    scene = dataclasses.replace(read_scene(SCENES / f"{stem}.yaml"), damping=damping)
+    low, high = 0.4 * scene.pad.k2, 2.5 * scene.pad.k2
+    axes = (AXES[0], Axis("k2", low, high, 3))
+    points = [
+        (i, j, dataclasses.replace(scene, pad=scene.pad.replace(alpha1=float(a), k2=float(b))))
+        for i, a in enumerate(axes[0].values)
+        for j, b in enumerate(axes[1].values)
+    ]
+    return scene, axes, points
+
+
+@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
+def test_critical_friction_is_the_first_loss_of_each_pad(stem):
+    scene, axes, points = scenes(stem)
+    values = field(scene, axes, "critical-friction", 1.0).values
+    met = 0
+    for i, j, one in points:
+        found = critical_friction(one, 1.0)
+        loss = first_loss(found)
+        if loss is not None:
+            exact = 1e-6 if loss.kind == "fold" else 1e-10
+            assert values[i, j] == pytest.approx(loss.mu, rel=exact), loss.kind
+            met += 1
+        elif found.mu_end == 1.0:
+            assert np.isnan(values[i, j])
+    assert met
+
+
+@pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.02, 0.03))])
+@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
+def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping):
+    scene, axes, points = scenes(stem, damping)
+    growth, frequency = (field(scene, axes, name).values for name in ("growth", "frequency"))
+    for i, j, one in points:
+        try:
+            found = analyse(one)
+        except ComputationError:
+            assert np.isnan(growth[i, j])
+            continue
+        if "on the branch" not in found.how and stem != "b3":
+            continue  # another equilibrium than the map's
+        top = found.spectrum.dominant
+        radius = np.abs(found.spectrum.values).max()
+        assert growth[i, j] == pytest.approx(top.growth_rate, abs=1e-7 * radius)
+        if top.growth_rate > 1e-6 * radius:
+            assert frequency[i, j] == pytest.approx(top.frequency_hz, rel=1e-6)
+        else:
+            assert np.isnan(frequency[i, j])
+
+
+def test_refusals():
+    scene = read_scene(SCENES / "b3.yaml")
+    with pytest.raises(InputError, match="must be one of critical-friction, growth, frequency"):
+        field(scene, AXES, "colour")
+    with pytest.raises(InputError, match="over mu"):
+        field(scene, (Axis("mu", 0.0, 1.0, 3), AXES[1]), "critical-friction")
