@@ -1,0 +1,98 @@
+"""Scatter of the critical friction against what a single monotonic parameter must make of it."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.scatter import Spread, scatter
+from squeal.analysis.sensitivity import first_loss
+from squeal.errors import ComputationError, InputError
+from squeal.model.pad import Pad
+from squeal.scene import Scene
+
+SIZE, COUNT = 0.03, 60
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Flutter at mu = 0.315, which rises evenly with h."""
+    values = {"m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6}
+    rest = {"L1": 0.8, "L2": 0.8, "alpha1": np.pi / 2, "alpha2": np.pi, "mu": 0.4, "F_n": 4500.0}
+    return Scene("B1", Pad(**values, **rest))
+
+
+@pytest.fixture(scope="module")
+def found(scene):
+    return scatter(scene, (Spread("h", "relative", SIZE),), COUNT, seed=3)
+
+
+def threshold(scene, factor):
+    return first_loss(critical_friction(scene.replace(h=factor * scene.pad.h))).mu
+
+
+def test_quantiles_hold_the_threshold_at_the_parameter_s_quantile(scene, found):
+    ends = [threshold(scene, 1.0 + SIZE * side) for side in (-1.0, 1.0)]
+    rising = ends[1] > ends[0]
+    held = 0
+    for q in found.quantiles:
+        level = q.level if rising else 1.0 - q.level
+        exact = threshold(scene, 1.0 + SIZE * norm.ppf(level))
+        held += (q.low or 0.0) <= exact <= (np.inf if q.high is None else q.high)
+    assert held >= len(found.quantiles) - 1  # each interval is of 95 per cent
+
+
+def test_every_sample_is_the_threshold_of_its_own_pad(scene, found):
+    values = np.random.default_rng(3).standard_normal(COUNT)
+    exact = sorted(threshold(scene, 1.0 + SIZE * v) for v in values[:8])
+    nearest = [found.critical[np.argmin(np.abs(found.critical - mu))] for mu in exact]
+    assert nearest == pytest.approx(exact, rel=1e-12)
+    assert len(found.critical) + found.failed == COUNT
+
+
+def test_share_that_stays_stable_is_counted_at_the_scene_s_friction(scene, found):
+    middle = float(np.median(found.critical))
+    half = scatter(scene.replace(mu=middle), (Spread("h", "relative", SIZE),), COUNT, seed=3)
+    assert half.stable == pytest.approx(0.5, abs=0.01)
+    assert half.interval[0] < 0.5 < half.interval[1]
+
+
+def test_workers_and_progress_change_nothing(scene):
+    told = []
+    spreads = (Spread("k2", "within", 0.01 * scene.pad.k2), Spread("alpha1", "absolute", 0.01))
+    alone = scatter(scene, spreads, 40, progress=lambda done, count: told.append((done, count)))
+    both = scatter(scene, spreads, 40, workers=2)
+    assert np.array_equal(alone.critical, both.critical, equal_nan=True)
+    assert told[-1] == (40, 40)
+
+
+def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
+    found = scatter(scene, (Spread("h", "relative", 1.0),), 20)
+    assert 0 < found.failed < 20
+    assert len(found.critical) == 20 - found.failed
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "size", "words"),
+    [
+        ("k9", "relative", 0.1, "is no parameter; allowed are m, w"),
+        ("k2", "about", 0.1, "must be one of relative, absolute, within"),
+        ("k2", "relative", 0.0, "must be a finite number above 0"),
+        ("k2", "relative", float("nan"), "must be a finite number above 0"),
+    ],
+)
+def test_spreads_defend_themselves(name, kind, size, words):
+    with pytest.raises(InputError, match=words):
+        Spread(name, kind, size)
+
+
+def test_a_spread_must_fit_the_scene(scene):
+    one = Spread("k2", "relative", 0.1)
+    for spreads in ((Spread("k_c", "relative", 0.1),), (one, one)):
+        with pytest.raises(InputError, match="must be a parameter of the scene, named once"):
+            scatter(scene, spreads, 4)
+
+
+def test_no_equilibrium_at_all_is_said(scene):
+    with pytest.raises(ComputationError, match="no sample has an equilibrium"):
+        scatter(scene.replace(k1=0.0, k2=0.0), (Spread("F_n", "relative", 0.01),), 2)
