@@ -33,10 +33,10 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     the last entry. Raises ComputationError if there is no equilibrium without friction.
     """
     C = damping_matrix(scene)
-    if scene.model == "B3":
+    if scene.pad_model.linear:
 
         def at_origin(mu: float) -> Matrices:
-            matrices = about_origin(scene.pad.replace(mu=mu), scene.formulation)
+            matrices = about_origin(scene.pad_model.replace(mu=mu))
             return matrices.M, C, matrices.K
 
         points = critical_points(at_origin, mu_max)

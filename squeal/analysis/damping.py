@@ -7,7 +7,6 @@ import numpy as np
 from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
-from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.scene import Scene
 
@@ -47,10 +46,9 @@ def damping_matrix(scene: Scene) -> np.ndarray:
 
 
 def _without_friction(scene: Scene) -> Linearisation:
-    pad = scene.pad.replace(mu=0.0)
-    if scene.model == "B3":
-        return about_origin(pad, scene.formulation)
-    model = PadModel(scene.model, pad, scene.formulation)
+    model = scene.pad_model.replace(mu=0.0)
+    if model.linear:
+        return about_origin(model)
     start = least_at_zero(model)
     if start is None:
         raise ComputationError(

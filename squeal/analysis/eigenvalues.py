@@ -14,7 +14,7 @@ from squeal.files.place import Place
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
-from squeal.model.states import FULL, State
+from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
 
@@ -55,7 +55,7 @@ def analyse(scene: Scene) -> Analysis:
     Raises ComputationError, with the reason, if no steady sliding exists.
     """
     C = damping_matrix(scene)
-    if scene.model == "B3":
+    if scene.pad_model.linear:
         return _about_origin(scene, scene.pad.mu, C)
     found, how = sliding_equilibrium(scene.pad_model)
     if found is None:
@@ -69,27 +69,17 @@ def article_linearisation(scene: Scene) -> Analysis:
 
     For model B1, of which the article has no linearisation, both edges touch at the origin.
     """
-    C = damping_matrix(scene)
-    if scene.model != "B1":
-        return _about_origin(scene, scene.pad.mu, C)
-    matrices = dataclasses.replace(linearise(scene.pad_model, np.zeros(3), FULL), C=C)
-    return _analysis("B1", (0.0, 0.0, 0.0), None, FULL, _AT_ORIGIN, matrices)
+    return _about_origin(scene, scene.pad.mu, damping_matrix(scene))
 
 
 def _about_origin(scene: Scene, mu: float, C: np.ndarray) -> Analysis:
-    undamped = about_origin(scene.pad.replace(mu=mu), scene.formulation)
-    return _analysis(
-        scene.model,
-        (0.0, 0.0, 0.0),
-        None,
-        FULL,
-        _AT_ORIGIN,
-        dataclasses.replace(undamped, C=C),
-    )
+    model = scene.pad_model.replace(mu=mu)
+    matrices = dataclasses.replace(about_origin(model), C=C)
+    return _analysis(model.name, (0.0, 0.0, 0.0), None, model.full, _AT_ORIGIN, matrices)
 
 
 def _about(scene: Scene, found: Equilibrium, how: str, C: np.ndarray) -> Analysis:
-    model = PadModel(scene.model, scene.pad.replace(mu=found.mu), scene.formulation)
+    model = scene.pad_model.replace(mu=found.mu)
     matrices = dataclasses.replace(at_equilibrium(model, found), C=C)
     return _analysis(scene.model, found.q, found.R_n, found.state, how, matrices)
 
@@ -113,7 +103,7 @@ def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | Non
     Raises ComputationError if there is no equilibrium without friction.
     """
     C = damping_matrix(scene)
-    if scene.model == "B3":
+    if scene.pad_model.linear:
         return [(mu, _about_origin(scene, mu, C)) for mu in mus]
     path = Path.of(scene.pad_model, max(mus))
     how = "on the branch continued from mu = 0"

@@ -17,10 +17,9 @@ from squeal.analysis.points import Names, normalised, points_at
 from squeal.analysis.sensitivity import parameters
 from squeal.files.place import Place
 from squeal.files.values import Number, Whole
-from squeal.model.contact import Formulation
+from squeal.model.equations import PadModel
 from squeal.model.linear import about_origin, spring_directions
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from squeal.numerics.outline import Codes, Outline, outline
 from squeal.scene import Scene, takes_scene
 from squeal.stability import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
@@ -89,12 +88,13 @@ class StabilityMap:
         return {name: float(c) / self.codes.size for name, c in zip(NAMES, counts, strict=True)}
 
 
-def _angle_rows(pad: Pad, formulation: Formulation, axes: tuple[Axis, Axis]) -> np.ndarray:
+def _angle_rows(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
     """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
+    pad = model.pad
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
     unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
     u1, u2 = (unit[:, None] * np.sqrt(k) * a for k, a in ((pad.k1, a1), (pad.k2, a2)))
-    contact = unit[:, None] * about_origin(pad.replace(k1=0.0, k2=0.0), formulation).K * unit
+    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
@@ -112,9 +112,9 @@ def _verdicts(pad: Pad, K: np.ndarray, B: np.ndarray | None) -> np.ndarray:
 class Found(NamedTuple):
     """What is found at n points of a map, arrays over them.
 
-    `codes` are indices into `NAMES`, `contact` into `STATES` (no contact beyond a fold). For B1
-    and B2 `places` (4, n) hold the equilibrium in the map's own units and the sign of the
-    determinant of its balance; they let other points start from there.
+    `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
+    fold). Except for B3 `places` (4, n) hold the equilibrium in the map's own units and the sign of
+    the determinant of its balance; they let other points start from there.
     """
 
     codes: np.ndarray
@@ -129,10 +129,11 @@ def codes_at(
     at = points_at(scene, names, values, near)
     codes = np.full(len(at.there), BEYOND_FOLD, dtype=np.int8)
     codes[at.there] = _verdicts(at.pads, at.K, at.B)
-    contact = np.full(len(at.there), STATES.index(NONE), dtype=np.int8)
-    for state in (FULL, LEAD, TRAIL):
+    states = scene.pad_model.states
+    contact = np.full(len(at.there), 1, dtype=np.int8)
+    for i, state in enumerate(states):
         here = at.there & np.all(at.touching == np.array(state)[:, None], axis=0)
-        contact[here] = STATES.index(state)
+        contact[here] = i
     return Found(codes, contact, at.places)
 
 
@@ -170,8 +171,8 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
     names = (axes[0].name, axes[1].name)
     check_names(scene, names, Place("Axis") / "name")
     x, y = axes[0].values, axes[1].values
-    if scene.model == "B3" and names == ("alpha1", "alpha2") and scene.damping is None:
-        codes = _angle_rows(scene.pad, scene.formulation, axes)
+    if scene.pad_model.linear and names == ("alpha1", "alpha2") and scene.damping is None:
+        codes = _angle_rows(scene.pad_model, axes)
     else:
         codes, _ = on_grid(scene, names, x, y)
     if not traced:
@@ -210,5 +211,5 @@ def traced_map(
         return close
 
     ends = ((axes[0].low, axes[0].high), (axes[1].low, axes[1].high))
-    quick = near if scene.model != "B3" else None
+    quick = near if not scene.pad_model.linear else None
     return outline(ends, axes[0].values, axes[1].values, codes, at, quick)

@@ -14,7 +14,6 @@ from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from squeal.model.states import FULL, LEAD, TRAIL
 from squeal.model.units import Units
 from squeal.scene import Scene
 
@@ -22,9 +21,9 @@ Names = tuple[str, ...]
 
 
 def _stiffness(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
-    """K (3, 3, n) of n pads about q (3, n); touching (2, n): the edges in contact, one at least."""
+    """K (3, 3, n) of n pads about q (3, n); touching (points, n): one at least touches."""
     K, step = np.empty((3, 3, q.shape[1])), 1e-200
-    for state in (FULL, LEAD, TRAIL):
+    for state in filter(any, model.states):
         here = np.all(touching == np.array(state)[:, None], axis=0)
         if here.any():
             shifted = q[:, None, here] + 1j * step * np.eye(3)[:, :, None]
@@ -47,13 +46,12 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
         turn = np.array([1.0, 1.0, 1.0 / units.length])
         C = np.array(scene.damping.matrix) * np.outer(turn, turn) * units.time / units.mass
         return normalised(model.pad, np.broadcast_to(C[:, :, None], (3, 3, n)))
-    pad = model.pad.replace(mu=0.0 * model.pad.mu)
-    rest = Statics(PadModel(model.name, pad, model.formulation), units)
-    z, touching = np.zeros((4, n)), np.ones((2, n), dtype=bool)
-    if scene.model != "B3":
+    rest = Statics(model.replace(mu=0.0 * model.pad.mu), units)
+    z, touching = np.zeros((4, n)), np.ones((model.law.points, n), dtype=bool)
+    if not scene.pad_model.linear:
         solved(rest, names, z, 40)
         touching = rest.gaps(z) < 0.0
-    A = normalised(pad, _stiffness(rest.model, names, rest.place(z), touching))
+    A = normalised(rest.model.pad, _stiffness(rest.model, names, rest.place(z), touching))
     assert scene.damping.ratios is not None
     B, stable = modal_damping(A, scene.damping.ratios)
     if not stable.all():
@@ -67,7 +65,7 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
 class Points:
     """n pads about their sliding equilibria, in the units of the equilibria's search.
 
-    there (n,): where an equilibrium was found; touching (2, n): the edges in contact; places
+    there (n,): where an equilibrium was found; touching (points, n): which points touch; places
     (4, n): the equilibrium and the sign of the determinant of its balance, which let others start
     from there; of the m pads with an equilibrium: pads, K (3, 3, m), B (m, 3, 3) the
     mass-normalised damping, None without; rate (1/s) turns their eigenvalues into rad/s.
@@ -94,11 +92,11 @@ def points_at(
     """
     n = values.shape[1]
     changes: dict[str, Any] = dict(zip(names, values, strict=True))
-    model = PadModel(scene.model, scene.pad.replace(**changes), scene.formulation)
-    held = scene.model == "B3"
+    model = scene.pad_model.replace(**changes)
+    held = model.linear
     units = Units(1.0, 1.0, 1.0, 1.0) if held else Statics.of(scene.pad_model).units
     scaled = model.pad.scaled(units.mass, units.length, units.time)
-    statics = Statics(PadModel(model.name, scaled, model.formulation), units)
+    statics = Statics(dataclasses.replace(model, pad=scaled), units)
     mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
     if held:
         z, side = np.zeros((4, n)), np.ones(n)
@@ -108,7 +106,7 @@ def points_at(
         z = np.array([*near[:3], mu])
         side = solved(statics, names, z, 20)
         side[(side != near[3]) | ~moved_little(z, near)] = 0.0
-    touching = np.ones((2, n), dtype=bool) if held else statics.gaps(z) < 0.0
+    touching = np.ones((model.law.points, n), dtype=bool) if held else statics.gaps(z) < 0.0
     here = (side != 0.0) & touching.any(axis=0)
     part = dataclasses.replace(statics, model=subset(statics.model, names, here))
     K = _stiffness(part.model, names, statics.place(z)[:, here], touching[:, here])

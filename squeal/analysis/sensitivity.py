@@ -15,11 +15,11 @@ from squeal.analysis.damping import damping_matrix
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
-from squeal.model.contact import models_with
+from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import coefficients, pose
 from squeal.model.pad import PARAMETERS
-from squeal.model.states import FULL, State
+from squeal.model.states import State
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
 from squeal.scene import Scene, takes_scene
@@ -45,10 +45,11 @@ class Change:
 
 def parameters(model: PadModel) -> tuple[str, ...]:
     """Names of the parameters that a model's equilibria and matrices depend on."""
+    uses = contact_model(model.name).uses
     return tuple(
         name
         for name in PARAMETERS
-        if model.name in models_with(name) and name != "V" and getattr(model.pad, name) is not None
+        if uses(name) and name != "V" and getattr(model.pad, name) is not None
     )
 
 
@@ -92,7 +93,7 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     m = analysis.matrices
     found = {}
     for name in parameters(model):
-        by = change(model, q, analysis.state, name, held=scene.model == "B3")
+        by = change(model, q, analysis.state, name, held=scene.pad_model.linear)
         found[name] = sensitivities(m.M, m.C, m.K, dM=by.M, dK=by.K, spectrum=analysis.spectrum)
     return found
 
@@ -106,13 +107,13 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
     gap at zero, and with damping the pair stays on the imaginary axis. Raises ComputationError
     where none of these holds, for an exchange of growth rates.
     """
-    path = Path.of(scene.pad_model, point.mu * (1 + 1e-6)) if scene.model != "B3" else None
+    path = Path.of(scene.pad_model, point.mu * (1 + 1e-6)) if not scene.pad_model.linear else None
     if path is None:
-        q, state = np.zeros(3), FULL
+        q, state = np.zeros(3), scene.pad_model.full
     else:
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.branch.statics.to_si(z)
-    model = PadModel(scene.model, scene.pad.replace(mu=point.mu), scene.formulation)
+    model = scene.pad_model.replace(mu=point.mu)
     names = parameters(model)
     by = {name: change(model, q, state, name, held=path is None) for name in names}
     if path is not None and any(abs(b - point.mu) <= 1e-12 * point.mu for b in path.breakpoints):

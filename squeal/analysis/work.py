@@ -47,8 +47,7 @@ class _Power(Observer):
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
-        bare = model.pad.replace(mu=0.0)
-        self._without_friction = PadModel(model.name, bare, model.formulation)
+        self._without_friction = model.replace(mu=0.0)
         self.work = np.zeros(2)  # of the normal reaction, of friction
         self.at_loss: list[float] = []
         self.kinetic = 0.0

@@ -135,7 +135,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
 def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -> Answer:
     """The answer for a scene."""
     analysis = analyse(scene)
-    origin = None if scene.model == "B3" else article_linearisation(scene)
+    origin = None if scene.pad_model.linear else article_linearisation(scene)
     steps = sweep(scene, mus) if mus else []
     moves = eigenvalue_moves(scene, analysis) if given.sensitivity else None
     write(given, analysis.spectrum, steps, origin)

@@ -115,7 +115,7 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch starts: the equilibrium of least potential energy without friction."""
-    smooth = PadModel(model.name, model.pad.replace(mu=0.0), model.formulation)
+    smooth = model.replace(mu=0.0)
     statics = Statics.of(smooth)
     # the usual pad rests near the place where it is put; look there before looking everywhere
     found = find_all(smooth, near=True) or find_all(smooth)

@@ -8,13 +8,12 @@ import numpy as np
 
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
-from squeal.model.states import FULL, LEAD, TRAIL
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
     """The pads that `pick` names of those whose parameters `names` are arrays."""
     changes = {name: getattr(model.pad, name)[pick] for name in names}
-    return PadModel(model.name, model.pad.replace(**changes), model.formulation)
+    return model.replace(**changes)
 
 
 def _balance(
@@ -27,9 +26,9 @@ def _balance(
     """
     heights = statics.gaps(z)
     size, side = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
-    for state in (FULL, LEAD, TRAIL):
+    for state in filter(any, statics.model.states):
         here = np.all((heights < 0.0) == np.array(state)[:, None], axis=0)
-        if state == FULL:
+        if all(state):
             here |= np.all(heights >= 0.0, axis=0)
         if not here.any():
             continue

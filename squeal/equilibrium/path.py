@@ -93,5 +93,4 @@ class Path:
     def linearisation(self, mu: float) -> Linearisation:
         """M, C, K about the equilibrium at mu, SI units."""
         z, state = self.at(mu)
-        model = PadModel(self.model.name, self.model.pad.replace(mu=mu), self.model.formulation)
-        return linearise(model, self.branch.statics.to_si(z), state)
+        return linearise(self.model.replace(mu=mu), self.branch.statics.to_si(z), state)

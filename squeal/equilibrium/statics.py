@@ -30,7 +30,7 @@ class Statics:
         """The statics of a pad given in SI units."""
         units = natural_units(model.pad, (0.0,) * 6)
         pad = model.pad.scaled(units.mass, units.length, units.time)
-        return Statics(PadModel(model.name, pad, model.formulation), units)
+        return Statics(dataclasses.replace(model, pad=pad), units)
 
     def place(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in natural units."""

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 
 from squeal.files.place import Place
-from squeal.model.contact import CONSISTENT, Formulation, check_pad, contact_law
+from squeal.model.contact import (
+    CONSISTENT,
+    Formulation,
+    check_pad,
+    contact_law,
+    contact_model,
+)
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import (
     Coefficients,
@@ -47,6 +53,15 @@ class PadModel:
 
     def __post_init__(self) -> None:
         check_pad(self.name, self.pad, Place("PadModel"))
+
+    @property
+    def linear(self) -> bool:
+        """True if only its linearisation about the origin counts, see `ContactModel`."""
+        return contact_model(self.name).linear
+
+    def replace(self, **changes: Any) -> PadModel:
+        """The same model of a pad with some parameters changed."""
+        return PadModel(self.name, self.pad.replace(**changes), self.formulation)
 
     @cached_property
     def law(self) -> ContactLaw:
@@ -111,6 +126,11 @@ class PadModel:
     def states(self) -> tuple[State, ...]:
         """The contact states that the model knows."""
         return states(self.law.points)
+
+    @property
+    def full(self) -> State:
+        """Full contact: all points touch."""
+        return self.states[0]
 
     def state_name(self, state: State) -> str:
         """The name of a contact state: "1" to "4" (Fig. 3), or "FC", "PC", "SS" (Fig. 8)."""

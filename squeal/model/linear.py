@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from squeal.model.states import FULL, State
+from squeal.model.states import State
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,10 @@ def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
     return Linearisation(model.mass_matrix, np.zeros((3, 3)), -model.jacobian(q, state))
 
 
-def about_origin(pad: Pad, formulation: Formulation = CONSISTENT) -> Linearisation:
-    """The article's B3 with its right-hand side linearised too: full contact about the origin."""
-    return linearise(PadModel("B3", pad, formulation), np.zeros(3), FULL)
+def about_origin(model: PadModel) -> Linearisation:
+    """Matrices in full contact about the origin; of B3, the article's with its right-hand side
+    linearised too."""
+    return linearise(model, np.zeros(3), model.full)
 
 
 def spring_directions(pad: Pad, angles: Any = None) -> tuple[np.ndarray, np.ndarray]:

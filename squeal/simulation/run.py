@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time as clock
 from dataclasses import dataclass, field
@@ -206,7 +207,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
         raise ValueError("the scene names no time")
     units = natural_units(scene.pad, scene.initial)
     pad = scene.pad.scaled(units.mass, units.length, units.time)
-    model = PadModel(scene.model, pad, scene.formulation)
+    model = dataclasses.replace(scene.pad_model, pad=pad)
     return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
 
 

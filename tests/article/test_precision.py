@@ -135,8 +135,7 @@ def test_matrices_of_the_map_are_those_of_the_single_scenes():
     n = 5
     stack, angles = matrices(scene, n), (np.arange(n) + 0.5) * math.pi / n
     for i, j in ((0, 0), (1, 3), (4, 2)):
-        pad = scene.pad.replace(alpha1=angles[i], alpha2=angles[j])
-        one = about_origin(pad, scene.formulation)
+        one = about_origin(scene.pad_model.replace(alpha1=angles[i], alpha2=angles[j]))
         expected = np.linalg.solve(one.M, one.K)
         assert stack[i, j] == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
 

@@ -79,7 +79,7 @@ def test_b3_map_agrees_with_single_matrices():
     codes = stability_map(scene, axes).codes
     for i, a in enumerate(axes[0].values):
         for j, b in enumerate(axes[1].values):
-            one = about_origin(scene.pad.replace(alpha1=a, alpha2=b), scene.formulation)
+            one = about_origin(scene.pad_model.replace(alpha1=a, alpha2=b))
             assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
 
 
@@ -113,7 +113,7 @@ def test_map_over_other_parameters():
     codes = stability_map(scene, axes).codes
     for i, mu in enumerate(axes[0].values):
         for j, k_c in enumerate(axes[1].values):
-            one = about_origin(scene.pad.replace(mu=mu, k_c=k_c), scene.formulation)
+            one = about_origin(scene.pad_model.replace(mu=mu, k_c=k_c))
             assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
 
 

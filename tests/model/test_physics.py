@@ -191,7 +191,7 @@ def test_bounds_without_coupling_are_infinite():
 
 def test_origin_linearisation_adds_contact_and_friction_to_eq_22():
     p = random_pad(3, theta0=0.0, y0=0.0)
-    K = about_origin(p).K
+    K = about_origin(PadModel("B3", p)).K
     # by hand: Rn = -k_c y, its moment -k_c w^2 theta / 3 and friction mu Rn at height -h
     contact = p.k_c * np.array([[0, p.mu, 0], [0, 1, 0], [0, p.mu * p.h, p.w**2 / 3]])
     assert np.abs(K - stiffness(p) - contact).max() < 1e-13

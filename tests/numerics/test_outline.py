@@ -96,7 +96,7 @@ def test_undamped_flutter_of_b3_starts_where_the_discriminant_vanishes():
         if np.min(np.abs(grid[1] - alpha1)) < 1e-12:
             told = []
             for beside in (mu - 1e-6, mu + 1e-6):
-                one = about_origin(scene.pad.replace(mu=beside, alpha1=alpha1), scene.formulation)
+                one = about_origin(scene.pad_model.replace(mu=beside, alpha1=alpha1))
                 told.append(verdict(one.M, one.C, one.K))
             assert told[0] != told[1]
             checked += 1

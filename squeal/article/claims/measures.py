@@ -54,8 +54,10 @@ def measure(scene: Scene) -> Case:
 
     Raises InputError for B3, ComputationError where the motion leaves the model.
     """
-    if scene.model == "B3":
-        raise InputError(f"{scene.source}: model: B3 is not allowed; cases are B1 or B2 scenes")
+    if scene.pad_model.linear or scene.pad_model.law.points != 2:
+        raise InputError(
+            f"{scene.source}: model: {scene.model} is not allowed; cases are B1 or B2 scenes"
+        )
     return case_of(measure_alone(scene), 0)
 
 

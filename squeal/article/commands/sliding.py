@@ -40,7 +40,7 @@ def data(scene: Scene) -> dict[str, Any]:
         "holds_as_printed": bool(limits.as_printed),
         "holds_sign_aware": bool(limits.sign_aware),
     }
-    if scene.model != "B3":
+    if not scene.pad_model.linear:
         found["equilibria"] = [
             {
                 "x": e.q[0],
@@ -100,7 +100,7 @@ def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     scene = read_scene(given.scene)
     check_files(given)
-    if given.csv is not None and scene.model == "B3":
+    if given.csv is not None and scene.pad_model.linear:
         raise InputError(
             f"--csv {given.csv}: is not allowed with model B3, which has no equilibria to write; "
             "a scene of B1 or B2 is allowed"

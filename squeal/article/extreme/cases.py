@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from squeal.article.extreme import closed_forms as known
+from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
 from squeal.scene.schema import Scene
 from squeal.simulation import Simulation
@@ -62,7 +63,7 @@ def pad_of(model: Model, **changes: Any) -> Pad:
 def scene_of(model: Model, stop: float, start: Any = None, **changes: Any) -> Scene:
     """A scene that starts pressed in by twice the static depth, or as `start` says."""
     pad = pad_of(model, **changes)
-    contact = pad.k_c if model == "B2" else (pad.k3 or 0.0) + (pad.k4 or 0.0)
+    contact = sum(getattr(pad, name) or 0.0 for name in contact_law(model).parameters)
     first = {"y": -2.0 * pad.F_n / (contact or 1.0)} if start is None else start
     names = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
     initial = tuple(first.get(n, 0.0) for n in names)
@@ -73,7 +74,7 @@ def _stiff() -> Iterator[Case]:
     for power in (3, 6, 9, 12):
         k = 10.0**power
         for model in BOTH:
-            stiff = {"k3": k, "k4": k} if model == "B1" else {"k_c": k}
+            stiff = dict.fromkeys(contact_law(model).parameters, k)
             scene = scene_of(model, 60.0 / math.sqrt(k), **stiff)
             yield Case("contact stiffness", f"{model}, 1e{power} k1", scene)
 

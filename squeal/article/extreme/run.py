@@ -14,7 +14,6 @@ import numpy as np
 from squeal.article.extreme.cases import PERIODS, Case
 from squeal.article.results.extreme import Outcome, Word
 from squeal.errors import ComputationError, InputError
-from squeal.model.equations import PadModel
 from squeal.scene import Scene, read_scene
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.reference import error_against, reference
@@ -67,7 +66,7 @@ def peak_memory() -> float | None:
 
 def _drift(case: Case, found: Simulation, before: float | None) -> tuple[float, str]:
     scene = case.scene
-    model = PadModel(scene.model, scene.pad, scene.formulation)
+    model = scene.pad_model
     energies = []
     for state in (scene.initial, found.final[1:]):
         q, rates = np.array(state[:3]), np.array(state[3:])

@@ -20,6 +20,7 @@ from squeal.article.figures.loci import (
     rows,
 )
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
+from squeal.plots.histories import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
@@ -37,10 +38,9 @@ def _modes(branch: Branch, upper: Axes, lower: Axes) -> None:
             lower.plot(mu, values / PER_MS, **look)
 
 
-def _events(model: str, branch: Branch) -> list[tuple[float, str, str]]:
+def _events(branch: Branch) -> list[tuple[float, str, str]]:
     """(mu, label, line style) of all that happens on the branch, sorted."""
-    state = "state " if model == "B1" else ""
-    found = [(c.mu, f"{state}{c.into}", ":") for c in branch.contact_changes]
+    found = [(c.mu, state_label(c.into), ":") for c in branch.contact_changes]
     jumps = {mu for mu, _, _ in found}
     found += [(p.mu, p.kind, "--") for p in branch.thresholds if p.mu not in jumps]
     return sorted(found)
@@ -71,7 +71,7 @@ def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
     branch, equilibrium = scene.branch, scene.equilibrium
     if isinstance(branch, Branch):
         _modes(branch, upper, lower)
-        _mark_events(_events(scene.model, branch), upper, lower)
+        _mark_events(_events(branch), upper, lower)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
     for axes in (upper, lower):
@@ -141,7 +141,7 @@ def alternative_text(found: Loci) -> str:
         if not isinstance(scene.branch, Branch):
             told.append(f"{title(scene.name)}: no branch")
             continue
-        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.model, scene.branch)]
+        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.branch)]
         told.append(f"{title(scene.name)}: {', '.join(events) if events else 'no change'}")
     return (
         "Frequencies above growth rates of the three modes over friction from 0 to 1 along the "

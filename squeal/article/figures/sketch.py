@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon
 
 from squeal.files.provenance import provenance
-from squeal.model.mechanics import Coefficients, coefficients
+from squeal.model.line import LineContact
+from squeal.model.mechanics import Coefficients
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 from squeal.scene import Scene, read_scene
 
@@ -187,13 +188,18 @@ def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
         text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5, "alpha": 0.85})
 
 
+def _is_line(scene: Scene) -> bool:
+    return isinstance(scene.pad_model.law, LineContact)
+
+
 def sketch(scene: Scene) -> Figure:
     """The pad of a B1 scene (Fig. 1) or B2 scene (Fig. 2).
 
     The pad, its corners and the directions of springs 1 and 2 are to scale; the springs are drawn
     shorter than they are, and the tilt theta0 is as in the scene.
     """
-    c = coefficients(math, scene.pad, scene.model != "B1")
+    line = _is_line(scene)
+    c = scene.pad_model.c
     at, ways = corners(c), towards_ground(c)
     level = -c.h / c.w - FOOT
     with style():
@@ -202,10 +208,10 @@ def sketch(scene: Scene) -> Figure:
         axes.set_axis_off()
         axes.set_aspect("equal")
         _surroundings(axes, level, at)
-        if scene.model == "B1":
+        if not line:
             _point_contacts(axes, at, level)
         _body(axes, c, at)
-        if scene.model != "B1":
+        if line:
             _line_contact(axes, at, level)
         for number, angle in (("1", scene.pad.alpha1), ("2", scene.pad.alpha2)):
             _inclined(axes, number, at[number], ways[number], angle)
@@ -217,10 +223,10 @@ def sketch(scene: Scene) -> Figure:
 def alternative_text(scene: Scene) -> str:
     """The sketch in words."""
     contact = (
-        "Below, spring k3 stands under the leading edge and spring k4 under the trailing edge."
-        if scene.model == "B1"
-        else "Below, springs of stiffness kc are spread along the lower face; the reaction Rn and "
+        "Below, springs of stiffness kc are spread along the lower face; the reaction Rn and "
         "the friction force Rf act on it at the distance delta from the centre."
+        if _is_line(scene)
+        else "Below, spring k3 stands under the leading edge and spring k4 under the trailing edge."
     )
     return (
         f"Sketch of model {scene.model}: a rectangular pad of size 2w by 2h with centre "

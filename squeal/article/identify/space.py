@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES
-from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
 from squeal.model.pad import Model, Pad
 from squeal.scene.schema import Scene
 
@@ -124,11 +124,13 @@ def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
         "alpha2": angles[1],
         "theta0": tilt_of(n),
     }
-    if model == "B1":
-        return Pad(**common, k3=n["k3"], k4=n["k4"])
+    law = contact_law(model)
+    common |= {name: n[name] for name in law.parameters}
+    if not law.absolute_gap:
+        return Pad(**common)
     # lifted from where its springs are relaxed, and still pressed in by the preload
     y0 = -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])
-    return Pad(**common, k_c=n["k_c"], y0=y0)
+    return Pad(**common, y0=y0)
 
 
 def first_heights(numbers: Numbers) -> tuple[float, float]:
@@ -147,7 +149,7 @@ def scenes_of(
             case: Scene(
                 model,
                 pad_of(numbers, model, angles),
-                formulation if model == "B2" else CONSISTENT,
+                formulation if contact_model(model).choices else CONSISTENT,
                 initial=(0.0, heights[model], 0.0, 0.0, 0.0, 0.0),
                 stop=stop,
                 samples=2,

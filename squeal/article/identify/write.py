@@ -16,7 +16,7 @@ from squeal.article.identify.space import (
     pad_of,
 )
 from squeal.files.writing import write_text
-from squeal.model.contact import Formulation
+from squeal.model.contact import Formulation, contact_law, contact_model
 
 _PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "theta0"]
 
@@ -27,7 +27,7 @@ def _number(value: float) -> str:
 
 
 def _parameters(numbers: Numbers, model: str, angles: tuple[str, ...], leave: str = "") -> str:
-    pad = pad_of(numbers, "B1" if model == "B1" else "B2", (0.0, 0.0))
+    pad = pad_of(numbers, model, (0.0, 0.0))
     si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     lines = []
     for name in _PAD:
@@ -35,10 +35,10 @@ def _parameters(numbers: Numbers, model: str, angles: tuple[str, ...], leave: st
         if value is not None and name not in leave.split() and (value or name != "theta0"):
             lines.append(f"  {name}: {_number(value)}")
     lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(si.mu)}"]
-    if model != "B3":
+    if not contact_model(model).linear:
         lines += [f"  F_n: {_number(si.F_n)}", f"  V: {_number(SPEED)}"]
-    if model == "B2":
-        lines.append(f"  y0: {_number(si.y0)}")
+        if contact_law(model).absolute_gap:
+            lines.append(f"  y0: {_number(si.y0)}")
     return "\n".join(lines)
 
 
@@ -49,7 +49,7 @@ def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str
         f"formulation: {{line_force: {f.line_force}, delta_from: {f.delta_from}, "
         f'delta_moment: "{f.delta_moment}"}}'
     )
-    if model == "B3":
+    if contact_model(model).linear:
         head = "# Model B3: Fig. 13 (the map leaves alpha1, alpha2 aside)"
         body = _parameters(numbers, "B3", ANGLE_TEXTS["c"], leave="L1 L2")
         return f"{head}\nmodel: B3\nparameters:\n{body}\n"
@@ -57,7 +57,7 @@ def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str
     lines = [head, f"model: {model}", "parameters:", _parameters(numbers, model, ANGLE_TEXTS[case])]
     y = dict(zip(("B1", "B2"), first_heights(numbers), strict=True))[model] * LENGTH
     lines.append(f"initial: {{y: {_number(y)}}}")
-    if model == "B2":
+    if contact_model(model).choices:
         lines.append(words)
     lines += [
         f"time: {{stop: {_number(STOP * TIME)}, samples: 4001}}",

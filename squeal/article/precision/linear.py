@@ -128,7 +128,7 @@ def by_halving(system: PlainSystem, program: Program, halvings: int) -> float:
 def sweep_timings(scene: Scene) -> list[Timing]:
     """The programs on the matrices of a B3 scene for mu from 0 to 1; time of one matrix."""
     found = [
-        about_origin(scene.pad.replace(mu=mu), scene.formulation)
+        about_origin(scene.pad_model.replace(mu=mu))
         for mu in np.linspace(0.0, 1.0, POINTS).tolist()
     ]
     M, K = found[0].M, np.array([one.K for one in found])

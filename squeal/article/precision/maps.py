@@ -19,7 +19,7 @@ def matrices(scene: Scene, n: int) -> np.ndarray:
     """M^-1 K of every point of the map, shape (n, n, 3, 3)."""
     pad, axes = scene.pad, angle_axes(n)
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
-    K = np.zeros((n, n, 3, 3)) + about_origin(pad.replace(k1=0.0, k2=0.0), scene.formulation).K
+    K = np.zeros((n, n, 3, 3)) + about_origin(scene.pad_model.replace(k1=0.0, k2=0.0)).K
     K += pad.k1 * np.einsum("ik,jk->kij", a1, a1)[:, None]
     K += pad.k2 * np.einsum("ik,jk->kij", a2, a2)
     return np.asarray(K / np.array([pad.m, pad.m, pad.I])[:, None])

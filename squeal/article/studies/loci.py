@@ -26,7 +26,6 @@ from squeal.article.results.loci import (
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
-from squeal.model.equations import PadModel
 from squeal.scene import Scene, read_scene
 from squeal.stability import FrictionLoop, Matrices, System, critical_points, friction_loop, track
 from squeal.stability import sweep as eigenvalues
@@ -94,7 +93,7 @@ def frozen(scene: Scene, at: Equilibrium) -> System:
     C, q = damping_matrix(scene), np.array(at.q)
 
     def system(mu: float) -> Matrices:
-        model = PadModel(scene.model, scene.pad.replace(mu=mu), scene.formulation)
+        model = scene.pad_model.replace(mu=mu)
         return model.mass_matrix, C, -model.jacobian(q, at.state)
 
     return system
