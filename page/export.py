@@ -7,7 +7,7 @@ events, loads with K, C and their derivative by mu, gaps, the plotted signals, c
 from __future__ import annotations
 
 import itertools
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,22 +16,23 @@ import heyoka as hy
 
 from squeal.article.cases import CASES, stem
 from squeal.model.contact import (
-    CONTACT_MODELS,
     FORMULATION_CHOICES,
     Formulation,
     contact_law,
+    contact_model,
     models_with,
 )
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, STATES, State
-from squeal.scene import read_scene
+from squeal.scene import Scene, read_scene
 from squeal.scene.keys import DEFAULT_TOLERANCE
 from squeal.simulation.integrators.taylor import FAINT, coefficient_names, compiled, equations
 from squeal.simulation.legs import LIMITS
 
 OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
+SHOWN = ("B1", "B2")  # models on the page
 VARIABLES = hy.make_vars("x", "y", "s", "u", "v", "r")  # those of `equations`
 # The steps of a law are small in heyoka's compact mode: 15 kB instead of 60 kB; clang optimises.
 PLAIN: dict[str, Any] = {"opt_level": 0, "compact_mode": True}
@@ -170,15 +171,21 @@ def tables(scenes: Path) -> dict[str, Any]:
         "formulation": FORMULATION_CHOICES,
         "contacts": {
             model: {str(bits(state)): contact_law(model).state_name(state) for state in STATES}
-            for model in CONTACT_MODELS
+            for model in SHOWN
         },
-        "meanings": {model: contact_law(model).meanings for model in CONTACT_MODELS},
+        "meanings": {model: contact_law(model).meanings for model in SHOWN},
         "signals": {key: [s.name for s in law.plotted] for key, law in laws().items()},
         "cases": {
             model: {case: _case(scenes / f"{stem(model, case)}.yaml") for case in CASES}
-            for model in CONTACT_MODELS
+            for model in SHOWN
         },
     }
+
+
+def choices(scene: Scene) -> dict[str, str]:
+    """The choices of a scene's formulation that name its law."""
+    has = contact_model(scene.model).choices
+    return {n: getattr(scene.formulation, n) for n in FORMULATION_CHOICES if n in has}
 
 
 def _case(path: Path) -> dict[str, Any]:
@@ -186,7 +193,7 @@ def _case(path: Path) -> dict[str, Any]:
     values = {n: getattr(scene.pad, n) for n in PARAMETERS if scene.model in models_with(n)}
     return {
         "parameters": {n: v for n, v in values.items() if v is not None},
-        "formulation": asdict(scene.formulation) if scene.model == "B2" else {},
+        "formulation": choices(scene),
         "initial": scene.initial,
         "stop": scene.stop,
     }

@@ -44,9 +44,11 @@ def node(built):
 
 def as_json(scene: Scene) -> dict:
     """A scene as the page takes it."""
+    from page.export import choices  # needs heyoka
+
     return {
         "model": scene.model,
-        "formulation": asdict(scene.formulation) if scene.model == "B2" else {},
+        "formulation": choices(scene),
         "parameters": {n: v for n, v in asdict(scene.pad).items() if v is not None},
         "initial": list(scene.initial),
         "stop": scene.stop,

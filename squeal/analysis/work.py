@@ -13,7 +13,7 @@ import numpy as np
 
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import Loads, pose
-from squeal.model.states import NONE, State
+from squeal.model.states import State
 from squeal.scene import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
@@ -60,7 +60,10 @@ class _Power(Observer):
 
     def _energies(self, scaled: np.ndarray, state: State) -> list[float]:
         q, rates = self._split(scaled[None])
-        return [float(self._model.energy(q, rates, contact)[0]) for contact in (NONE, state)]
+        return [
+            float(self._model.energy(q, rates, contact)[0])
+            for contact in (self._model.apart, state)
+        ]
 
     def _split(self, scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         turn = np.array([1.0, 1.0, 1.0 / self._model.pad.w])[:, None]
@@ -85,12 +88,12 @@ class _Power(Observer):
         self.kinetic = max(self.kinetic, float((0.5 * mass * rates**2).sum(axis=0).max()))
 
     def change(self, t: float, source: State, target: State) -> None:
-        if target == NONE:
+        if not any(target):
             self.at_loss.append(float(self.work[0]))
 
 
 def contact_work(scene: Scene) -> Works:
-    """Simulate a scene of B1 or B2 and integrate the work of its contact forces.
+    """Simulate a scene and integrate the work of its contact forces.
 
     Raises ComputationError where the motion leaves the model.
     """

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache, lru_cache
+from typing import Any
 
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
-from squeal.files.values import Word
+from squeal.files.values import Whole, Word
 from squeal.model.law import ContactLaw
 from squeal.model.line import DeltaFrom, DeltaMoment, LineContact, LineForce
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.springs import PointContact
+from squeal.model.springs import PointContact, SpringContact
 
 
 @dataclass(frozen=True)
@@ -21,15 +22,21 @@ class Formulation:
 
     line_force: "integral" = (k_c/2w) x integral of the penetration, "mean" = Eq. (13) as printed.
     delta_from: "centre" of mass (needed by Eq. 10), or the fixed "frame" as in Eqs. (17)-(20).
-    delta_moment: "+" as in Eq. (10), "-" as in Eq. (21). Raises InputError for any other word.
+    delta_moment: "+" as in Eq. (10), "-" as in Eq. (21).
+    springs: how many there are along the face. Raises InputError for anything else.
     """
 
     line_force: LineForce = "integral"
     delta_from: DeltaFrom = "centre"
     delta_moment: DeltaMoment = "+"
+    springs: int = 16
 
     def __post_init__(self) -> None:
         FORMULATION.read(vars(self), Place("Formulation"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As it stands in a scene file, defaults left out."""
+        return {f.name: v for f in fields(self) if (v := getattr(self, f.name)) != f.default}
 
 
 FORMULATION = Group(
@@ -49,6 +56,7 @@ FORMULATION = Group(
             Word(("+", "-")),
             default="+",
         ),
+        "springs": Key("how many springs the lower face has", Whole(2, 1000), default="16"),
     }
 )
 FORMULATION_CHOICES: dict[str, tuple[str, ...]] = {
@@ -89,6 +97,10 @@ def _line(f: Formulation) -> ContactLaw:
     return LineContact(f.line_force, f.delta_from, f.delta_moment)
 
 
+def _springs(f: Formulation) -> ContactLaw:
+    return SpringContact(f.springs)
+
+
 MODEL = Place("model")
 _LINE = ("line_force", "delta_from", "delta_moment")
 _OF_MOTION = ("L1", "L2", "F_n", "V", "x0", "y0")
@@ -98,6 +110,7 @@ MODELS: dict[str, ContactModel] = {
         ContactModel("B1", "point contacts at the two edges", lambda _: PointContact()),
         ContactModel("B2", "line contact", _line, _LINE),
         ContactModel("B3", "line contact, linearised", _line, _LINE, linear=True),
+        ContactModel("BN", "equal springs along the lower face", _springs, ("springs",)),
     )
 }
 

@@ -11,13 +11,13 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from squeal.files.keys import Key, listed
 from squeal.files.place import Place
 from squeal.files.values import Angle, Number
 
-Model = Literal["B1", "B2", "B3"]
+Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -103,7 +103,7 @@ class Springs:
 class PointContact(Springs):
     """Springs k3 and k4 at the two lower edges, relaxed in the initial position (model B1)."""
 
-    parameters = ("k3", "k4")
+    parameters: ClassVar[tuple[str, ...]] = ("k3", "k4")
     absolute_gap = False
     level_friction = False
     springs = (Spring(-1.0, "k3"), Spring(1.0, "k4"))

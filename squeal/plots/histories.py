@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +9,6 @@ from matplotlib.figure import Figure
 from squeal.files.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
-from squeal.model.pad import Model
 from squeal.plots.states import colours, state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
@@ -41,7 +38,7 @@ def pieces(
 
 def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
     told = run.summary
-    palette = colours(cast(Model, told.model))
+    palette = colours(told.model)
     curves = pieces(run.history["t"], run.history[signal.name], told.timeline)
     for state in told.states_met:
         t, values = curves[state]
@@ -58,7 +55,7 @@ def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
 
 def _strip(axes: Axes, run: Summary) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
-    palette = colours(cast(Model, run.model))
+    palette = colours(run.model)
     rows = list(reversed(run.states_met))
     for row, state in enumerate(rows):
         spans = [

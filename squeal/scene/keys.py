@@ -56,6 +56,13 @@ PAD = Group(
     {name: replace(key, models=models_with(name)) for name, key in PARAMETERS.items()},
 )
 
+FORMULATIONS = Group(
+    {
+        name: replace(key, models=tuple(n for n, m in MODELS.items() if name in m.choices))
+        for name, key in FORMULATION.keys.items()
+    }
+)
+
 SCENE = Group(
     {
         "model": Key(
@@ -65,8 +72,8 @@ SCENE = Group(
         ),
         "parameters": Key("the pad and its load", PAD, required=True),
         "formulation": Key(
-            "reading of the line contact's equations",
-            FORMULATION,
+            "reading of the contact's equations",
+            FORMULATIONS,
             default="the consistent one",
             models=tuple(name for name, model in MODELS.items() if model.choices),
         ),

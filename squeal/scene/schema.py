@@ -79,7 +79,7 @@ class Scene:
         found: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
-            "formulation": {} if self.formulation == CONSISTENT else vars(self.formulation),
+            "formulation": self.formulation.to_dict(),
             "initial": {name: value for name, value in initial if value},
             "time": {name: value for name, value in time.items() if value is not None},
             "damping": {} if self.damping is None else self.damping.to_dict(),
@@ -173,7 +173,7 @@ def check_simulation(scene: Scene, at: Place) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
     if scene.model not in CONTACT_MODELS:
         raise (at / "model").refuse(
-            f"{scene.model} is not allowed; only {' and '.join(CONTACT_MODELS)} can be simulated, "
+            f"{scene.model} is not allowed; only {', '.join(CONTACT_MODELS)} can be simulated, "
             f"{scene.model} is a linearisation"
         )
     if scene.damping is not None:

@@ -87,13 +87,15 @@ def test_each_model_uses_the_stiffnesses_of_its_law():
     assert {n: m.stiffnesses for n, m in MODELS.items()} == {
         "B1": ("k3", "k4"),
         "B2": ("k_c",),
+        "BN": ("k_c",),
         "B3": ("k_c",),
     }
     used = {n: {p for p in PARAMETERS if m.uses(p)} for n, m in MODELS.items()}
     assert used["B2"] - used["B3"] == {"L1", "L2", "F_n", "V", "x0", "y0"}
+    assert used["BN"] == used["B2"]
     assert used["B1"] ^ used["B2"] == {"k3", "k4", "k_c"}
 
 
 def test_unknown_model_is_refused():
-    with pytest.raises(InputError, match="'B9' is not allowed; it must be one of B1, B2, B3"):
+    with pytest.raises(InputError, match="'B9' is not allowed; it must be one of B1, B2, B3, BN"):
         contact_law("B9")

@@ -9,6 +9,7 @@ from squeal.article.claims import judge_scenes
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, JudgedClaim, SearchedFormulation
 from squeal.article.scenes import read_cases
+from squeal.model.contact import FORMULATION_CHOICES
 
 
 def study(files: Sequence[Path]) -> Claims:
@@ -30,7 +31,11 @@ def study(files: Sequence[Path]) -> Claims:
             for j in judged
         ),
         tuple(
-            SearchedFormulation(**vars(search.formulation), pads=search.pads, kept=search.kept)
+            SearchedFormulation(
+                **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES},
+                pads=search.pads,
+                kept=search.kept,
+            )
             for search in (read_searches(stored) if stored else ())
         ),
     )

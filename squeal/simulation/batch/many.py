@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
@@ -237,7 +237,7 @@ def simulate_many(
     events: bool = False,
     workers: int = 1,
 ) -> Arrays:
-    """Simulate n pads of model B1 or B2; all units follow those of the pads.
+    """Simulate n pads of a model; all units follow those of the pads.
 
     pads: a `Pad` whose parameters are numbers or arrays (n,), see `stack`; initial (n, 6);
     stop: a number or (n,). Arrays over the pads come back: outcome (`DONE`, 1 + the index into
@@ -249,7 +249,8 @@ def simulate_many(
 
     With `workers` above 1 chunks of pads go to that many processes, which start anew by import:
     a script must guard its main part by `if __name__ == "__main__"`. Raises ComputationError
-    where heyoka is not installed or a number is not finite.
+    where heyoka is not installed or a number is not finite, InputError for measures of a model
+    with other contact points than the two edges.
     """
     try:
         import squeal.simulation.batch.lanes  # noqa: F401
@@ -257,6 +258,10 @@ def simulate_many(
         raise ComputationError(
             "batches of simulations need heyoka, which is not installed on this machine"
         ) from None
+    if measured and contact_law(model, formulation).points != 2:
+        raise InputError(
+            f"measured: not allowed with model {model}; measures are those of two edges"
+        )
     count = len(initial)
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
     numbers = [np.broadcast_to(v, count) for v in pads.given().values()]

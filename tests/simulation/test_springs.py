@@ -1,0 +1,181 @@
+"""Motion on many springs: model B1 as two of them, the line contact as their limit."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.work import contact_work
+from squeal.errors import InputError
+from squeal.model import contact
+from squeal.model.contact import CONSISTENT, ContactModel, Formulation
+from squeal.model.equations import PadModel
+from squeal.model.pad import Pad
+from squeal.model.springs import PointContact, Spring
+from squeal.scene import read_scene
+from squeal.scene.schema import Scene
+from squeal.simulation import simulate
+from squeal.simulation.batch.many import simulate_many, stack
+from squeal.simulation.reference import ChangeTimes, reference
+from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from tests.conftest import SCENES, random_pad
+
+
+def on_springs(scene, count, **more):
+    return dataclasses.replace(scene, model="BN", formulation=Formulation(springs=count), **more)
+
+
+def line(case, share):
+    """A B2 case of the article in the consistent formulation, for a share of its time."""
+    scene = read_scene(SCENES / f"b2-{case}.yaml", "simulate")
+    return dataclasses.replace(scene, formulation=CONSISTENT, stop=share * scene.stop)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Halves(PointContact):
+    """Model B1 written as two halves of one stiffness."""
+
+    parameters = ("k_c",)
+    springs = (Spring(-1.0, "k_c", 0.5), Spring(1.0, "k_c", 0.5))
+
+
+@pytest.mark.parametrize("case", "abcd")
+def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
+    halves = ContactModel("halves", "two halves of a stiffness", lambda _: _Halves())
+    monkeypatch.setitem(contact.MODELS, "halves", halves)
+    scene = read_scene(SCENES / f"b1-{case}.yaml", "simulate")
+    scene = scene.replace(k4=scene.pad.k3)
+    units, model, start, stop = in_natural_units(scene)
+    k = 2.0 * model.pad.k3
+    other = PadModel("halves", model.pad.replace(k3=None, k4=None, k_c=k))
+    ends, times = [], []
+    for one in (model, other):
+        watch = ChangeTimes()
+        integrator = make_integrator(one, scene.tolerance, "heyoka")
+        _, state, *_ = integrate(one, integrator, units, start, stop, [watch])
+        ends.append(state)
+        times.append(watch.times)
+    assert len(times[0]) == len(times[1]) > 10
+    assert times[1] == pytest.approx(times[0], rel=1e-12)
+    assert ends[1] == pytest.approx(ends[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("case", "ac")
+def test_motion_converges_to_the_line_with_order_two(case):
+    scene = line(case, 0.25)
+    exact = np.array(simulate(scene).final[1:4])
+    counts = np.array([8, 16, 32, 64, 128])
+    errors = [
+        np.abs(np.array(simulate(on_springs(scene, n)).final[1:4]) - exact).max() for n in counts
+    ]
+    # where the end of contact lies between two springs makes single errors scatter
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert 1.7 < order < 3.0
+    assert errors[-1] < 1e-4 * np.abs(exact).max()
+
+
+def test_eigenvalues_converge_to_those_of_the_line():
+    """With order one in partial contact, where springs come and go; exactly in full contact."""
+    full, partial = Scene("B2", random_pad(2, "B2")), Scene("B2", random_pad(5, "B2", mu=0.8))
+    for scene, name in ((full, "FC"), (partial, "PC")):
+        expected = analyse(scene)
+        assert expected.contact == name
+        size = np.abs(expected.spectrum.values).max()
+        errors = []
+        for count in (8, 64, 512):
+            found = analyse(on_springs(scene, count))
+            assert found.contact == name
+            errors.append(np.abs(found.spectrum.values - expected.spectrum.values).max() / size)
+        if name == "FC":
+            assert max(errors) < 1e-9
+        else:
+            assert errors[0] > 4 * errors[1] > 16 * errors[2] > 0.0
+            assert errors[2] < 1e-2
+
+
+def test_contact_times_agree_with_the_second_integrator():
+    scene = on_springs(line("a", 0.25), 5, tolerance=1e-12, outputs=("events",))
+    ours, other = simulate(scene), simulate(scene, backend="scipy")
+    assert len(ours.events) == len(other.events) >= 8
+    assert [(e.source, e.target) for e in ours.events] == [
+        (e.source, e.target) for e in other.events
+    ]
+    times = [[e.t for e in run.events] for run in (ours, other)]
+    assert times[0] == pytest.approx(times[1], rel=1e-9)
+    assert ours.final == pytest.approx(other.final, rel=1e-7)
+
+
+def test_energy_is_kept_without_friction():
+    pad = random_pad(3, "BN", mu=0.0)
+    scene = Scene("BN", pad, Formulation(springs=7), (0, 0.02, 0.01, 0, 0, 0), 60.0, samples=2)
+    run = simulate(scene)
+    assert run.contact_changes > 50
+    model = scene.pad_model
+    energy = [
+        model.energy(q, v, model.state_at(q))
+        for q, v in (
+            (scene.initial[:3], scene.initial[3:]),
+            (np.array(run.final[1:4]), np.array(run.final[4:])),
+        )
+    ]
+    assert energy[1] == pytest.approx(energy[0], rel=1e-12)
+
+
+def upright():
+    values = {"m": 2.0, "w": 0.05, "h": 0.02, "k1": 3e5, "k2": 3e5, "k_c": 1e6, "L1": 0.4}
+    angle = math.pi / 2
+    return Pad(**values, L2=0.4, alpha1=angle, alpha2=angle, mu=0.0, F_n=400.0)
+
+
+def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
+    pad, height, count = upright(), 1e-3, 6
+    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k_c
+    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
+    a = height + pad.F_n / k
+    touch = math.acos((pad.F_n / k) / a) / free
+    speed = a * free * math.sin(free * touch)
+    back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
+    scene = Scene(
+        "BN", pad, Formulation(springs=count), (0, height, 0, 0, 0, 0), 2.5 * touch + back, 2
+    )
+    run = simulate(scene)
+    times = [e.t for e in run.events]
+    assert times == pytest.approx([touch] * count + [touch + back] * count, rel=1e-11)
+    assert [e.source for e in run.events][:2] == ["SS", "PC"]
+    assert run.events[count - 1].target == "FC"
+    assert run.shares["FC"] == pytest.approx(back / scene.stop, rel=1e-10)
+    assert run.shares["PC"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_quad_precision_and_batches_tell_the_same_motion():
+    scene = on_springs(line("a", 0.25), 5, outputs=("events",))
+    exact, run = reference(scene), simulate(scene)
+    units, *_ = in_natural_units(scene)
+    assert len(exact.times) == run.contact_changes > 4
+    assert [e.t for e in run.events] == pytest.approx(exact.times * units.time, rel=1e-11)
+    many = simulate_many(
+        "BN",
+        stack([scene.pad] * 3),
+        np.tile(scene.initial, (3, 1)),
+        scene.stop,
+        1e-13,
+        scene.formulation,
+        events=True,
+    )
+    for i in range(3):
+        assert many["events"][i][:, 0] == pytest.approx(exact.times * units.time, rel=1e-9)
+        assert many["final"][i] == pytest.approx(run.final[1:], rel=1e-8)
+
+
+def test_measures_of_edges_are_refused():
+    with pytest.raises(InputError, match="measured: not allowed with model BN"):
+        simulate_many("BN", stack([upright()]), np.zeros((1, 6)), 1.0, measured=True)
+
+
+def test_the_normal_reaction_gives_back_what_it_took():
+    """With friction too: the springs have a potential."""
+    work = contact_work(on_springs(line("a", 0.25), 9))
+    assert abs(work.fed) < 1e-9 * work.kinetic
+    assert abs(work.friction) > 1e-3 * work.kinetic
