@@ -6,7 +6,10 @@ import math
 import numpy as np
 import pytest
 
+from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.maps import Axis, stability_map
+from squeal.analysis.sensitivity import threshold_sensitivities
 from squeal.analysis.work import contact_work
 from squeal.errors import InputError
 from squeal.model import contact
@@ -179,3 +182,33 @@ def test_the_normal_reaction_gives_back_what_it_took():
     work = contact_work(on_springs(line("a", 0.25), 9))
     assert abs(work.fed) < 1e-9 * work.kinetic
     assert abs(work.friction) > 1e-3 * work.kinetic
+
+
+def test_queries_of_a_pad_in_full_contact_are_those_of_the_line():
+    scene = Scene("B2", random_pad(10, "B2", mu=0.3))
+    springs = on_springs(scene, 6)
+    one, other = critical_friction(scene, 0.8), critical_friction(springs, 0.8)
+    assert one.points
+    for a, b in zip(one.points, other.points, strict=True):
+        assert a.kind == b.kind
+        assert a.mu == pytest.approx(b.mu, rel=1e-9)
+    slopes = [threshold_sensitivities(s, one.points[0]) for s in (scene, springs)]
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-6, abs=1e-9)
+    axes = Axis("mu", 0.0, 0.8, 9), Axis("k1", 0.9, 1.1, 5)
+    assert stability_map(springs, axes).share == stability_map(scene, axes).share
+
+
+def test_a_scene_file_names_the_number_of_springs(tmp_path):
+    text = (SCENES / "b2-c.yaml").read_text(encoding="utf-8").replace("model: B2", "model: BN")
+    lines = [line for line in text.splitlines() if not line.startswith("formulation")]
+    file = tmp_path / "bn.yaml"
+    for more, count in (("", 16), ("formulation: {springs: 5}", 5)):
+        file.write_text("\n".join([*lines, more]), encoding="utf-8")
+        assert read_scene(file, "simulate").pad_model.law.points == count
+    for wrong, allowed in (
+        ("{springs: 1}", "a whole number from 2 to 1000"),
+        ("{line_force: mean}", "model BN does not use it"),
+    ):
+        file.write_text("\n".join([*lines, f"formulation: {wrong}"]), encoding="utf-8")
+        with pytest.raises(InputError, match=allowed):
+            read_scene(file)
