@@ -20,7 +20,7 @@ from squeal.article.figures.loci import (
     rows,
 )
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
-from squeal.plots.histories import state_label
+from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
