@@ -130,16 +130,21 @@ def upright():
     return Pad(**one, L1=0.4, L2=0.4, alpha1=angle, alpha2=angle, mu=0.0, F_n=400.0)
 
 
-def test_both_edges_in_the_same_instant_in_closed_form():
-    pad, height = upright(), 1e-3
+def bouncing(pad, height):
+    """Of a pad that falls from a height: first touch, time in contact and depth, in closed form."""
     k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
     free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
     a = height + pad.F_n / k
     touch = math.acos((pad.F_n / k) / a) / free
     speed = a * free * math.sin(free * touch)
     back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
+    return touch, back, pad.F_n / K + math.hypot(pad.F_n / K, speed / pressed)
+
+
+def test_both_edges_in_the_same_instant_in_closed_form():
+    pad, height = upright(), 1e-3
+    touch, back, lowest = bouncing(pad, height)
     period = 2 * touch + back
-    lowest = pad.F_n / K + math.hypot(pad.F_n / K, speed / pressed)
     initial = np.zeros((3, 6))
     initial[:, 1] = height
     r = simulate_many("B1", pad, initial, 4.5 * period, 1e-12, events=True, measured=True)
@@ -151,6 +156,21 @@ def test_both_edges_in_the_same_instant_in_closed_form():
         # the force starts from zero at first contact and comes back to it
         assert r["first"][i] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-4)
         assert r["duration"][i] == pytest.approx(4.5 * period - touch, rel=1e-10)
+
+
+def test_rise_from_zero_at_first_contact_does_not_count():
+    """A run that ends before the force is back at zero, in a batch and alone."""
+    pad, height = upright(), 1e-3
+    touch, back, lowest = bouncing(pad, height)
+    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
+    middle, pressed = pad.F_n / K, math.sqrt(K / pad.m)
+    left = middle + (lowest - middle) * math.cos(pressed * 0.2 * back)
+    stop, start = touch + 0.7 * back, (0.0, height, 0.0, 0.0, 0.0, 0.0)
+    exact = pytest.approx((pad.k3 * left / pad.F_n, pad.k3 * lowest / pad.F_n), rel=1e-3)
+    many = simulate_many("B1", pad, np.array([start]), stop, 1e-12, measured=True)
+    assert many["first"][0] == exact
+    one = scene("B1", CONSISTENT, pad, start, stop=stop, tolerance=1e-12)
+    assert measure_alone(one)["first"][0] == exact
 
 
 def test_signal_that_starts_at_zero_counts_from_its_first_turn():
