@@ -53,7 +53,7 @@ lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
-	rm -rf page/built .snakemake .pytest_cache .mypy_cache .ruff_cache
+	rm -rf logs page/built .snakemake .pytest_cache .mypy_cache .ruff_cache
 	find squeal page tests workflow -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf $(filter-out %/README.md %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))

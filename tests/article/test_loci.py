@@ -216,5 +216,5 @@ def test_a_scene_off_its_branch_is_marked_otherwise():
     assert isinstance(one.equilibrium, Modes)
     assert loci.equilibrium_mark(one.equilibrium) == "o"
     off = dataclasses.replace(one.equilibrium, on_branch=False)
-    figure = loci.loci_figure(Loci((dataclasses.replace(one, equilibrium=off),)))
+    figure = loci.loci_figure(Loci((dataclasses.replace(one, equilibrium=off),), 1.0, 2.0))
     assert [line.get_marker() for line in drawn(figure, "scene")] == ["^"]

@@ -15,6 +15,7 @@ from squeal.article.cases import HISTORY_FIGURES, STEMS
 from squeal.article.figures import angle_maps, growth
 from squeal.article.precision.maps import matrices, named
 from squeal.article.report.stability import advice_list, literature_table, threshold_table, values
+from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
@@ -175,14 +176,14 @@ def test_shares_of_traced_maps(maps):
 
 
 def test_what_reaches_the_report(found, maps):
-    told = values(found, [], *maps)
+    told = values(found, Loci((), 1.0, 2.0), *maps)
     assert told["literature.rows"] == told["literature.agree"] == str(len(found.literature))
     assert literature_table(found.literature).count(r"\\") == len(found.literature) + 2
     assert advice_list(found.advice).count(r"\item") == 8
 
 
 def test_threshold_table_tells_each_way_to_find_them(found, maps):
-    scenes = [examined(SCENES / f"{name}.yaml") for name in ("b1-a", "b2-a")]
+    scenes = Loci(tuple(examined(SCENES / f"{name}.yaml") for name in ("b1-a", "b2-a")), 1.0, 2.0)
     table = threshold_table(scenes, found.fluttering)
     rows = [line.split(" & ") for line in table.splitlines() if line.endswith(r"\\")][1:]
     mu = critical_friction(scene_of("b1-a")).points[0].mu

@@ -5,9 +5,9 @@ cd "$(dirname "$0")/../.."
 PATH=$PWD/.venv/bin:$PATH
 
 if workflow/setup/tex.sh; then
-    exec snakemake --cores 2
+    exec snakemake
 fi
-snakemake --cores 2 everything_but_pdf
+snakemake everything_but_pdf
 echo "squeal: all but the PDF is built; for that, install TeX (Debian, Ubuntu: apt-get install" \
     "--no-install-recommends texlive-latex-recommended lmodern latexmk) and run make report again." >&2
 exit 3

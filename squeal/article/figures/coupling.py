@@ -109,7 +109,7 @@ def coupling_figure(found: Loci) -> Figure:
             lower[0].set_ylim(-reach, reach)
             upper[0].set_ylabel("frequency [kHz]")
             lower[0].set_ylabel("growth [1/ms]")
-        grid[0, 0].set_xlim(0.0, 1.0)
+        grid[0, 0].set_xlim(0.0, found.mu_max)
         grid[0, 0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
         for axes in grid[-1]:
             axes.set_xlabel(r"friction $\mu$")
@@ -144,10 +144,10 @@ def alternative_text(found: Loci) -> str:
         events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.branch)]
         told.append(f"{title(scene.name)}: {', '.join(events) if events else 'no change'}")
     return (
-        "Frequencies above growth rates of the three modes over friction from 0 to 1 along the "
-        "equilibrium branch, one column a case. Where two frequencies meet, one mode begins to "
-        f"grow and its partner to decay. Events over friction: {'; '.join(told)}. At the scenes' "
-        f"friction {growths(found)}."
+        f"Frequencies above growth rates of the three modes over friction to {found.mu_max:g} "
+        "along the equilibrium branch, one column a case. Where two frequencies meet, one mode "
+        "begins to grow and its partner to decay. "
+        f"Events over friction: {'; '.join(told)}. At the scenes' friction {growths(found)}."
     )
 
 

@@ -127,8 +127,8 @@ def drawing(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     text = (
         "One panel for each model and case: eigenvalues of the upper half plane along the "
-        "equilibrium branch, coloured by friction from 0 to 1; frequency in kHz upwards, growth "
-        "rate in 1/ms to the right. Ticks mark zero friction, rings the scene's. Pads whose "
+        f"equilibrium branch, coloured by friction to {found.mu_max:g}; frequency in kHz upwards, "
+        "growth rate in 1/ms to the right. Ticks mark zero friction, rings the scene's. Pads whose "
         "eigenvalues stay on the imaginary axis are marginal; at the scenes' friction "
         f"{growths(found)}."
     )

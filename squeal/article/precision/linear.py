@@ -1,7 +1,8 @@
 """Error against run time on the linear side: eigenvalues of a sweep of mu, and its threshold.
 
-The truth has 30 digits. Other libraries find a threshold as their user would: they look for growth
-at equal steps of mu and then halve the interval, each time with the eigenvalues of one matrix.
+The truth has more digits. Other libraries find a threshold as their user would: they look for
+growth at equal steps of mu and then halve the interval, each time with the eigenvalues of one
+matrix.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from squeal.scene.system import PlainSystem
 from squeal.stability import complex_eigenvalues, critical_points, sweep
 
 POINTS = 100
+DIGITS = 30  # of the truth
 HALVINGS = (0, 8, 16, 24, 32, 40)
 ENOUGH = 0.2  # s of repeats
 GROWING = 1e-7  # real part over spectral radius; a double root has some sqrt(eps)
@@ -68,11 +70,11 @@ PROGRAMS: dict[str, Program] = {
 
 
 def exact_values(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """Eigenvalues (n, 6) from 30 digits, as doubles."""
+    """Eigenvalues (n, 6) from `DIGITS` digits, as doubles."""
     import mpmath as mp
 
     rows = []
-    with mp.workdps(30):
+    with mp.workdps(DIGITS):
         inverse = mp.matrix(M.tolist()) ** -1
         for one in K:
             squares = mp.eig(inverse * mp.matrix(one.tolist()), left=False, right=False)
@@ -82,10 +84,10 @@ def exact_values(M: np.ndarray, K: np.ndarray) -> np.ndarray:
 
 
 def exact_coalescence(system: PlainSystem, near: float) -> float:
-    """The mu near a guess at which two frequencies coalesce: the discriminant's root, 30 digits."""
+    """The mu near a guess at which two frequencies coalesce: the discriminant's root."""
     import mpmath as mp
 
-    with mp.workdps(30):
+    with mp.workdps(DIGITS):
         inverse = mp.matrix(system.M.tolist()) ** -1
         A0, A1 = (inverse * mp.matrix(K.tolist()) for K in system.K)
 

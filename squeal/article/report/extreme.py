@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from squeal.article.report.latex import definitions, long_table, number, tabular, typeset
+from squeal.article.report.latex import (
+    definitions,
+    long_table,
+    number,
+    percent,
+    power,
+    tabular,
+    typeset,
+)
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
 
@@ -67,6 +75,7 @@ def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
     return {
         "accuracy.worst": number(worst, 2),
         "accuracy.reach": number(least, 3),
+        "accuracy.longer": number(min(a.measured for a in scenes.values()), 3),
         "accuracy.within": "all are" if least >= 2.0 else "not all are",
         "accuracy.stop": number(1e3 * next(iter(scenes.values())).stop, 4),
     }
@@ -74,9 +83,13 @@ def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
 
 def generated(extreme: str, accuracy: str) -> dict[str, str]:
     """Texts by name, from the files of these studies."""
-    cases, scenes = Extreme.read(Path(extreme)).cases, Accuracy.read(Path(accuracy)).scenes
+    suite, found = Extreme.read(Path(extreme)), Accuracy.read(Path(accuracy))
+    told = values(suite.cases) | accuracy_values(found.scenes)
+    told["extreme.limit"] = power(suite.limit)
+    told["extreme.reference"] = power(suite.reference)
+    told["accuracy.lost"] = percent(found.lost, 0)
     return {
-        "extreme-values": definitions(values(cases) | accuracy_values(scenes)),
-        "extreme": extreme_table(cases),
-        "accuracy": accuracy_table(scenes),
+        "extreme-values": definitions(told),
+        "extreme": extreme_table(suite.cases),
+        "accuracy": accuracy_table(found.scenes),
     }

@@ -10,6 +10,7 @@ from squeal.article.report.latex import (
     definitions,
     long_table,
     number,
+    percent,
     tabular,
     typeset,
 )
@@ -87,9 +88,16 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
 
 def generated(verify: str, robustness: str) -> dict[str, str]:
     """Texts by name, from the files of these studies."""
-    found = Verify.read(Path(verify)).formulations
+    checked, robust = Verify.read(Path(verify)), Robustness.read(Path(robustness))
+    found = checked.formulations
+    told = values(found, robust) | {
+        "identified.ceiling": str(checked.ceiling),
+        "identified.horizon": number(checked.horizon),
+        "identified.numbers": str(len(found[0].numbers)),
+        "ranges.confidence": percent(robust.confidence, 0),
+    }
     return {
-        "identification-values": definitions(values(found, Robustness.read(Path(robustness)))),
+        "identification-values": definitions(told),
         "formulations": formulation_table(found),
         "ranges": range_table(found[0].numbers),
     }

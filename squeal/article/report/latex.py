@@ -97,6 +97,11 @@ def number(value: float, digits: int = 4) -> str:
     return f"${number_text(f'{value:.{digits}g}')}$"
 
 
+def power(value: float) -> str:
+    """A power of ten in math mode, of the nearest whole exponent."""
+    return f"$10^{{{round(math.log10(value))}}}$"
+
+
 def percent(share: float, digits: int = 1) -> str:
     """A share as a percentage with its sign."""
     return rf"{100 * share:.{digits}f}\,\%"

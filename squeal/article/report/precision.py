@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.report.latex import definitions, number, tabular, typeset
+from squeal.article.report.latex import definitions, number, power, tabular, typeset
 from squeal.article.results.precision import Check, Point, Precision, Timing, time_at
 
 ERROR = 1e-10  # at which the paths are compared
@@ -18,9 +17,9 @@ def _plain(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
-def _power(tolerances: list[float]) -> str:
+def _least(tolerances: Sequence[float]) -> str:
     """The least of some powers of ten."""
-    return f"$10^{{{round(math.log10(min(tolerances)))}}}$" if tolerances else "--"
+    return power(min(tolerances)) if tolerances else "--"
 
 
 def speed_table(points: Sequence[Point]) -> str:
@@ -75,6 +74,28 @@ def linear_values(timings: Sequence[Timing]) -> dict[str, str]:
     }
 
 
+def setting_values(found: Precision) -> dict[str, str]:
+    """What was asked of the paths and programs."""
+
+    def sizes(task: str) -> list[int]:
+        return [t.size for t in found.linear if t.task == task]
+
+    tolerances = [point.tolerance for point in found.points]
+    return {
+        "precision.loosest-tolerance": power(max(tolerances)),
+        "precision.tightest-tolerance": power(min(tolerances)),
+        "precision.compared": power(ERROR),
+        "precision.stiff": power(found.stiff),
+        "precision.near": number(found.near),
+        "precision.digits": str(found.digits),
+        "precision.finest": str(found.finest),
+        "precision.coarse": str(min(sizes("map"))),
+        "precision.fine": str(max(sizes("map"))),
+        "precision.halvings": str(max(sizes("threshold"))),
+        "precision.swept": str(max(sizes("sweep"))),
+    }
+
+
 def check_values(checks: Sequence[Check]) -> dict[str, str]:
     """How well the reference is confirmed."""
     times = [c.times for c in checks if c.times is not None]
@@ -106,8 +127,8 @@ def values(points: Sequence[Point]) -> dict[str, str]:
         "precision.own-missing-runs": str(len(own)),
         "precision.runs": str(sum(not p.path.startswith(OURS) for p in points)),
         "precision.own-runs": str(sum(p.path.startswith(OURS) for p in points)),
-        "precision.tightest": _power([p.tolerance for p in theirs]),
-        "precision.own-tightest": _power([p.tolerance for p in own]),
+        "precision.tightest": _least([p.tolerance for p in theirs]),
+        "precision.own-tightest": _least([p.tolerance for p in own]),
     }
 
 
@@ -115,6 +136,7 @@ def generated(precision: str) -> dict[str, str]:
     """Texts by name, from the file of the study `precision`."""
     found = Precision.read(Path(precision))
     told = values(found.points) | linear_values(found.linear) | check_values(found.checks)
+    told |= setting_values(found)
     return {
         "precision-values": definitions(told),
         "speed": speed_table(found.points),

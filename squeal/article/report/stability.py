@@ -49,12 +49,15 @@ def _margins(mus: Sequence[float]) -> str:
     return _listed([number(mu, 10) for mu in mus])
 
 
-def threshold_table(scenes: Sequence[SceneLoci], fluttering: Thresholds | None) -> str:
+def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
     """Thresholds along the branch, with the equilibrium held, and as gain margins of the loop."""
-    shown: list[tuple[str, SceneLoci | Thresholds]] = [(title(one.name), one) for one in scenes]
+    shown: list[tuple[str, SceneLoci | Thresholds]] = [
+        (title(one.name), one) for one in loci.scenes
+    ]
     if fluttering is not None:
         shown.append(("B2, fluttering angles", fluttering))
-    head = ["", r"along the branch, $\mu \le 1$", "equilibrium held", "gain margin", "difference"]
+    along = rf"along the branch, $\mu \le {loci.mu_max:g}$"
+    head = ["", along, "equilibrium held", "gain margin", "difference"]
     groups: dict[str, list[list[str]]] = {}
     for name, scene in shown:
         branch, loop = scene.branch, scene.loop
@@ -81,9 +84,7 @@ def advice_list(advice: Mapping[str, str]) -> str:
     return "\n".join([*lines, r"\end{description}", ""])
 
 
-def values(
-    found: Stability, scenes: Sequence[SceneLoci], angles: Angles, printed: QuasiStatic
-) -> dict[str, str]:
+def values(found: Stability, loci: Loci, angles: Angles, printed: QuasiStatic) -> dict[str, str]:
     """Values that the chapter's text refers to."""
     told = {f"share.{k}": percent(v) for k, v in (vars(angles.share) | vars(printed.share)).items()}
     for model, shares in (("b2", angles.share_b2), ("b3", angles.share_b3)):
@@ -91,10 +92,11 @@ def values(
             told[f"share.{model}.{name.replace(' ', '-')}"] = percent(share)
     told["growth.apart"] = number(max(g.apart for g in found.growth), 2)
     told["growth.simulations"] = str(sum(len(g.mu) for g in found.growth))
-    loops = [scene.loop for scene in scenes if isinstance(scene.loop, SingleLoop)]
+    loops = [scene.loop for scene in loci.scenes if isinstance(scene.loop, SingleLoop)]
     told["loop.rank-one"] = str(len(loops))
-    told["loop.scenes"] = str(len(scenes))
+    told["loop.scenes"] = str(len(loci.scenes))
     told["loop.locus-apart"] = number(max((one.locus_apart for one in loops), default=0.0), 2)
+    told["loop.mu-max"] = f"{loci.margin_max:g}"
     told["literature.rows"] = str(len(found.literature))
     told["literature.agree"] = str(sum(row.agrees for row in found.literature))
     return told
@@ -102,11 +104,11 @@ def values(
 
 def generated(stability: str, loci: str, angles: str, quasi_static: str) -> dict[str, str]:
     """Texts by name, from the files of these studies."""
-    found, scenes = Stability.read(Path(stability)), Loci.read(Path(loci)).scenes
+    found, swept = Stability.read(Path(stability)), Loci.read(Path(loci))
     maps = Angles.read(Path(angles)), QuasiStatic.read(Path(quasi_static))
     return {
-        "stability-values": definitions(values(found, scenes, *maps)),
+        "stability-values": definitions(values(found, swept, *maps)),
         "literature": literature_table(found.literature),
         "advice": advice_list(found.advice),
-        "thresholds": threshold_table(scenes, found.fluttering),
+        "thresholds": threshold_table(swept, found.fluttering),
     }

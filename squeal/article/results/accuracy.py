@@ -13,8 +13,8 @@ class SceneAccuracy(Record):
 
     error: of the final place against quad precision, relative; growth: of small deviations over
     the scene's time; exponent in 1/s, `measured` over how many times the scene's time; horizon in
-    s: when the tolerance has grown to 1 %, None where deviations do not grow exponentially;
-    run_time in s, median.
+    s: when the tolerance has grown to the share `lost`, None where deviations do not grow
+    exponentially; run_time in s, median.
     """
 
     error: float
@@ -31,6 +31,7 @@ class SceneAccuracy(Record):
 
 @dataclass(frozen=True)
 class Accuracy(Result):
-    """By name of the scene."""
+    """By name of the scene; lost: the share at which a motion is no longer foretold."""
 
     scenes: dict[str, SceneAccuracy]
+    lost: float

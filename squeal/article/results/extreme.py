@@ -31,9 +31,15 @@ class Outcome(Record):
 
 @dataclass(frozen=True)
 class Extreme(Result):
-    """All cases of the suite, in its order."""
+    """All cases of the suite, in its order.
+
+    limit: greatest relative error of a right answer; reference: relative tolerance of the motions
+    in quad precision.
+    """
 
     cases: tuple[Outcome, ...]
+    limit: float
+    reference: float
 
     @property
     def wrong(self) -> str:

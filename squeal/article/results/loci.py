@@ -120,6 +120,12 @@ class SceneLoci(Record):
 
 @dataclass(frozen=True)
 class Loci(Result):
-    """The scenes in the order given."""
+    """The scenes in the order given.
+
+    mu_max: where branches and loci end; margin_max: up to which thresholds of the held equilibrium
+    are sought.
+    """
 
     scenes: tuple[SceneLoci, ...]
+    mu_max: float
+    margin_max: float

@@ -55,11 +55,20 @@ class Timing(Record):
 
 @dataclass(frozen=True)
 class Precision(Result):
-    """Work-precision points of simulations, checks of their references, timings of linear tasks."""
+    """Work-precision points of simulations, checks of their references, timings of linear tasks.
+
+    stiff: contact over support stiffness of the stiff case; near: units of time within which a
+    contact change counts as the reference's; finest: points a side of the map that counts as exact;
+    digits: of the exact eigenvalues and threshold.
+    """
 
     points: tuple[Point, ...]
     checks: tuple[Check, ...]
     linear: tuple[Timing, ...]
+    stiff: float
+    near: float
+    finest: int
+    digits: int
 
 
 def time_at(points: Sequence[Point], case: str, path: str, error: float) -> float | None:

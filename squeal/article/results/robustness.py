@@ -26,7 +26,7 @@ SYMBOLS = {
 
 @dataclass(frozen=True)
 class Share(Record):
-    """Share of pads that keep a claim, with its 95 % interval."""
+    """Share of pads that keep a claim, with its interval."""
 
     share: float
     interval: tuple[float, float]
@@ -57,7 +57,11 @@ class Break(Record):
 
 @dataclass(frozen=True)
 class Robustness(Result):
-    """Samples of growing width, the last over the whole ranges; first breaks of each number."""
+    """Samples of growing width, the last over the whole ranges; first breaks of each number.
+
+    confidence: of the intervals.
+    """
 
     samples: tuple[Sample, ...]
     breaks: tuple[Break, ...]
+    confidence: float

@@ -43,6 +43,11 @@ class VerifiedPad(Record):
 
 @dataclass(frozen=True)
 class Verify(Result):
-    """One pad a formulation, the best first."""
+    """One pad a formulation, the best first.
+
+    ceiling: how many claims can hold together; horizon: of the searches, in units of time.
+    """
 
     formulations: tuple[VerifiedPad, ...]
+    ceiling: int
+    horizon: float

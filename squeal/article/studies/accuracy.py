@@ -50,4 +50,5 @@ def accuracy(scene: Scene) -> SceneAccuracy:
 
 def study(files: Sequence[Path]) -> Accuracy:
     """The accuracy of each scene given."""
-    return Accuracy({file.stem: accuracy(read_scene(file, "simulate")) for file in files})
+    found = {file.stem: accuracy(read_scene(file, "simulate")) for file in files}
+    return Accuracy(found, LOST)

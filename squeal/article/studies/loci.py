@@ -180,4 +180,4 @@ def examined(file: File) -> SceneLoci:
 
 def study(files: Sequence[File]) -> Loci:
     """Examine the scenes given."""
-    return Loci(tuple(examined(file) for file in files))
+    return Loci(tuple(examined(file) for file in files), MU_MAX, MARGIN_MAX)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from squeal.article.cases import title
 from squeal.article.extreme.cases import scene_of
-from squeal.article.precision.linear import sweep_timings, threshold_timings
-from squeal.article.precision.maps import map_timings
-from squeal.article.precision.measure import PATIENCE, measure
+from squeal.article.precision.linear import DIGITS, sweep_timings, threshold_timings
+from squeal.article.precision.maps import FINEST, map_timings
+from squeal.article.precision.measure import NEAR, PATIENCE, measure
 from squeal.article.precision.paths import DEFAULT
 from squeal.article.precision.peers import peers as others
 from squeal.article.results.precision import Precision
@@ -31,4 +31,5 @@ def study(files: Sequence[Path], *, peers: bool = False) -> Precision:
     fig13 = read_scenes(files, ["b3"])["b3"]
     linear = (*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13))
     points, checks = measure(cases, paths, LONG if peers else PATIENCE, peers)
-    return Precision(tuple(points), tuple(checks), linear)
+    given = (STIFF, NEAR, FINEST, DIGITS)
+    return Precision(tuple(points), tuple(checks), linear, *given)

@@ -17,6 +17,7 @@ from squeal.model.contact import Formulation
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
 PADS = 256  # in each sample
+CONFIDENCE = 0.95
 LEAST, STEPS = 1e-3, 25  # relative changes of one number: from this to one, so many
 
 
@@ -70,8 +71,8 @@ def first_breaks(numbers: Numbers, formulation: Formulation) -> tuple[Break, ...
 
 
 def share(count: int, pads: int) -> Share:
-    """A share of which `count` of so many pads were seen, with Wilson's 95 % interval."""
-    low, high = binomtest(count, pads).proportion_ci(method="wilson")
+    """A share of which `count` of so many pads were seen, with Wilson's interval."""
+    low, high = binomtest(count, pads).proportion_ci(CONFIDENCE, method="wilson")
     return Share(count / pads, (float(low), float(high)))
 
 
@@ -86,7 +87,7 @@ def robustness(numbers: Numbers, formulation: Formulation, seed: int = 1) -> Rob
         counts = zip(CLAIMS, held.sum(axis=0), strict=True)
         shares = {claim.id: share(int(n), len(many)) for claim, n in counts}
         found.append(Sample(name, len(many), float(np.median(held.sum(axis=1))), shares))
-    return Robustness(tuple(found), first_breaks(numbers, formulation))
+    return Robustness(tuple(found), first_breaks(numbers, formulation), CONFIDENCE)
 
 
 def study(files: Sequence[Path]) -> Robustness:

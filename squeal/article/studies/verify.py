@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.claims import Judged
-from squeal.article.identify.objective import judge_one
+from squeal.article.claims import CLAIMS, Judged
+from squeal.article.identify.objective import CONFLICTS, judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
 from squeal.article.results.verify import Changed, Failing, VerifiedPad, Verify
@@ -55,4 +55,5 @@ def verified(search: Search) -> VerifiedPad:
 
 def study(files: Sequence[Path]) -> Verify:
     """The outcome for every stored search."""
-    return Verify(tuple(verified(search) for search in read_searches(files)))
+    found = tuple(verified(search) for search in read_searches(files))
+    return Verify(found, len(CLAIMS) - len(CONFLICTS), STOP)
