@@ -109,7 +109,8 @@ def _choose(kinds: tuple[Any, ...], value: Any) -> Any:
 
 
 def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
-    for key in sorted(_names(kind) ^ value.keys()):
+    optional = {f.name for f in dataclasses.fields(kind) if f.default is not dataclasses.MISSING}
+    for key in sorted((value.keys() - _names(kind)) | (_names(kind) - optional - value.keys())):
         known = "unknown key" if key in value else "missing"
         raise (at / key).refuse(f"{known}; {_word(kind)} has {', '.join(sorted(_names(kind)))}")
     hints = _hints(kind)

@@ -91,3 +91,11 @@ def test_arrays_of_an_outline_keep_their_shape_when_empty():
 def test_what_does_not_fit_is_refused_by_its_key(key, value, message):
     with pytest.raises(InputError, match=message):
         Whole.from_dict(plain(**{key: value}), "whole.json")
+
+
+@pytest.mark.parametrize("formulation", [Formulation(), Formulation("mean", springs=3)])
+def test_a_field_may_be_missing_if_it_has_a_default(formulation):
+    pads = {"pads": to_dict((formulation, formulation))}
+    assert from_dict(dict[str, tuple[Formulation, ...]], pads) == {"pads": (formulation,) * 2}
+    with pytest.raises(InputError, match=r"pads\.0\.feet: unknown key"):
+        from_dict(dict[str, tuple[Formulation, ...]], {"pads": [{"feet": 2}]})

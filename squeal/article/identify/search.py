@@ -15,7 +15,7 @@ from squeal.article.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, en
 from squeal.errors import InputError
 from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json, write_text
-from squeal.model.contact import Formulation
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 POPULATION = 32
 KEPT = 8  # best pads that a search remembers
@@ -81,7 +81,8 @@ class SearchState(Record):
 def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchState:
     """What an earlier run left in the state file. Raises InputError if it is of another search."""
     names = tuple(d.name for d in DIMENSIONS)
-    fresh = SearchState(tuple(vars(formulation).values()), seed, names)
+    choices = tuple(getattr(formulation, name) for name in FORMULATION_CHOICES)
+    fresh = SearchState(choices, seed, names)
     if file is None or not file.exists():
         return fresh
     try:

@@ -16,7 +16,7 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.robustness import SYMBOLS, Robustness
 from squeal.article.results.verify import VerifiedPad, Verify
-from squeal.model.contact import Formulation
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 
 def _words(formulation: Formulation) -> list[str]:
@@ -76,7 +76,8 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
         "identified.failing": "; ".join(typeset(f"{c.id} ({c.measured})") for c in best.failing),
     }
     for entry in found:
-        key = f"identified.{'-'.join(vars(entry.formulation).values())}"
+        choices = (getattr(entry.formulation, name) for name in FORMULATION_CHOICES)
+        key = f"identified.{'-'.join(choices)}"
         told[key] = str(entry.reproduced)
     ranges = robust.samples[-1].claims
     for claim, share in ranges.items():
