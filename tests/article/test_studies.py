@@ -13,7 +13,10 @@ from squeal.article.results.extreme import Extreme, Outcome
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies.__main__ import main
 from squeal.files.records import Result
+from squeal.files.sources import sources
 from tests.conftest import ROOT, SCENES
+
+RESULTS = squeal.article.results.__name__
 
 
 def modules(package):
@@ -52,3 +55,10 @@ def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
     found = capsys.readouterr()
     assert Extreme.from_dict(json.loads(found.out)).cases == (outcome,)
     assert ("group: name" in found.err) is bool(code)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_results_do_not_depend_on_what_computes_them(name):
+    heavy = ("analysis", "article/claims", "article/studies", "equilibrium", "model", "simulation")
+    files = [file.removeprefix("squeal/") for file in sources(f"{RESULTS}.{name}")]
+    assert not [file for file in files if file.startswith(heavy)]

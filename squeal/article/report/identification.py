@@ -15,11 +15,11 @@ from squeal.article.report.latex import (
     typeset,
 )
 from squeal.article.results.robustness import SYMBOLS, Robustness
-from squeal.article.results.verify import VerifiedPad, Verify
-from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.article.results.verify import Switches, VerifiedPad, Verify
+from squeal.model.contact import FORMULATION_CHOICES
 
 
-def _words(formulation: Formulation) -> list[str]:
+def _words(formulation: Switches) -> list[str]:
     return [
         formulation.line_force,
         formulation.delta_from,

@@ -5,7 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from squeal.files.records import Record, Result
-from squeal.model.contact import Formulation
+
+
+@dataclass(frozen=True)
+class Switches(Record):
+    """The formulation of a search, as `squeal.model.contact.Formulation` names it."""
+
+    line_force: str
+    delta_from: str
+    delta_moment: str
 
 
 @dataclass(frozen=True)
@@ -31,7 +39,7 @@ class Changed(Record):
 class VerifiedPad(Record):
     """The best pad of a search: effort of the search, the pad's numbers, the claims it keeps."""
 
-    formulation: Formulation
+    formulation: Switches
     seed: int
     starts: int
     pads: int

@@ -9,7 +9,7 @@ from squeal.article.claims import CLAIMS, Judged
 from squeal.article.identify.objective import CONFLICTS, judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
-from squeal.article.results.verify import Changed, Failing, VerifiedPad, Verify
+from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
 from squeal.errors import ComputationError
 
 TOLERANCE = 1e-12
@@ -42,7 +42,7 @@ def verified(search: Search) -> VerifiedPad:
         ]
     failing = [j for j in judged if not j.holds]
     return VerifiedPad(
-        formulation=search.formulation,
+        formulation=Switches(**vars(search.formulation)),
         seed=search.seed,
         starts=search.starts,
         pads=search.pads,
