@@ -17,7 +17,7 @@ THREADS, COUNT = 4, 24
 
 def scenes(model):
     return [
-        Scene(model, random_pad(seed), initial=(0, 1e-3, 0, 0, 0, 0), stop=5.0, samples=2)
+        Scene(model, random_pad(seed, model), initial=(0, 1e-3, 0, 0, 0, 0), stop=5.0, samples=2)
         for seed in range(COUNT)
     ]
 
