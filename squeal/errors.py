@@ -8,5 +8,9 @@ class InputError(ValueError):
     """The input is refused; one sentence names file, key, value and what is allowed."""
 
 
+class InputWarning(UserWarning):
+    """The input is taken as it stands, but something else may be meant."""
+
+
 class ComputationError(RuntimeError):
     """A valid request could not be completed; the message gives the reason."""

@@ -13,8 +13,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from squeal.errors import BEYOND, ComputationError, InputError
-from squeal.files.writing import check_writable, to_json
+from squeal.commands.outputs import check_outputs
+from squeal.commands.source import STANDARD_INPUT, read_source
+from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
+from squeal.files.writing import to_json
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,10 @@ class Parser(argparse.ArgumentParser):
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its name, what it does, its own options and the function that runs it."""
+    """A command: its name, what it does, its own options and the function that runs it.
+
+    With `scene` the function finds what its first argument names as `source` in its options.
+    """
 
     name: str
     summary: str
@@ -46,20 +51,40 @@ class Command:
         """The parser of this command's arguments."""
         parser = Parser(prog=f"squeal {self.name}", description=self.summary, allow_abbrev=False)
         if self.scene:
-            parser.add_argument("scene", metavar="SCENE.yaml", type=Path, help="the scene file")
+            parser.add_argument(
+                "scene", metavar="SCENE.yaml", help="the scene file; - reads standard input"
+            )
+            parser.add_argument(
+                "--set",
+                metavar="NAME=VALUE",
+                action="append",
+                default=[],
+                help="change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)",
+            )
         self.options(parser)
         parser.add_argument("--json", action="store_true", help="print one JSON object instead")
         return parser
+
+    def _answer(self, options: argparse.Namespace) -> str:
+        """What is printed."""
+        changes = {}
+        if self.scene:
+            named = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]
+            check_outputs(options, named)
+            options.source = read_source(options.scene, options.set)
+            changes = {"set": options.source.changes} if options.set else {}
+        answer = self.run(options)
+        return to_json(answer.data() | changes) if options.json else answer.text()
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run from arguments; returns the exit code 0, 1 (not completed) or 2 (refused)."""
         try:
             options = self.parser().parse_args(arguments)
             with warnings.catch_warnings():
-                warnings.simplefilter("default", RuntimeWarning)
+                for kind in (RuntimeWarning, InputWarning):
+                    warnings.simplefilter("default", kind)
                 warnings.showwarning = _warn
-                answer = self.run(options)
-                text = to_json(answer.data()) if options.json else answer.text()
+                text = self._answer(options)
             print(text, flush=True)
         except InputError as error:
             print(f"squeal: {error}", file=sys.stderr)
@@ -89,32 +114,6 @@ class Command:
         return 0
 
 
-def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    print(f"squeal: warning: {message}; {BEYOND}", file=sys.stderr)
-
-
-def file_options(parser: Parser, **options: str) -> None:
-    """Options that name a file to write, such as csv="write the verdicts to FILE"."""
-    for name, words in options.items():
-        parser.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
-
-
-def check_files(given: argparse.Namespace) -> None:
-    """Refuse files that could not be written, before anything is computed."""
-    for name in ("csv", "pdf"):
-        path = getattr(given, name, None)
-        if path is not None:
-            check_writable(path, f"--{name}")
-
-
-def table(rows: Sequence[Sequence[str]], right: bool = True) -> str:
-    """Rows of text as aligned columns; the first column is aligned to the left."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [
-            cell.rjust(width) if right and i else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
+def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    why = "" if issubclass(category, InputWarning) else f"; {BEYOND}"
+    print(f"squeal: warning: {message}{why}", file=sys.stderr)

@@ -11,14 +11,16 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.critical import CriticalFriction, critical_friction
-from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
-from squeal.commands.plain import critical, read_if_plain, refuse_sensitivity
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.outputs import file_options
+from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw, sweep
+from squeal.commands.tables import elided, number
 from squeal.errors import InputError
 from squeal.files.provenance import provenance
-from squeal.files.writing import write_csv
-from squeal.scene import Scene, read_scene
+from squeal.files.writing import write_table
+from squeal.scene import Scene
 
 SHOWN = 301  # values of mu in the figure
 
@@ -33,13 +35,16 @@ def options(parser: Parser) -> None:
         action="store_true",
         help="how the first loss of stability moves with each parameter of a scene",
     )
-    file_options(parser, csv="write the thresholds to FILE", pdf="draw the way to them into FILE")
+    file_options(
+        parser, table="write the thresholds to FILE", figure="draw the way to them into FILE"
+    )
 
 
 def write_thresholds(path: Path, found: CriticalFriction) -> None:
-    """A CSV row for each change of stability."""
+    """A row for each change of stability."""
     rows = ((p.mu, p.kind, p.frequency_hz, *p.interval, int(p.converged)) for p in found.points)
-    write_csv(path, ["mu", "kind", "frequency_hz", "low", "high", "converged"], rows)
+    names = ("mu", "kind", "frequency_hz", "low", "high", "converged")
+    write_table(path, dict.fromkeys(names, ""), rows)
 
 
 def upper_end(given: str) -> float:
@@ -81,18 +86,17 @@ def text(found: CriticalFriction) -> str:
     if not found.points:
         return f"{head}\nno change of stability\n{tail}"
     rows = [("  mu", "change", "frequency, Hz")]
-    rows += [(f"  {p.mu:.12g}", p.kind, f"{p.frequency_hz:.6g}") for p in found.points]
-    return f"{head}\n{table(rows)}\n{tail}"
+    rows += [(f"  {p.mu:.12g}", p.kind, number(p.frequency_hz)) for p in found.points]
+    return f"{head}\n{elided(rows, '--json')}\n{tail}"
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     mu_max = upper_end(given.mu_max)
-    system = read_if_plain(given.scene)
+    system = given.source.system()
     if given.sensitivity:
-        refuse_sensitivity(given.scene, system)
-    check_files(given)
-    source = system or read_scene(given.scene)
+        refuse_sensitivity(given.source.name, system)
+    source = system or given.source.scene()
     moves, shown = None, ""
     if isinstance(source, Scene):
         found = critical_friction(source, mu_max)
@@ -101,12 +105,13 @@ def run(given: argparse.Namespace) -> Answer:
             shown = threshold_moves_text(source, moves)
     else:
         found = critical(source, mu_max)
-    if given.csv is not None:
-        write_thresholds(given.csv, found)
-    if given.pdf is not None:
+    if given.table is not None:
+        write_thresholds(given.table, found)
+    if given.figure is not None:
         mus = np.linspace(0.0, found.mu_end, SHOWN).tolist()
-        draw(given.pdf, given.scene, sweep(source, mus), [p.mu for p in found.points])
-    made = provenance([given.scene], "squeal.commands.critical_friction")
+        points = [p.mu for p in found.points]
+        draw(given.figure, given.source.name, sweep(source, mus), points)
+    made = provenance([given.source.file], "squeal.commands.critical_friction")
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
     return Answer(
         lambda: data(found) | more | {"provenance": made.to_dict()},

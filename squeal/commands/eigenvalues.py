@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
-from squeal.commands.base import Answer, Command, Parser, check_files, file_options
-from squeal.commands.plain import read_if_plain, refuse_sensitivity, value_of
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.outputs import file_options
+from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
 from squeal.commands.sweep import (
     Step,
@@ -24,9 +25,9 @@ from squeal.commands.sweep import (
     write_eigenvalues,
     write_sweep,
 )
+from squeal.commands.tables import number
 from squeal.files.provenance import provenance
-from squeal.scene import Scene, read_scene
-from squeal.scene.system import PlainSystem
+from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, judge
 
 MODULE = "squeal.commands.eigenvalues"
@@ -47,8 +48,8 @@ def options(parser: Parser) -> None:
     )
     file_options(
         parser,
-        csv="write the eigenvalues, or those of the sweep, to FILE",
-        pdf="draw them into FILE",
+        table="write the eigenvalues, or those of the sweep, to FILE",
+        figure="draw them into FILE",
     )
 
 
@@ -76,11 +77,11 @@ def data(analysis: Analysis) -> dict[str, Any]:
 def text(analysis: Analysis) -> str:
     """The same for people."""
     x, y, theta = analysis.q
-    reaction = "" if analysis.R_n is None else f", R_n = {analysis.R_n:.6g} N"
+    reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
     return "\n".join(
         [
-            f"model {analysis.model}: x = {x:.6g} m, y = {y:.6g} m, theta = {theta:.6g} rad, "
-            f"contact {analysis.contact}{reaction}",
+            f"model {analysis.model}: x = {number(x)} m, y = {number(y)} m, "
+            f"theta = {number(theta)} rad, contact {analysis.contact}{reaction}",
             f"({analysis.how})",
             "",
             eigenvalue_table(analysis.spectrum),
@@ -92,11 +93,11 @@ def text(analysis: Analysis) -> str:
 
 def beside_text(origin: Analysis) -> str:
     """The linearisation about the origin for people."""
-    frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in origin.spectrum.eigenvalues[::2])
+    frequencies = ", ".join(number(e.frequency_hz) for e in origin.spectrum.eigenvalues[::2])
     growth = origin.spectrum.dominant.growth_rate
     return (
         f"beside it, about the origin in full contact (the article's linearisation): "
-        f"{origin.judgement.verdict}, {frequencies} Hz, largest real part {growth:.6g} 1/s"
+        f"{origin.judgement.verdict}, {frequencies} Hz, largest real part {number(growth)} 1/s"
     )
 
 
@@ -118,7 +119,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "criterion": str(judgement),
     }
     parts = [
-        f"{system.name}, {system.parameter} = {at:g}",
+        f"{system.name}, {system.parameter} = {number(at)}",
         eigenvalue_table(spectrum),
         f"verdict: {judgement}",
     ]
@@ -126,7 +127,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         lambda: (
             found
             | ({"sweep": sweep_rows(steps, contact=False)} if steps else {})
-            | {"provenance": provenance([given.scene], MODULE).to_dict()}
+            | {"provenance": provenance([given.source.file], MODULE).to_dict()}
         ),
         lambda: "\n\n".join(parts + ([sweep_text(steps, system.parameter)] if steps else [])),
     )
@@ -152,7 +153,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
             found["sweep"] = sweep_rows(steps, contact=True)
         if moves is not None:
             found["sensitivity"] = moves
-        return found | {"provenance": provenance([scene.source], MODULE).to_dict()}
+        return found | {"provenance": provenance([given.source.file], MODULE).to_dict()}
 
     def shown() -> str:
         parts = [text(analysis)]
@@ -174,31 +175,30 @@ def write(
     origin: Analysis | None,
 ) -> None:
     """Write the files that are asked for: of the sweep if there is one."""
-    if given.csv is not None:
+    if given.table is not None:
         if steps:
-            write_sweep(given.csv, steps)
+            write_sweep(given.table, steps)
         else:
-            write_eigenvalues(given.csv, spectrum)
-    if given.pdf is not None and steps:
-        draw(given.pdf, given.scene, steps)
-    elif given.pdf is not None:
+            write_eigenvalues(given.table, spectrum)
+    if given.figure is not None and steps:
+        draw(given.figure, given.source.name, steps)
+    elif given.figure is not None:
         from squeal.plots.sweep import draw_eigenvalues
 
         beside = None if origin is None else origin.spectrum.values
-        draw_eigenvalues(given.pdf, given.scene.name, spectrum.values, beside)
+        draw_eigenvalues(given.figure, given.source.name, spectrum.values, beside)
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene or plain system and analyse it."""
     mus = sweep_range(given.mu) if given.mu else None
-    system = read_if_plain(given.scene)
+    system = given.source.system()
     value_of(given.at, system)
     if given.sensitivity:
-        refuse_sensitivity(given.scene, system)
-    check_files(given)
+        refuse_sensitivity(given.source.name, system)
     if system is not None:
         return of_plain(given, system, mus)
-    return of_scene(given, read_scene(given.scene), mus)
+    return of_scene(given, given.source.scene(), mus)
 
 
 COMMAND = Command(

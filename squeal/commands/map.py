@@ -14,14 +14,16 @@ from squeal.analysis.maps import (
     check_names,
     stability_map,
 )
-from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.outputs import file_options
+from squeal.commands.tables import table
 from squeal.files.document import scalar
 from squeal.files.place import Place
 from squeal.files.provenance import provenance
-from squeal.files.values import Angle, Number, Whole
-from squeal.files.writing import write_csv
+from squeal.files.values import Angle, Number, Whole, warn_of_degrees
+from squeal.files.writing import write_table
 from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene, read_scene
+from squeal.scene import Scene
 
 MOST_POINTS = 4000
 
@@ -35,7 +37,7 @@ def options(parser: Parser) -> None:
             metavar="NAME:LOW:HIGH",
             help=f"{name} parameter and its range ({default}:0:pi if left out)",
         )
-    file_options(parser, csv="write the verdicts to FILE", pdf="draw the map into FILE")
+    file_options(parser, table="write the verdicts to FILE", figure="draw the map into FILE")
 
 
 def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
@@ -45,7 +47,10 @@ def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
     if len(parts) != 3:
         raise at.refuse("it must be NAME:LOW:HIGH, a parameter of the scene and its range")
     kind = Angle() if PARAMETERS[parts[0]].angle else Number()
-    low, high = (kind.read(scalar(end), at) for end in parts[1:])
+    ends = [scalar(end) for end in parts[1:]]
+    low, high = (kind.read(end, at) for end in ends)
+    if isinstance(kind, Angle):
+        warn_of_degrees(ends[1], at)
     check_axis(parts[0], low, high, n, at)
     return Axis(parts[0], low, high, n)
 
@@ -64,28 +69,28 @@ def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
 
 
 def write_map(path: Path, found: StabilityMap) -> None:
-    """A CSV row for each point: both parameters and the verdict."""
+    """A row for each point: both parameters and the verdict."""
     from squeal.analysis.maps import NAMES
 
     first, second = (axis.values.tolist() for axis in found.axes)
     rows = (
         (a, b, NAMES[found.codes[i, j]]) for i, a in enumerate(first) for j, b in enumerate(second)
     )
-    write_csv(path, [found.axes[0].name, found.axes[1].name, "verdict"], rows)
+    units = {axis.name: PARAMETERS[axis.name].unit.removeprefix("1") for axis in found.axes}
+    write_table(path, units | {"verdict": ""}, rows)
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, compute the map, write what is asked."""
-    scene = read_scene(given.scene)
+    scene = given.source.scene()
     wanted = axes(given, scene)
-    check_files(given)
-    found = stability_map(scene, wanted, traced=given.pdf is not None)
-    if given.csv is not None:
-        write_map(given.csv, found)
-    if given.pdf is not None:
+    found = stability_map(scene, wanted, traced=given.figure is not None)
+    if given.table is not None:
+        write_map(given.table, found)
+    if given.figure is not None:
         from squeal.plots.maps import draw_stability_map
 
-        draw_stability_map(found, given.pdf)
+        draw_stability_map(found, given.figure)
     head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"
     rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
     return Answer(
@@ -93,7 +98,7 @@ def run(given: argparse.Namespace) -> Answer:
             "share": found.share,
             "n": wanted[0].n,
             "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
-            "provenance": provenance([scene.source], "squeal.commands.map").to_dict(),
+            "provenance": provenance([given.source.file], "squeal.commands.map").to_dict(),
         },
         lambda: f"share of the area: {head}\n" + table(rows),
     )

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 from squeal.analysis.critical import CriticalFriction
 from squeal.errors import InputError
-from squeal.files.document import read_document
-from squeal.files.place import Place
-from squeal.scene.system import PlainSystem, plain_system
+from squeal.scene import PlainSystem
 from squeal.stability import critical_points, verdict
-
-
-def read_if_plain(path: Path) -> PlainSystem | None:
-    """The plain system in a file, None if the file is a scene. Raises InputError."""
-    document = read_document(path)
-    return plain_system(document, Place(str(path))) if "M" in document else None
 
 
 def value_of(given: str | None, system: PlainSystem | None) -> float:
@@ -38,11 +29,11 @@ def value_of(given: str | None, system: PlainSystem | None) -> float:
     return value
 
 
-def refuse_sensitivity(path: Path, system: PlainSystem | None) -> None:
+def refuse_sensitivity(name: str, system: PlainSystem | None) -> None:
     """Sensitivities go by the parameters of a pad. Raises InputError for a plain system."""
     if system is not None:
         raise InputError(
-            f"--sensitivity: is not allowed with {path}, a plain system without the parameters of "
+            f"--sensitivity: is not allowed with {name}, a plain system without the parameters of "
             "a pad; a scene is allowed"
         )
 

@@ -13,7 +13,7 @@ from squeal.analysis.sensitivity import (
     first_loss,
     threshold_sensitivities,
 )
-from squeal.commands.base import table
+from squeal.commands.tables import table
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.scene import Scene
 

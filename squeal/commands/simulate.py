@@ -9,11 +9,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.outputs import file_options
+from squeal.commands.tables import number, table
 from squeal.files.provenance import provenance
-from squeal.files.writing import write_csv
+from squeal.files.writing import write_table
 from squeal.model.contact import contact_law
-from squeal.scene import COORDINATES, Scene, read_scene
+from squeal.scene import COORDINATES, Scene
+from squeal.scene.keys import INITIAL
 from squeal.simulation import Simulation, simulate
 
 SHOWN_EVENTS = 20
@@ -21,13 +24,16 @@ SHOWN_EVENTS = 20
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    file_options(parser, csv="write the history to FILE")
+    file_options(parser, table="write the history to FILE")
     parser.add_argument(
         "--integrator",
         choices=("auto", "heyoka", "scipy"),
         default="auto",
         help="auto takes heyoka where it is installed, else SciPy",
     )
+
+
+UNITS = {"t": "s"} | {name: key.unit for name, key in INITIAL.keys.items()}
 
 
 def data(scene: Scene, result: Simulation) -> dict[str, Any]:
@@ -56,7 +62,6 @@ def data(scene: Scene, result: Simulation) -> dict[str, Any]:
         "steps": result.steps,
         "contact_changes": result.contact_changes,
         "run_time": result.run_time,
-        "provenance": provenance([scene.source], "squeal.commands.simulate").to_dict(),
     }
     return found
 
@@ -67,7 +72,6 @@ def _is_nan(value: Any) -> bool:
 
 def text(scene: Scene, result: Simulation) -> str:
     """The same for people."""
-    units = ("s", "m", "m", "rad", "m/s", "m/s", "rad/s")
     parts = [
         (
             f"model {result.model}, {result.method}, tolerance {result.tolerance:g}: "
@@ -76,8 +80,8 @@ def text(scene: Scene, result: Simulation) -> str:
         "final state\n"
         + table(
             [
-                (f"  {n}", f"{v:.12g}", u)
-                for n, v, u in zip(("t", *COORDINATES), result.final, units, strict=True)
+                (f"  {name}", number(value, 12), unit)
+                for (name, unit), value in zip(UNITS.items(), result.final, strict=True)
             ]
         ),
     ]
@@ -116,34 +120,39 @@ def text(scene: Scene, result: Simulation) -> str:
 
 
 def _range(limits: tuple[float, float] | None) -> tuple[str, str]:
-    return ("none", "none") if limits is None else (f"{limits[0]:.6g}", f"{limits[1]:.6g}")
+    return ("none", "none") if limits is None else (number(limits[0]), number(limits[1]))
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, simulate it, write the history if asked."""
-    scene = read_scene(given.scene, "simulate")
+    scene = given.source.scene("simulate")
     task = scene
-    check_files(given)
-    if given.csv is not None and not scene.wants("history"):
+    if given.table is not None and not scene.wants("history"):
         if scene.pad.F_n == 0.0:
-            read_refusal(given.scene)
+            raise (given.source.at / "parameters" / "F_n").refuse(
+                f"0 is not allowed with {given.table_option}, whose history gives forces over "
+                "F_n; it must be above 0"
+            )
         task = dataclasses.replace(scene, outputs=(*scene.outputs, "history"))
     result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
-    if given.csv is not None:
-        assert result.history is not None
-        columns = {name: values.tolist() for name, values in result.history.items()}
-        write_csv(given.csv, list(columns), zip(*columns.values(), strict=True))
-    return Answer(lambda: data(scene, result), lambda: text(scene, result))
-
-
-def read_refusal(path: Path) -> None:
-    """A history gives forces over F_n, so F_n = 0 is refused with --csv too."""
-    from squeal.errors import InputError
-
-    raise InputError(
-        f"{path}: parameters.F_n: 0 is not allowed with --csv, whose history gives forces over "
-        "F_n; it must be above 0"
+    if given.table is not None:
+        write_history(given.table, result)
+    return Answer(
+        lambda: (
+            data(scene, result)
+            | {"provenance": provenance([given.source.file], "squeal.commands.simulate").to_dict()}
+        ),
+        lambda: text(scene, result),
     )
+
+
+def write_history(path: Path, result: Simulation) -> None:
+    """A row for each sample; forces in units of F_n, places in units of w."""
+    assert result.history is not None
+    units = UNITS | {signal.name: signal.over for signal in contact_law(result.model).plotted}
+    columns = {name: values.tolist() for name, values in result.history.items()}
+    rows = zip(*columns.values(), strict=True)
+    write_table(path, {name: units.get(name, "") for name in columns}, rows)
 
 
 def _progress(share: float) -> None:

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
-from squeal.commands.base import table
+from squeal.commands.tables import elided, number, table
 from squeal.errors import InputError
-from squeal.files.writing import write_csv
-from squeal.scene import Scene
-from squeal.scene.system import PlainSystem
+from squeal.files.writing import write_table
+from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, verdict
 
 
@@ -73,15 +72,16 @@ def eigenvalue_table(spectrum: Spectrum) -> str:
     """Eigenvalues for people: mode, real part, imaginary part, frequency, damping ratio."""
     rows = [("  mode", "real, 1/s", "imag, rad/s", "frequency, Hz", "damping ratio")]
     for i, row in enumerate(eigenvalue_rows(spectrum), 1):
-        rows.append((f"  {i}", *(f"{value:.6g}" for value in row.values())))  # type: ignore[arg-type]
+        rows.append((f"  {i}", *(number(value) for value in row.values())))  # type: ignore[arg-type]
     return table(rows)
 
 
 def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:
-    """A CSV row for each eigenvalue, with its backward error and condition."""
-    names = ["real", "imag", "frequency_hz", "damping_ratio", "residual", "condition"]
+    """A row for each eigenvalue, with its backward error and condition."""
+    units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
+    columns = units | {"residual": "", "condition": ""}
     pairs = zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
-    write_csv(path, names, ([*row.values(), e.residual, e.condition] for row, e in pairs))
+    write_table(path, columns, ([*row.values(), e.residual, e.condition] for row, e in pairs))
 
 
 def sweep_rows(steps: Sequence[Step], contact: bool) -> list[dict[str, Any]]:
@@ -104,10 +104,10 @@ def sweep_text(steps: Sequence[Step], parameter: str = "mu") -> str:
         if s.spectrum is None:
             rows.append((f"  {s.mu:.6g}", "-", "-", "-", "no equilibrium on the branch"))
             continue
-        frequencies = ", ".join(f"{e.frequency_hz:.6g}" for e in s.spectrum.eigenvalues[::2])
-        growth = f"{s.spectrum.dominant.growth_rate:.6g}"
+        frequencies = ", ".join(number(e.frequency_hz) for e in s.spectrum.eigenvalues[::2])
+        growth = number(s.spectrum.dominant.growth_rate)
         rows.append((f"  {s.mu:.6g}", s.contact or "-", frequencies, growth, s.verdict or ""))
-    return table(rows)
+    return elided(rows, "--json or --csv")
 
 
 def _values(steps: Sequence[Step]) -> np.ndarray:
@@ -117,19 +117,22 @@ def _values(steps: Sequence[Step]) -> np.ndarray:
 
 
 def write_sweep(path: Path, steps: Sequence[Step]) -> None:
-    """A CSV row for each mu: contact, verdict, and the eigenvalues sorted by frequency."""
+    """A row for each mu: contact, verdict, and the eigenvalues sorted by frequency."""
     values = _values(steps)
-    names = [f"{part}_{i + 1}" for i in range(values.shape[1]) for part in ("real", "imag")]
+    parts = {"real": "1/s", "imag": "rad/s"}
+    columns = dict.fromkeys(("mu", "contact", "verdict"), "") | {
+        f"{part}_{i + 1}": unit for i in range(values.shape[1]) for part, unit in parts.items()
+    }
     rows = (
         [s.mu, s.contact, s.verdict, *(float(p) for v in row for p in (v.real, v.imag))]
         for s, row in zip(steps, values, strict=True)
     )
-    write_csv(path, ["mu", "contact", "verdict", *names], rows)
+    write_table(path, columns, rows)
 
 
-def draw(path: Path, source: Path, steps: Sequence[Step], thresholds: Sequence[float] = ()) -> None:
-    """The sweep of a scene or system file as a PDF."""
+def draw(path: Path, name: str, steps: Sequence[Step], thresholds: Sequence[float] = ()) -> None:
+    """The sweep of a scene or system as a figure."""
     from squeal.plots.sweep import draw_sweep
 
     mus = np.array([s.mu for s in steps])
-    draw_sweep(path, source.name, mus, _values(steps), [s.verdict for s in steps], thresholds)
+    draw_sweep(path, name, mus, _values(steps), [s.verdict for s in steps], thresholds)

@@ -8,7 +8,6 @@ from typing import Any
 
 import yaml
 
-from squeal.errors import InputError
 from squeal.files.place import Place, shown
 
 
@@ -69,12 +68,26 @@ def read_document(path: Path) -> dict[str, Any]:
     Raises InputError if the file cannot be read or is not one UTF-8 YAML mapping.
     """
     at = Place(str(path))
+    return parse_document(read_content(path, at), at)
+
+
+def read_content(path: Path, at: Place) -> bytes:
+    """All that a file holds. Raises InputError if it cannot be read."""
     try:
-        text = path.read_bytes().decode("utf-8")
+        return path.read_bytes()
     except OSError as error:
         raise at.refuse(
             f"cannot be read ({error.strerror}); the name of a readable file is allowed"
         ) from None
+
+
+def parse_document(content: bytes, at: Place) -> dict[str, Any]:
+    """The single mapping that YAML text holds; `at` tells messages where it is from.
+
+    Raises InputError if it is not one UTF-8 YAML mapping.
+    """
+    try:
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise at.refuse(f"byte {error.start} is not UTF-8; only UTF-8 text is allowed") from None
     try:
@@ -91,8 +104,8 @@ def read_document(path: Path) -> dict[str, Any]:
     if len(documents) != 1:
         raise at.refuse(f"{len(documents)} documents; exactly one is allowed")
     if not isinstance(documents[0], dict):
-        raise InputError(
-            f"{path}: the content {shown(documents[0])} is not allowed; it must be a mapping "
-            "of keys to values"
+        raise at.refuse(
+            f"the content {shown(documents[0])} is not allowed; it must be a mapping of keys to "
+            "values"
         )
     return documents[0]

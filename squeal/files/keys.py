@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,6 +73,24 @@ class Group:
             else:
                 found[name] = key.kind.read(value[name], here)
         return found
+
+    def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:
+        """The keys that lead to a dotted name, or to a name wherever it stands, and the last Key.
+
+        Raises InputError for an unknown name.
+        """
+        every = dict(self.paths())
+        for keys, key in every.items():
+            if name in (".".join(keys), keys[-1]):
+                return keys, key
+        raise at.refuse(f"unknown key; allowed are {listed(keys[-1] for keys in every)}")
+
+    def paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
+        """Every key in the group and the groups in it, with the keys that lead to it."""
+        for name, key in self.keys.items():
+            yield (*before, name), key
+            if isinstance(key.kind, Group):
+                yield from key.kind.paths((*before, name))
 
     def schema(self, model: str = "") -> dict[str, Any]:
         """An object that holds no other keys than those that the model uses."""

@@ -21,10 +21,12 @@ class Place:
         word = str(key)
         return Place(self.source, *self.path, word if word.isprintable() else repr(word))
 
+    def __str__(self) -> str:
+        return f"{self.source}: {'.'.join(self.path)}" if self.path else self.source
+
     def refuse(self, message: str) -> InputError:
         """An InputError whose message starts with source and key."""
-        where = f"{self.source}: {'.'.join(self.path)}" if self.path else self.source
-        return InputError(f"{where}: {message}")
+        return InputError(f"{self}: {message}")
 
     def must_be(self, value: Any, allowed: str) -> InputError:
         """The InputError of a value that is not what is allowed."""

@@ -54,14 +54,13 @@ class Provenance:
         return Provenance(**found | {"inputs": inputs, "loaded": tuple(found["loaded"])})
 
 
-def provenance(inputs: Iterable[Path | None], module: str) -> Provenance:
-    """The provenance of a result that `module` computed from some files.
+def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Provenance:
+    """The provenance of a result that `module` computed from some files, read here or before.
 
     None stands for a scene that was not read from a file. Raises ModuleNotFoundError if this
     package has no such module.
     """
-    files = [path for path in inputs if path is not None]
-    read = [InputFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files]
+    read = [_read(file) for file in inputs if file is not None]
     versions = {"squeal": __version__, "python": platform.python_version()}
     imported = packages(module)
     return Provenance(
@@ -72,6 +71,12 @@ def provenance(inputs: Iterable[Path | None], module: str) -> Provenance:
         f"{platform.system()} {platform.machine()}",
         tuple(name for name in imported if name in sys.modules),
     )
+
+
+def _read(file: Path | InputFile) -> InputFile:
+    if isinstance(file, InputFile):
+        return file
+    return InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 def version(package: str) -> str:

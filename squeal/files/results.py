@@ -13,6 +13,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.files.provenance import Provenance
+from squeal.files.writing import column_name
 
 
 class Interval(NamedTuple):
@@ -114,10 +115,11 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
     """
     with history_file.open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
+    names = map(column_name, header)
     history = {
         name: np.array(column)
         if name == "state"
         else np.array([float(v) if v else np.nan for v in column])
-        for name, column in zip(header, zip(*rows, strict=True), strict=True)
+        for name, column in zip(names, zip(*rows, strict=True), strict=True)
     }
     return Run(read_summary(summary_file), history)

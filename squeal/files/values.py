@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import re
 import sys
+import warnings
 from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, Protocol
 
 import numpy as np
 
+from squeal.errors import InputWarning
 from squeal.files.place import Place, shown
 
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
@@ -136,6 +138,17 @@ class Angle(Number):
         """A number with its bounds, or text."""
         text = {"type": "string", "pattern": f"^{_ANGLE.pattern}$"}
         return {"anyOf": [super().schema(), text]}
+
+
+def warn_of_degrees(value: Any, at: Place) -> None:
+    """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
+    if isinstance(value, int | float) and abs(value) > 2 * math.pi:
+        warnings.warn(
+            f"{at}: {value:g} rad is more than a full turn; if degrees are meant, write "
+            f"{value / 180:.6g}*pi",
+            InputWarning,
+            stacklevel=2,
+        )
 
 
 @dataclass(frozen=True)

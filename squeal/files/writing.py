@@ -7,7 +7,7 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -53,9 +53,8 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
     """A CSV file with a header line; None and NaN become empty fields."""
 
     def cell(value: Any) -> Any:
-        if isinstance(value, float):
-            return "" if math.isnan(value) else repr(value)
-        return "" if value is None else value
+        value = _plain(value)
+        return "" if value is None else repr(value) if isinstance(value, float) else value
 
     def write(stream: IO[str]) -> None:
         table = csv.writer(stream, lineterminator="\n")
@@ -65,9 +64,45 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
     write_whole(path, write)
 
 
+def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[Any]]) -> None:
+    """A table whose columns have units ("" for none), as CSV or JSON by the end of the name.
+
+    The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
+    """
+    if path.suffix == ".json":
+        records = [dict(zip(columns, map(_plain, row), strict=True)) for row in rows]
+        write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
+    else:
+        write_csv(path, [f"{n} [{u}]" if u else n for n, u in columns.items()], rows)
+
+
+def column_name(head: str) -> str:
+    """The name in a CSV head that `write_table` wrote."""
+    return head.partition(" [")[0]
+
+
+def _unsigned(value: Any) -> Any:
+    """The same value without minus zeros."""
+    if isinstance(value, float):
+        return value + 0.0
+    if isinstance(value, dict):
+        return {key: _unsigned(entry) for key, entry in value.items()}
+    return [_unsigned(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def _plain(value: Any) -> Any:
+    """None for NaN, and no minus zero."""
+    if isinstance(value, float):
+        return None if math.isnan(value) else value + 0.0
+    return value
+
+
 def to_json(value: Any) -> str:
-    """JSON text. Raises ComputationError if a number in it is not finite, which JSON cannot say."""
+    """JSON text, zeros without a sign.
+
+    Raises ComputationError if a number in it is not finite, which JSON cannot say.
+    """
     try:
-        return json.dumps(value, allow_nan=False, indent=1)
+        return json.dumps(_unsigned(value), allow_nan=False, indent=1)
     except ValueError:
         raise ComputationError(f"a result is not a finite number; {BEYOND}") from None

@@ -41,8 +41,10 @@ def stability_figure(found: StabilityMap) -> Figure:
 
 
 def draw_stability_map(found: StabilityMap, path: Path) -> None:
-    """Save a map of verdicts as PDF, with its alternative text beside it."""
+    """Save a map of verdicts as PDF, SVG or PNG."""
     shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in found.share.items())
     title = f"Verdict over {found.axes[0].name} and {found.axes[1].name}"
     text = f"{title}; shares of the area: {shares}."
-    save(Drawing(stability_figure(found), text, title, origin("squeal.plots.maps")), path)
+    save(
+        Drawing(stability_figure(found), text, title, origin("squeal.plots.maps")), path, text=False
+    )

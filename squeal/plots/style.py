@@ -81,23 +81,31 @@ def origin(module: str, *results: Provenance | None) -> str:
     return "; ".join(parts)
 
 
-def save(drawing: Drawing, path: Path) -> None:
-    """Write the PDF, equal bytes for equal input, and its alternative text beside it."""
-    metadata = {
-        "Title": drawing.title,
-        "Subject": drawing.alternative,
-        "Keywords": drawing.origin,
-        "Creator": "squeal",
-        "Producer": None,
-        "CreationDate": None,
-    }
-    with style():
+def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
+    """Title, alternative text and origin as the format holds them; no dates."""
+    title, text, made = drawing.title, drawing.alternative, drawing.origin
+    if kind == "pdf":
+        more = {"Creator": "squeal", "Producer": None, "CreationDate": None}
+        return {"Title": title, "Subject": text, "Keywords": made, **more}
+    own = {"Date": None} if kind == "svg" else {"Software": "squeal"}
+    return {"Title": title, "Description": text, "Source": made, **own}
+
+
+def save(drawing: Drawing, path: Path, text: bool = True) -> None:
+    """Write a PDF, SVG or PNG by the end of the name, equal bytes for equal input.
+
+    The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
+    """
+    kind = path.suffix[1:]
+    metadata = _metadata(drawing, kind)
+    with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
         write_whole(
             path,
-            lambda stream: drawing.figure.savefig(stream, format="pdf", metadata=metadata),
+            lambda stream: drawing.figure.savefig(stream, format=kind, dpi=200, metadata=metadata),
             binary=True,
         )
-    write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
+    if text:
+        write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 
 
 def save_png(drawing: Drawing, path: Path) -> None:

@@ -78,12 +78,12 @@ def sweep_figure(
 def draw_eigenvalues(
     path: Path, name: str, values: np.ndarray, beside: np.ndarray | None = None
 ) -> None:
-    """Save the eigenvalues as PDF, with its alternative text beside it."""
+    """Save the eigenvalues as PDF, SVG or PNG."""
     listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in values)
     text = f"Eigenvalues of {name} in the complex plane, in rad/s: {listed}."
     with style():
         figure = eigenvalue_figure(values, beside)
-    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(_MODULE)), path)
+    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(_MODULE)), path, text=False)
 
 
 def draw_sweep(
@@ -94,7 +94,7 @@ def draw_sweep(
     verdicts: Sequence[str | None],
     thresholds: Sequence[float] = (),
 ) -> None:
-    """Save a sweep as PDF, with its alternative text beside it."""
+    """Save a sweep as PDF, SVG or PNG."""
     told = ", ".join(dict.fromkeys(v or "no equilibrium" for v in verdicts))
     text = (
         f"Frequencies and real parts of the eigenvalues of {name} over mu from "
@@ -104,4 +104,4 @@ def draw_sweep(
         text += f" Changes at {', '.join(f'{mu:.6g}' for mu in thresholds)}."
     with style():
         figure = sweep_figure(mus, values, verdicts, thresholds)
-    save(Drawing(figure, text, f"Sweep of {name}", origin(_MODULE)), path)
+    save(Drawing(figure, text, f"Sweep of {name}", origin(_MODULE)), path, text=False)

@@ -14,7 +14,7 @@ from squeal.files.keys import Group, Key
 from squeal.files.writing import to_json, write_text
 from squeal.model.contact import MODELS
 from squeal.scene.keys import SCENE
-from squeal.scene.system import POWER, keys
+from squeal.scene.system import POWER, system_keys
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _INTRODUCTION = """\
@@ -61,7 +61,7 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
-    system = keys(None)
+    system = system_keys(None)
     powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
     shown = {
         powers.get(name, name): key
@@ -99,7 +99,7 @@ def scene_schema() -> dict[str, Any]:
 
 def system_schema() -> dict[str, Any]:
     """The JSON schema of system files."""
-    return {"$schema": _DIALECT, "title": "squeal system", **keys(None).schema()}
+    return {"$schema": _DIALECT, "title": "squeal system", **system_keys(None).schema()}
 
 
 def documents() -> Iterator[tuple[str, str]]:

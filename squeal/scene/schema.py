@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 from squeal.files.place import Place, shown
-from squeal.files.values import Row
+from squeal.files.values import Row, warn_of_degrees
 from squeal.model.contact import CONSISTENT, CONTACT_MODELS, MODELS, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
@@ -98,6 +98,9 @@ class Scene:
         Raises InputError with one sentence on the first thing that is wrong.
         """
         given = check_document(document, at)
+        for name, parameter in PARAMETERS.items():
+            if parameter.angle and name in given["parameters"]:
+                warn_of_degrees(document["parameters"][name], at / "parameters" / name)
         more: dict[str, Any] = {n: v for n, v in given.items() if n in ("tolerance", "outputs")}
         if "damping" in given:
             more["damping"] = Damping(**given["damping"])

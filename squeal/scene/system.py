@@ -29,7 +29,7 @@ from squeal.stability.matrices import Array, reduce
 POWER = 9
 
 
-def keys(count: int | None) -> Group:
+def system_keys(count: int | None) -> Group:
     """The table of a system file's keys, for matrices with so many rows."""
     found = {
         "name": Key("what the system is called", Text(), default="the name of the file"),
@@ -90,7 +90,7 @@ def read_plain(path: Path | str) -> PlainSystem:
 def plain_system(document: dict[str, Any], at: Place) -> PlainSystem:
     """The system in a mapping of the file's form; `at` tells messages where it stands."""
     rows = document.get("M")
-    given = keys(len(rows) if isinstance(rows, list) else None).read(document, at)
+    given = system_keys(len(rows) if isinstance(rows, list) else None).read(document, at)
     M = np.array(given["M"])
     try:
         reduce(M, None, np.zeros_like(M))

@@ -12,7 +12,7 @@ import pytest
 from squeal.commands.cli import COMMANDS, main
 from squeal.errors import ComputationError
 from squeal.files.sources import ROOT
-from squeal.files.writing import write_csv
+from squeal.files.writing import column_name, write_csv
 from tests.conftest import SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
@@ -91,7 +91,10 @@ def test_csv_history(capsys, tmp_path):
     assert run(capsys, "simulate", B1, "--csv", target)[0] == 0
     with target.open() as stream:
         rows = list(csv.DictReader(stream))
-    assert ",".join(rows[0]) == "t,x,y,theta,x_dot,y_dot,theta_dot,state,F3,F4"
+    assert ",".join(rows[0]) == (
+        "t [s],x [m],y [m],theta [rad],x_dot [m/s],y_dot [m/s],theta_dot [rad/s],"
+        "state,F3 [F_n],F4 [F_n]"
+    )
     assert len(rows) == 4001
     assert {row["state"] for row in rows} <= {"1", "2", "3", "4"}
     assert sorted(os.listdir(tmp_path)) == ["h.csv"]
@@ -101,7 +104,7 @@ def test_map_files(capsys, tmp_path):
     cells, drawing = tmp_path / "m.csv", tmp_path / "m.pdf"
     found = answer(capsys, "map", B3, "--n", "12", "--csv", cells, "--pdf", drawing)
     rows = cells.read_text().splitlines()
-    assert rows[0] == "alpha1,alpha2,verdict"
+    assert rows[0] == "alpha1 [rad],alpha2 [rad],verdict"
     counted = sum(row.endswith("marginal") for row in rows) / (len(rows) - 1)
     assert counted == pytest.approx(found["share"]["marginal"])
     assert drawing.read_bytes().startswith(b"%PDF")
@@ -109,7 +112,8 @@ def test_map_files(capsys, tmp_path):
 
 def rows_of(path):
     with path.open() as stream:
-        return list(csv.DictReader(stream))
+        rows = list(csv.DictReader(stream))
+    return [{column_name(head): value for head, value in row.items()} for row in rows]
 
 
 def test_files_of_the_stability_queries(capsys, tmp_path):

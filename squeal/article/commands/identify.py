@@ -11,7 +11,8 @@ from typing import Any
 
 from squeal.article.identify import Found, search
 from squeal.article.identify.write import write_scenes
-from squeal.commands.base import Answer, Command, Parser, table
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.tables import table
 from squeal.errors import InputError
 from squeal.files.provenance import provenance
 from squeal.model.contact import FORMULATION_CHOICES, Formulation

@@ -11,14 +11,24 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import judged_equilibria
 from squeal.article.equations import bounds, stiffness
-from squeal.commands.base import Answer, Command, Parser, check_files, file_options, table
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.outputs import file_options
+from squeal.commands.tables import number, table
 from squeal.errors import InputError
 from squeal.files.provenance import provenance
-from squeal.files.writing import write_csv
+from squeal.files.writing import write_table
 from squeal.model.linear import rank
-from squeal.scene import Scene, read_scene
+from squeal.scene import Scene
 
-COLUMNS = ("x", "y", "theta", "R_n", "delta", "contact", "verdict")
+COLUMNS = {
+    "x": "m",
+    "y": "m",
+    "theta": "rad",
+    "R_n": "N",
+    "delta": "m",
+    "contact": "",
+    "verdict": "",
+}
 
 
 def _finite(value: float) -> float | None:
@@ -58,11 +68,11 @@ def data(scene: Scene) -> dict[str, Any]:
 
 def text(found: dict[str, Any]) -> str:
     """The same for people."""
-    K = [[f"{v:.6g}" for v in row] for row in found["K"]]
+    K = [[number(v) for v in row] for row in found["K"]]
     rank_word = "singular" if found["rank"] < 3 else "regular"
 
     def bound(key: str) -> str:
-        return "none (K21 = 0)" if found[key] is None else f"mu < {found[key]:.6g}"
+        return "none (K21 = 0)" if found[key] is None else f"mu < {number(found[key])}"
 
     yes = {True: "yes", False: "no"}
     parts = [
@@ -80,7 +90,7 @@ def text(found: dict[str, Any]) -> str:
     if "equilibria" in found:
         rows = [("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")]
         for e in found["equilibria"]:
-            numbers = (f"{e[key]:.6g}" for key in ("x", "y", "theta", "R_n", "delta"))
+            numbers = (number(e[key]) for key in ("x", "y", "theta", "R_n", "delta"))
             first, *rest = numbers
             rows.append((f"  {first}", *rest, e["contact"], e["verdict"]))
         parts.append(
@@ -93,22 +103,23 @@ def text(found: dict[str, Any]) -> str:
 
 def options(parser: Parser) -> None:
     """Options of `squeal sliding`."""
-    file_options(parser, csv="write the equilibria to FILE")
+    file_options(parser, table="write the equilibria to FILE")
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
-    scene = read_scene(given.scene)
-    check_files(given)
-    if given.csv is not None and scene.pad_model.linear:
+    scene = given.source.scene()
+    if given.table is not None and scene.pad_model.linear:
         raise InputError(
-            f"--csv {given.csv}: is not allowed with model B3, which has no equilibria to write; "
-            "a scene of B1 or B2 is allowed"
+            f"{given.table_option} {given.table}: is not allowed with model B3, "
+            "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
     found = data(scene)
-    if given.csv is not None:
-        write_csv(given.csv, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"]))
-    made = provenance([scene.source], "squeal.article.commands.sliding")
+    if given.table is not None:
+        write_table(
+            given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"])
+        )
+    made = provenance([given.source.file], "squeal.article.commands.sliding")
     return Answer(lambda: found | {"provenance": made.to_dict()}, lambda: text(found))
 
 

@@ -1,0 +1,94 @@
+"""Files that commands write: options, formats by name, and nothing lost."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from squeal.errors import InputError
+from squeal.files.writing import check_writable
+
+# format by the end of the name, in the order of the help
+FORMATS = {"table": (".csv", ".json"), "figure": (".pdf", ".svg", ".png")}
+_OTHER_NAME = {"table": "--csv", "figure": "--pdf"}
+
+
+class _File(argparse.Action):
+    """Keeps the file and the option by which it was named."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option: str | None = None,
+    ) -> None:
+        setattr(namespace, self.dest, values)
+        setattr(namespace, f"{self.dest}_option", option)
+
+
+def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
+    """Options `table` and `figure` that name a file, such as table="write the verdicts to FILE"."""
+    for name, words in options.items():
+        parser.add_argument(
+            f"--{name}",
+            _OTHER_NAME[name],
+            action=_File,
+            type=Path,
+            metavar="FILE",
+            help=f"{words}; its name ends in {_listed(FORMATS[name])}",
+        )
+
+
+def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
+    """Refuse outputs that could not be written or would destroy something, before any work.
+
+    Refused are a name without a known ending, an input, the same file twice, and an existing file
+    that is not of the format its name says. Raises InputError.
+    """
+    taken = [(path, "an input") for path in inputs]
+    for name, endings in FORMATS.items():
+        path = getattr(given, name, None)
+        if path is None:
+            continue
+        option = getattr(given, f"{name}_option")
+        if path.suffix not in endings:
+            raise InputError(f"{option} {path}: the name must end in {_listed(endings)}")
+        check_writable(path, option)
+        for other, words in taken:
+            if _same(path, other):
+                raise InputError(f"{option} {path}: is {words} too; another name is allowed")
+        if path.is_file() and not _is_of(path):
+            raise InputError(
+                f"{option} {path}: exists and is no {path.suffix[1:].upper()} file; another name "
+                "is allowed"
+            )
+        taken.append((path, "another output"))
+
+
+def _listed(endings: Sequence[str]) -> str:
+    return f"{', '.join(endings[:-1])} or {endings[-1]}"
+
+
+def _same(one: Path, other: Path) -> bool:
+    if one.exists() and other.exists():
+        return os.path.samefile(one, other)
+    return one.resolve() == other.resolve()
+
+
+def _is_of(path: Path) -> bool:
+    """True if a file is empty or begins as its ending says."""
+    with path.open("rb") as stream:
+        head = stream.read(1024)
+    line = head.split(b"\n", 1)[0]
+    begins = {
+        ".pdf": head.startswith(b"%PDF"),
+        ".png": head.startswith(b"\x89PNG"),
+        ".svg": head.lstrip().startswith((b"<?xml", b"<svg")),
+        ".json": head.lstrip().startswith((b"{", b"[")),
+        ".csv": b"\0" not in head and b"," in line and not line.startswith((b"%PDF", b"{", b"<")),
+    }
+    return not head or begins[path.suffix]

@@ -1,0 +1,82 @@
+"""The scene or system that a command is about: read once, from a file or standard input."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from squeal.files.document import parse_document, read_content, scalar
+from squeal.files.place import Place
+from squeal.files.provenance import InputFile
+from squeal.scene import PlainSystem, Scene, check_simulation, plain_system
+from squeal.scene.keys import SCENE
+from squeal.scene.system import system_keys
+
+STANDARD_INPUT = "-"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A document and where it is from; `changes` are the values that --set has put into it."""
+
+    at: Place
+    document: dict[str, Any]
+    file: InputFile
+    path: Path | None
+    changes: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """The name of the file, without its folder."""
+        return self.file.name
+
+    def scene(self, purpose: Literal["simulate", "query"] = "query") -> Scene:
+        """The scene, validated, for a simulation or a query. Raises InputError."""
+        found = Scene.from_dict(self.document, self.at, self.path)
+        if purpose == "simulate":
+            check_simulation(found, self.at)
+        return found
+
+    def system(self) -> PlainSystem | None:
+        """The plain system that the file holds, None if it is a scene. Raises InputError."""
+        return plain_system(self.document, self.at) if "M" in self.document else None
+
+
+def read_source(given: str, changes: Sequence[str]) -> Source:
+    """Read a file, or standard input for "-", and change what `changes` (NAME=VALUE) name.
+
+    Raises InputError.
+    """
+    path = None if given == STANDARD_INPUT else Path(given)
+    at = Place("standard input" if path is None else given)
+    content = sys.stdin.buffer.read() if path is None else read_content(path, at)
+    document = parse_document(content, at)
+    made = dict(_changed(document, change) for change in changes)
+    name = at.source if path is None else path.name
+    file = InputFile(name, hashlib.sha256(content).hexdigest())
+    return Source(at, document, file, path, made)
+
+
+def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
+    """Put NAME=VALUE into a document; the dotted key and the value."""
+    at = Place(f"--set {change}")
+    name, equals, text = change.partition("=")
+    rows = document.get("M")
+    table = system_keys(len(rows) if isinstance(rows, list) else None) if rows else SCENE
+    keys, key = table.find(name.strip(), at)
+    if not equals:
+        raise at.refuse("it must be NAME=VALUE")
+    value = scalar(text)
+    key.kind.read(value, at)
+    inner = document
+    for step in keys[:-1]:
+        deeper = inner.setdefault(step, {})
+        if not isinstance(deeper, dict):  # refused when the document is read
+            return ".".join(keys), value
+        inner = deeper
+    inner[keys[-1]] = value
+    return ".".join(keys), value

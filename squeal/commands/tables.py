@@ -1,0 +1,35 @@
+"""Text tables for people: numbers, columns, and long lists cut short."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+SHOWN = 40  # rows; a longer table shows its two ends
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number in so many digits, never "-0"."""
+    return f"{value + 0.0:.{digits}g}"
+
+
+def table(rows: Sequence[Sequence[str]], right: bool = True) -> str:
+    """Rows of text as aligned columns; the first column is aligned to the left."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.rjust(width) if right and i else cell.ljust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def elided(rows: Sequence[Sequence[str]], where: str, most: int = SHOWN) -> str:
+    """`table` of a head and many rows, of which the middle is left out; `where` has all of them."""
+    left = len(rows) - 1 - most
+    if left <= 0:
+        return table(rows)
+    cut = 1 + most // 2
+    lines = table([*rows[:cut], *rows[cut + left :]]).split("\n")
+    return "\n".join([*lines[:cut], f"  ... {left} more rows (all with {where})", *lines[cut:]])

@@ -1,0 +1,177 @@
+"""Files that commands write: nothing is lost, formats follow the name, heads carry units."""
+
+import csv
+import json
+import os
+import re
+
+import pytest
+
+from squeal.commands.cli import main
+from squeal.commands.tables import elided, number
+from squeal.files.writing import column_name
+from tests.conftest import SCENES
+
+B1, B3 = SCENES / "b1-c.yaml", SCENES / "b3.yaml"
+KINDS = {
+    ".pdf": b"%PDF-1.4\n",
+    ".png": b"\x89PNG\r\n\x1a\n",
+    ".svg": b"<?xml version='1.0'?><svg/>",
+    ".csv": b"mu,kind\n",
+    ".json": b"{}",
+}
+
+
+def run(capsys, *arguments):
+    code = main([str(a) for a in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def refused(capsys, *arguments):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    return err
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "v.csv"  # a name that a table may have
+    path.write_bytes(B3.read_bytes())
+    return path
+
+
+def test_an_input_is_never_overwritten(capsys, scene):
+    before = scene.read_bytes()
+    os.symlink(scene, "link.csv")
+    for name in ("v.csv", "./v.csv", scene, "link.csv"):
+        assert "is an input too" in refused(capsys, "map", "v.csv", "--n", "2", "--csv", name)
+    assert scene.read_bytes() == before
+    assert run(capsys, "map", "v.csv", "--n", "2", "--csv", "other.csv")[0] == 0
+
+
+def test_two_outputs_are_two_files(capsys, scene):
+    (scene.parent / "t.csv").write_text("")
+    os.symlink("t.csv", "t.pdf")
+    told = refused(capsys, "map", scene, "--n", "2", "--csv", "t.csv", "--pdf", "t.pdf")
+    assert "--pdf t.pdf: is another output too" in told
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ending", KINDS)
+def test_an_existing_file_of_another_kind_stays(capsys, scene, kind, ending):
+    target = scene.parent / f"x{ending}"
+    option = "--table" if ending in (".csv", ".json") else "--figure"
+    target.write_bytes(KINDS[kind])
+    arguments = ("map", scene, "--n", "2", option, target)
+    if kind == ending:
+        assert run(capsys, *arguments)[0] == 0
+        assert target.read_bytes() != KINDS[kind]
+    else:
+        assert "exists and is no" in refused(capsys, *arguments)
+        assert target.read_bytes() == KINDS[kind]
+
+
+@pytest.mark.parametrize("content", [b"\0\1\2,\n", b"model: B1\nparameters: {m: 1, w: 2}\n"])
+def test_what_is_no_table_stays(capsys, scene, content):
+    (scene.parent / "x.csv").write_bytes(content)
+    assert "exists and is no CSV file" in refused(capsys, "map", scene, "--csv", "x.csv")
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "allowed"),
+    [
+        ("--csv", "x.yaml", ".csv or .json"),
+        ("--table", "x.pdf", ".csv or .json"),
+        ("--table", "x", ".csv or .json"),
+        ("--pdf", "x.jpg", ".pdf, .svg or .png"),
+        ("--figure", "x.csv", ".pdf, .svg or .png"),
+    ],
+)
+def test_other_endings_are_refused_before_anything_is_read(capsys, tmp_path, option, name, allowed):
+    told = refused(capsys, "map", tmp_path / "none.yaml", option, tmp_path / name)
+    assert f"{option} {tmp_path / name}" in told
+    assert allowed in told
+
+
+def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene):
+    for ending in (".pdf", ".svg", ".png"):
+        first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
+        for target in (first, second):
+            assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
+        data = first.read_bytes()
+        assert data.startswith(KINDS[ending][:5])
+        assert data == second.read_bytes()
+        assert b"shares of the area" in data
+    assert not list(scene.parent.glob("*.txt"))
+
+
+def test_notes_beside_a_figure_stay(capsys, scene):
+    notes = scene.parent / "notes.txt"
+    notes.write_text("mine")
+    assert run(capsys, "map", scene, "--n", "2", "--pdf", "notes.pdf")[0] == 0
+    assert notes.read_text() == "mine"
+
+
+def heads(path):
+    with path.open() as stream:
+        return next(csv.reader(stream))
+
+
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [
+        (["simulate", B1], ["t [s]", "theta_dot [rad/s]", "state", "F3 [F_n]"]),
+        (["eigenvalues", B1], ["real [1/s]", "imag [rad/s]", "frequency_hz", "damping_ratio"]),
+        (["eigenvalues", B1, "--mu", "0:1:3"], ["mu", "contact", "real_1 [1/s]", "imag_6 [rad/s]"]),
+        (["critical-friction", B1], ["mu", "kind", "frequency_hz"]),
+        (["sliding", B1], ["x [m]", "theta [rad]", "R_n [N]", "delta [m]", "verdict"]),
+        (
+            ["map", B3, "--n", "2", "--first", "k_c:1e6:2e6", "--second", "mu:0:1"],
+            ["k_c [N/m]", "mu", "verdict"],
+        ),
+    ],
+)
+def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command, expected):
+    table, other = tmp_path / "t.csv", tmp_path / "t.json"
+    for target in (table, other):
+        assert run(capsys, *command, "--table", target)[0] == 0
+    assert set(expected) <= set(heads(table))
+    found = json.loads(other.read_text())
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(found["rows"]) == len(rows)
+    for head in heads(table):
+        name = column_name(head)
+        assert head == (f"{name} [{found['units'][name]}]" if found["units"][name] else name)
+        for ours, theirs in zip(rows[:3], found["rows"], strict=False):
+            assert ours[head] == ("" if theirs[name] is None else str(theirs[name]))
+
+
+def test_no_minus_zero(capsys, tmp_path):
+    assert number(-0.0) == "0"
+    assert number(-1.5e-9, 3) == "-1.5e-09"
+    for command in ("eigenvalues", "sliding", "simulate"):
+        table = tmp_path / "t.csv"
+        _, text, _ = run(capsys, command, B1)
+        _, data, _ = run(capsys, command, B1, "--json", "--csv", table)
+        for shown in (text, data, table.read_text()):
+            assert not re.search(r"(?<![\w.])-0(\.0)?(?![\w.])", shown)
+
+
+def test_long_tables_are_cut_in_the_middle(capsys):
+    rows = [("a", "b"), *((str(i), "x") for i in range(100))]
+    lines = elided(rows, "--json", 10).split("\n")
+    assert len(lines) == 12
+    assert lines[6] == "  ... 90 more rows (all with --json)"
+    assert (lines[5].split(), lines[7].split()) == (["4", "x"], ["95", "x"])
+    assert len(elided(rows[:11], "--json", 10).split("\n")) == 11
+    code, out, _ = run(capsys, "eigenvalues", B3, "--mu", "0:1:200")
+    assert code == 0
+    assert "... 160 more rows (all with --json or --csv)" in out
+    assert (
+        len(json.loads(run(capsys, "eigenvalues", B3, "--mu", "0:1:200", "--json")[1])["sweep"])
+        == 200
+    )
