@@ -23,6 +23,7 @@ from squeal.article.precision.measure import compare_times
 from squeal.article.precision.paths import ours
 from squeal.errors import ComputationError
 from squeal.model.contact import CONSISTENT
+from squeal.model.equations import PadModel
 from squeal.model.pad import Model, Pad
 from squeal.model.units import natural_units
 from squeal.scene.schema import Scene
@@ -90,7 +91,7 @@ def compared(model: Model, n: int, pool: ProcessPoolExecutor, workers: int) -> N
     )
 
     found = batch(events=True)
-    units = [natural_units(p, tuple(s)).time for p, s in zip(pads, starts.tolist(), strict=True)]
+    units = [natural_units(PadModel(model, p), s).time for p, s in zip(pads, starts, strict=True)]
     in_batch: list[Times] = [
         events[:, 0] / unit if outcome == DONE else None
         for events, unit, outcome in zip(found["events"], units, found["outcome"], strict=True)

@@ -39,7 +39,7 @@ def compare(scene, answer):
     assert [(names[a], names[b]) for _, a, b in answer["changes"]] == [
         (e.source, e.target) for e in result.events
     ]
-    units = natural_units(scene.pad, scene.initial)
+    units = natural_units(scene.pad_model, scene.initial)
     assert [answer["units"][key] for key in ("mass", "length", "time", "lever")] == pytest.approx(
         [units.mass, units.length, units.time, units.lever], rel=1e-15
     )

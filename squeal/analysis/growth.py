@@ -9,7 +9,6 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium, Path
-from squeal.model.equations import PadModel
 from squeal.scene import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
@@ -59,15 +58,14 @@ def fit(scene: Scene, at: Equilibrium) -> Fit | None:
     the linear motion u, so log a is fitted by a line. None if a contact change ends the motion
     too early or no mode vibrates.
     """
-    pad = scene.pad.replace(mu=at.mu)
-    model = PadModel(scene.model, pad, scene.formulation)
+    model = scene.pad_model.replace(mu=at.mu)
     matrices = at_equilibrium(model, at)
     mode = complex_eigenvalues(matrices.M, matrices.C, matrices.K).dominant
     if mode.value.imag == 0.0:
         return None
     period = 2 * np.pi / abs(mode.value.imag)
     task = dataclasses.replace(
-        scene, pad=pad, initial=(*at.q, 0.0, 0.0, 0.0), stop=PERIODS * period, samples=2
+        scene, pad=model.pad, initial=(*at.q, 0.0, 0.0, 0.0), stop=PERIODS * period, samples=2
     )
     units, scaled, start, stop = in_natural_units(task)
     shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))

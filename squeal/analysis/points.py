@@ -95,8 +95,7 @@ def points_at(
     model = scene.pad_model.replace(**changes)
     held = model.linear
     units = Units(1.0, 1.0, 1.0, 1.0) if held else Statics.of(scene.pad_model).units
-    scaled = model.pad.scaled(units.mass, units.length, units.time)
-    statics = Statics(dataclasses.replace(model, pad=scaled), units)
+    statics = Statics(units.scaled(model), units)
     mu = np.broadcast_to(np.asarray(model.pad.mu, dtype=float), (n,))
     if held:
         z, side = np.zeros((4, n)), np.ones(n)

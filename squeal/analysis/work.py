@@ -100,7 +100,7 @@ def contact_work(scene: Scene) -> Works:
     units, model, start, stop = in_natural_units(scene)
     watch = _Power(model)
     integrate(model, make_integrator(model, scene.tolerance, "auto"), units, start, stop, [watch])
-    joule = units.mass * (units.length / units.time) ** 2
+    joule = units.energy
     bare, whole = watch.energies[1] - watch.energies[0]
     return Works(
         normal=float(watch.work[0]) * joule,

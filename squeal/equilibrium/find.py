@@ -37,8 +37,7 @@ def record(
     if not R_n > 0.0:
         return None
     x, y, theta = (float(v) for v in statics.to_si(z))
-    joule = statics.units.mass * statics.units.length**2 / statics.units.time**2
-    potential = statics.potential(z, state) * joule
+    potential = statics.potential(z, state) * statics.units.energy
     return Equilibrium((x, y, theta), float(z[3]), state, R_n, delta, potential, on_branch)
 
 

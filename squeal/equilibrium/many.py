@@ -59,7 +59,7 @@ def solved(statics: Statics, names: tuple[str, ...], z: np.ndarray, passes: int)
         size, side = _balance(statics, names, z)
         if np.all(size < 1e-12):
             break
-    upright = np.abs(statics.model.pad.theta0 + z[2] / statics.model.pad.w) < np.pi / 2
+    upright = np.abs(statics.tilt(z)) < np.pi / 2
     return np.where((size < 1e-12) & upright, side, 0.0)
 
 

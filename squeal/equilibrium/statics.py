@@ -28,9 +28,8 @@ class Statics:
     @staticmethod
     def of(model: PadModel) -> Statics:
         """The statics of a pad given in SI units."""
-        units = natural_units(model.pad, (0.0,) * 6)
-        pad = model.pad.scaled(units.mass, units.length, units.time)
-        return Statics(dataclasses.replace(model, pad=pad), units)
+        units = natural_units(model, (0.0,) * 6)
+        return Statics(units.scaled(model), units)
 
     def place(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in natural units."""
@@ -92,8 +91,7 @@ class Statics:
         at = pose(np, tuple(self.place(z)))
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
             force, place = self.model.law.resultant(self.model.c, at, state)
-        units = self.units
-        return float(force) * units.mass * units.length / units.time**2, float(place) * units.length
+        return float(force) * self.units.force, float(place) * self.units.length
 
     def newton(self, z: np.ndarray, state: State, rows: int = 30) -> np.ndarray | None:
         """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""

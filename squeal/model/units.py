@@ -6,22 +6,47 @@ the same pad in other units is then the same computation.
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from dataclasses import dataclass
+from functools import reduce
+from typing import Any
 
 import numpy as np
 
-from squeal.model.pad import Pad
+from squeal.errors import InputError
+from squeal.model.equations import PadModel
 
 
 @dataclass(frozen=True)
 class Units:
-    """Mass in kg, length in m, time in s, and the lever (m) that turns rotation into length."""
+    """Mass in kg, length in m, time in s, and the lever (m) that turns rotation into length.
+
+    Of many pads each may be an array (n,).
+    """
 
     mass: float
     length: float
     time: float
     lever: float
+
+    @property
+    def velocity(self) -> float:
+        """In m/s."""
+        return self.length / self.time
+
+    @property
+    def force(self) -> float:
+        """In N."""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def energy(self) -> float:
+        """In J."""
+        return self.force * self.length
+
+    def scaled(self, model: PadModel) -> PadModel:
+        """A model in SI units measured in these."""
+        return dataclasses.replace(model, pad=model.pad.scaled(self.mass, self.length, self.time))
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""
@@ -37,21 +62,27 @@ class Units:
         return np.concatenate([place, place / self.time])
 
 
-def natural_units(pad: Pad, initial: tuple[float, ...]) -> Units:
+def natural_units(model: PadModel, initial: Any) -> Units:
     """Units from the pad's stiffness and mass, and from the size of its load and first state.
 
-    A zero stiffness all over leaves the time unit to the length of the pad and its mass alone, so
-    that even a free pad can be integrated.
+    initial: (x, y, theta, rates) in SI units, each a number or, like the parameters of many pads,
+    an array (n,). Raises InputError for a pad without any stiffness, which has no time of its own.
     """
-    stiffness = math.fsum(k for k in (pad.k1, pad.k2, pad.k3, pad.k4, pad.k_c) if k)
-    time = math.sqrt(pad.m / stiffness)
+    pad = model.pad
+    stiffness = sum(getattr(pad, name) for name in ("k1", "k2", *model.law.parameters))
+    if not np.all(stiffness > 0.0):
+        raise InputError("Pad: no stiffness above 0; motion without any spring has no unit of time")
+    time = np.sqrt(pad.m / stiffness)
     x, y, theta, x_dot, y_dot, theta_dot = initial
-    absolute = abs(pad.y0 + y) if pad.k_c else abs(y)
-    length = max(
-        abs(x),
-        absolute,
-        abs(pad.w * theta),
-        time * math.hypot(x_dot, y_dot, pad.w * theta_dot),
+    sizes = (
+        np.abs(x),
+        np.abs(pad.y0 + y if model.law.absolute_gap else y),
+        np.abs(pad.w * theta),
+        time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot),
         pad.F_n / stiffness,
     )
-    return Units(pad.m, length or pad.w, time, pad.w)
+    length = reduce(np.maximum, sizes)
+    length = np.where(length > 0.0, length, pad.w)
+    each = (np.asarray(v) for v in (pad.m, length, time, pad.w))
+    # plain numbers are faster than numpy's
+    return Units(*(v.item() if v.ndim == 0 else v for v in each))  # type: ignore[arg-type]

@@ -193,7 +193,7 @@ class Sliding(Observer):
     dense = True
 
     def __init__(self, units: Units, speed: float) -> None:
-        self._units, self._speed = units, speed * units.time / units.length
+        self._units, self._speed = units, speed / units.velocity
         self._lost: float | None = None
 
     def leg(self, leg: Leg) -> None:

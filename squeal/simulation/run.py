@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time as clock
 from dataclasses import dataclass, field
@@ -205,9 +204,8 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
     if scene.stop is None:
         raise ValueError("the scene names no time")
-    units = natural_units(scene.pad, scene.initial)
-    pad = scene.pad.scaled(units.mass, units.length, units.time)
-    model = dataclasses.replace(scene.pad_model, pad=pad)
+    units = natural_units(scene.pad_model, scene.initial)
+    model = units.scaled(scene.pad_model)
     return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -39,14 +39,6 @@ def stack(pads: Sequence[Pad]) -> Pad:
         for name in PARAMETERS
     }
     return Pad(**columns)
-
-
-def _each(pads: Pad, count: int) -> Iterator[Pad]:
-    """The single pads of a stack."""
-    given = {n: np.broadcast_to(v, count).tolist() for n, v in pads.given().items()}
-    without = {name: None for name in PARAMETERS if name not in given}
-    for row in zip(*given.values(), strict=True):
-        yield Pad(**dict(zip(given, row, strict=True)), **without)  # type: ignore[arg-type]
 
 
 def _part(pads: Pad, chosen: Any, count: int) -> Pad:
@@ -89,11 +81,10 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
     from squeal.simulation.batch.lanes import NAMES
 
     count = len(task.stop)
-    initial = [tuple(row) for row in task.initial.tolist()]
-    each = [natural_units(*pair) for pair in zip(_each(task.pads, count), initial, strict=True)]
-    fields = [f.name for f in dataclasses.fields(Units)]
-    units = Units(*(np.array([getattr(u, name) for u in each]) for name in fields))  # type: ignore[arg-type]
-    pads = task.pads.scaled(units.mass, units.length, units.time)
+    model = PadModel(task.model, task.pads, task.formulation)
+    each = vars(natural_units(model, task.initial.T)).values()
+    units = Units(*(np.broadcast_to(v, count) for v in each))  # type: ignore[arg-type]
+    pads = units.scaled(model).pad
     c = coefficients(np, pads, law.absolute_gap)
     numbers = np.array([np.broadcast_to(getattr(c, name), count) for name in NAMES])
     state = units.to_scaled(task.initial.T)
@@ -106,8 +97,8 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
 
 
 def _single(task: _Task, scaled: Pad, i: int) -> PadModel:
-    pad = next(_each(_part(scaled, [i], len(task.stop)), 1))
-    return PadModel(task.model, pad, task.formulation)
+    row = {n: np.broadcast_to(v, len(task.stop))[i].item() for n, v in scaled.given().items()}
+    return PadModel(task.model, scaled.replace(**row), task.formulation)
 
 
 class _Results:
@@ -148,7 +139,7 @@ class _Results:
                 if name in ("duration", "separated"):
                     values = (values.T * time).T
                 elif name == "fastest":
-                    values = values * self._natural.units.length[pads] / time  # type: ignore[index]
+                    values = values * self._natural.units.velocity[pads]  # type: ignore[index]
                 self._put(name, pads[whole], values[whole])
 
     def refuse(self, pad: int) -> None:
