@@ -104,8 +104,8 @@ def _single(task: _Task, scaled: Pad, i: int) -> PadModel:
 class _Results:
     """Arrays over the pads of a chunk, filled group by group."""
 
-    def __init__(self, task: _Task, natural: _Natural, law: ContactLaw) -> None:
-        self._task, self._natural, self._law = task, natural, law
+    def __init__(self, task: _Task, natural: _Natural) -> None:
+        self._task, self._natural = task, natural
         self._count = len(task.stop)
         self.arrays: Arrays = {}
         self._theta0 = np.broadcast_to(task.pads.theta0, self._count)
@@ -171,7 +171,7 @@ def _work(task: _Task) -> Arrays:
     law = contact_law(task.model, task.formulation)
     natural = _in_natural_units(task, law)
     machines = lanes(law, task.tolerance)
-    results = _Results(task, natural, law)
+    results = _Results(task, natural)
     needed = _samples(task, natural)
     margin = max(1e-6, 100.0 * task.tolerance)
     # pads of like length share a group, so that no lane waits long for another
