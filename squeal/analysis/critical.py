@@ -4,25 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Path
 from squeal.model.linear import about_origin
 from squeal.scene import Scene, takes_scene
-from squeal.stability import CriticalPoint, Matrices, critical_points, verdict
+from squeal.stability import CriticalPoint, Crossing, Matrices, thresholds, verdict
 
 
 @dataclass(frozen=True)
 class CriticalFriction:
     """Every change of the verdict in 0 < mu <= mu_max, sorted by mu.
 
-    `at_zero` is the verdict without friction; `mu_end` how far the branch reaches and `end` why it
-    stops there.
+    `crossings` are all crossings of the imaginary axis, whatever else grows. `at_zero` is the
+    verdict without friction; `mu_end` how far the branch reaches and `end` why it stops there.
     """
 
     at_zero: str
     points: tuple[CriticalPoint, ...]
     mu_end: float
     end: str
+    crossings: tuple[Crossing, ...] = ()
 
 
 @takes_scene
@@ -39,9 +42,13 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
             matrices = about_origin(scene.pad_model.replace(mu=mu))
             return matrices.M, C, matrices.K
 
-        points = critical_points(at_origin, mu_max)
+        all_of_them = thresholds(at_origin, mu_max)
         return CriticalFriction(
-            verdict(*at_origin(0.0)), tuple(points), mu_max, f"mu = {mu_max:g} is reached"
+            verdict(*at_origin(0.0)),
+            tuple(all_of_them.points),
+            mu_max,
+            f"mu = {mu_max:g} is reached",
+            tuple(all_of_them.crossings),
         )
     path = Path.of(scene.pad_model, mu_max)
 
@@ -49,9 +56,15 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
         matrices = path.linearisation(mu)
         return matrices.M, C, matrices.K
 
-    found = critical_points(on_branch, path.mu_end, path.breakpoints)
+    found = thresholds(on_branch, path.mu_end, path.breakpoints)
+    end = np.inf if path.fold is None else path.fold * (1 - 1e-9)
+    points = [point for point in found.points if point.mu < end]
     if path.fold is not None:
-        close = 1e-9 * path.fold
-        found = [point for point in found if point.mu < path.fold - close]
-        found.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
-    return CriticalFriction(verdict(*on_branch(0.0)), tuple(found), path.mu_end, path.end)
+        points.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
+    return CriticalFriction(
+        verdict(*on_branch(0.0)),
+        tuple(points),
+        path.mu_end,
+        path.end,
+        tuple(crossing for crossing in found.crossings if crossing.mu < end),
+    )

@@ -6,32 +6,45 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
+from squeal.stability.gains import LoopThreshold
 from squeal.stability.judgement import Judgement, damped_verdicts, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Matrices, System
 from squeal.stability.sensitivity import sensitivities
-from squeal.stability.thresholds import CriticalPoint, critical_points
+from squeal.stability.thresholds import (
+    CriticalPoint,
+    Crossing,
+    Thresholds,
+    critical_points,
+    crossings,
+    thresholds,
+)
 from squeal.stability.tracking import TrackedModes, track
 
 __all__ = [
     "VERDICTS",
     "CriticalPoint",
+    "Crossing",
     "Eigenvalue",
     "FrictionLoop",
     "Judgement",
     "LoopAnswer",
+    "LoopThreshold",
     "Matrices",
     "Spectrum",
     "System",
+    "Thresholds",
     "TrackedModes",
     "complex_eigenvalues",
     "critical_points",
+    "crossings",
     "damped_verdicts",
     "friction_loop",
     "judge",
     "sensitivities",
     "sum_verdicts",
     "sweep",
+    "thresholds",
     "track",
     "undamped_verdicts",
     "verdict",

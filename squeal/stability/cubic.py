@@ -10,6 +10,7 @@ errors of the entries of A included; what is smaller than its bound counts as ze
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -149,6 +150,17 @@ def code(cubic: Cubic) -> NDArray[np.int8]:
         numbers = (a.value, c.value, J2, J3, cubic.discriminant.value)
         verdict[both] = _faster(both, *numbers)
     return verdict
+
+
+def unstable_roots(cubic: Cubic) -> tuple[int, int]:
+    """How many complex pairs and how many negative real roots s the cubic of one system has."""
+    a, b, c = (0 if abs(v.value) <= v.bound else v.value for v in (cubic.a, cubic.b, cubic.c))
+    disc = cubic.discriminant if c else cubic.discriminant2
+    if disc.value < -disc.bound:
+        return 1, int(c < 0)
+    # all roots are real: the coefficients of p(-s) change sign once for each negative one
+    signs = [np.sign(v) for v in (1.0, a, b, c) if v]
+    return 0, sum(bool(x != y) for x, y in itertools.pairwise(signs))
 
 
 def _faster(both: Any, *numbers: Any) -> NDArray[np.int8]:

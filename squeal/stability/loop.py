@@ -5,25 +5,25 @@ motion obeys M q'' + C q' + K0 q = -b (mu r). The plant G = c' (s^2 M + s C + K0
 negative feedback of gain mu, has the system's eigenvalues as poles: its root locus is the mu-locus
 and its gain margin the critical friction. That needs a friction term of rank one.
 
-Gain margins of python-control are computed from crossings of the negative real axis. For a plant
-with damping they are the thresholds of this module. The response of an undamped plant is real at
-all frequencies, so that it crosses nowhere and its margins there are rounding noise; thresholds
-are then the double roots of the open loop's own polynomials in s^2: places where
-mu = -den/num is stationary (breakaway points of the locus), and mu at s = 0.
+With damping the thresholds are gain margins as python-control computes them, crossings of the
+negative real axis. The response of an undamped plant is real at all frequencies, so that it
+crosses nowhere and such margins are rounding noise; its thresholds are the stationary values of
+mu(x) = -1/G over x = omega^2 (breakaway points of the locus), and mu at x = 0. See `gains`.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
-from squeal.stability.matrices import Array, Reduced, System, check_system, first_order, reduce
+from squeal.errors import ComputationError
+from squeal.stability.gains import LoopThreshold, loop_thresholds
+from squeal.stability.judgement import verdict
+from squeal.stability.matrices import Array, Reduced, System, check_system, reduce
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -66,14 +66,36 @@ class FrictionLoop:
 
         return control.root_locus_map(self.plant, gains=np.array(list(mus), dtype=float))
 
-    def thresholds(self, mu_max: float) -> list[float]:
-        """All mu in (0, mu_max] at which the closed loop starts or ceases to grow."""
-        return _thresholds(self, mu_max)
+    def thresholds(self, mu_max: float) -> list[LoopThreshold]:
+        """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
+        return loop_thresholds(self._reduced, *self._vectors, mu_max)
 
-    def critical_friction(self, mu_max: float = 2.0) -> float | None:
-        """The gain margin: least mu in (0, mu_max] at which the loop starts to grow, or None."""
-        found = self.thresholds(mu_max)
-        return found[0] if found else None
+    @property
+    def _reduced(self) -> Reduced:
+        return reduce(self.M, self.C, self.K0)
+
+    @property
+    def _vectors(self) -> tuple[Array, Array]:
+        T = self._reduced.T
+        return T.T @ self.b, T.T @ self.c
+
+    def verdict_at_start(self, mu_max: float) -> str:
+        """The verdict between mu = 0 and the first threshold."""
+        first = next((point.mu for point in self.thresholds(mu_max)), mu_max)
+        return verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
+
+    def critical_friction(self, mu_max: float = 2.0) -> LoopThreshold | None:
+        """The gain margin: the first threshold in (0, mu_max] at which a pole starts to grow.
+
+        None if there is none. Raises ComputationError where the loop grows from mu = 0 on, so
+        that it has no gain margin.
+        """
+        start = self.verdict_at_start(mu_max)
+        if start in ("flutter", "divergence"):
+            raise ComputationError(
+                f"the loop has no gain margin: it grows from mu = 0 on ({start})"
+            )
+        return next((point for point in self.thresholds(mu_max) if point.direction == "up"), None)
 
 
 @dataclass(frozen=True)
@@ -133,79 +155,3 @@ def _arrays(system: System, mu: float) -> tuple[Array, Array, Array]:
 
 def _same(one: Array, other: Array) -> bool:
     return bool(np.abs(one - other).max() <= 1e-11 * max(np.abs(one).max(), np.abs(other).max()))
-
-
-def _resolvent(A: Array, b: Array, c: Array) -> tuple[Array, Array]:
-    """det(x - A) and c' adj(x - A) b as rising polynomials in x (Faddeev and LeVerrier)."""
-    n = len(A)
-    den, num = np.zeros(n + 1), np.zeros(n)
-    den[n], adjugate = 1.0, np.eye(n)
-    for k in range(1, n + 1):
-        num[n - k] = c @ adjugate @ b
-        product = A @ adjugate
-        den[n - k] = -np.trace(product) / k
-        adjugate = product + den[n - k] * np.eye(n)
-    return den, num
-
-
-def _thresholds(loop: FrictionLoop, mu_max: float) -> list[float]:
-    reduced = reduce(loop.M, loop.C, loop.K0)
-    b, c = reduced.T.T @ loop.b, reduced.T.T @ loop.c
-    if reduced.B is None:
-        den, num, candidates = _undamped(reduced, b, c)
-    else:
-        den, num, candidates = _damped(reduced, b, c)
-    edges = sorted({float(mu) for mu in candidates if 0 < mu <= mu_max})
-    undamped = reduced.B is None
-    found: list[float] = []
-    growing = _grows(den, num, (edges[0] if edges else mu_max) / 2, undamped)
-    for mu, after in itertools.pairwise([*edges, 1.001 * mu_max]):
-        if after - mu <= 1e-12 * mu_max:
-            continue
-        now = _grows(den, num, (mu + after) / 2, undamped)
-        if now != growing:
-            found.append(mu)
-        growing = now
-    return found
-
-
-def _undamped(reduced: Reduced, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """Polynomials in x = -lambda^2 / scale, and mu at x = 0 and at the breakaway points."""
-    scale = float(np.linalg.norm(reduced.A, 2)) or 1.0
-    den, num = _resolvent(reduced.A / scale, b / scale, c)
-    num = -num  # (K0 - x M) is the negative of (x - A): den + mu num = 0
-    stationary = poly.polysub(
-        poly.polymul(poly.polyder(den), num), poly.polymul(den, poly.polyder(num))
-    )
-    x = poly.polyroots(poly.polytrim(stationary, 1e-15 * np.abs(stationary).max()))
-    # a double root of the loop need not be non-negative: pairs also part on the negative axis
-    places = np.concatenate([[0.0], x.real[np.abs(x.imag) <= 1e-7]])
-    return den, num, _gains(den, num, places)
-
-
-def _damped(reduced: Reduced, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """Polynomials in lambda / rate, and mu where a root lies on the imaginary axis."""
-    assert reduced.B is not None
-    matrix, rate = first_order(reduced.A, reduced.B)
-    n = reduced.n
-    force = np.concatenate([np.zeros(n), b / rate**2])
-    den, num = _resolvent(matrix, force, np.concatenate([c, np.zeros(n)]))
-    turn = 1j ** np.arange(2 * n + 1)
-    on_axis: Array = poly.polymul(den * turn, np.conj(num * turn[: 2 * n])).imag  # in omega, odd
-    omega = poly.polyroots(poly.polytrim(on_axis, 1e-14 * np.abs(on_axis).max()))
-    real = omega.real[(np.abs(omega.imag) <= 1e-6) & (omega.real >= 0)]
-    return den, num, _gains(den, num, 1j * np.concatenate([[0.0], real]))
-
-
-def _gains(den: Array, num: Array, places: Array) -> Array:
-    below = poly.polyval(places, num)
-    usable = np.abs(below) > 1e-13 * np.abs(num).max()
-    mu = -poly.polyval(places[usable], den) / below[usable]
-    return np.asarray(mu.real)
-
-
-def _grows(den: Array, num: Array, mu: float, undamped: bool) -> bool:
-    roots = poly.polyroots(poly.polyadd(den, mu * num))
-    if undamped:
-        return bool(np.any(np.abs(roots.imag) > 1e-7) or np.any(roots.real < -1e-10))
-    return bool(roots.real.max() > 1e-12)

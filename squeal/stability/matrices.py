@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,26 +81,36 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite.
     """
     mass, damping, stiffness = checked(M, C, K)
-    diagonal = np.diag(mass)
+    T, rounding = _factor(mass.tobytes(), len(mass))
+    if np.count_nonzero(T - np.diag(np.diag(T))) == 0:
+        # symmetry of K survives to the last bit: one factor for each pair of entries
+        factor = np.outer(np.diag(T), np.diag(T))
+        return Reduced(
+            stiffness * factor, None if damping is None else damping * factor, T, rounding
+        )
+    B = None if damping is None else T.T @ damping @ T
+    return Reduced(T.T @ stiffness @ T, B, T, rounding)
+
+
+@lru_cache(maxsize=8)  # along mu the mass matrix stays
+def _factor(mass: bytes, n: int) -> tuple[Array, float]:
+    """T with T' M T = 1, and the relative size of the errors that it brings."""
+    M = np.frombuffer(mass).reshape(n, n)
+    diagonal = np.diag(M)
     if np.any(diagonal <= 0.0):
         raise InputError("M: its diagonal must be positive (M symmetric, positive definite)")
     scale = 1.0 / np.sqrt(diagonal)
-    unit = mass * np.outer(scale, scale)
+    unit = M * np.outer(scale, scale)
     if np.abs(unit - unit.T).max() > 1e-12:
         raise InputError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
-        # symmetry of K survives to the last bit: one factor for each pair of entries
-        factor = np.outer(scale, scale)
-        B = None if damping is None else damping * factor
-        return Reduced(stiffness * factor, B, np.diag(scale), 4 * EPS)
+        return np.diag(scale), 4 * EPS
     try:
         inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     except np.linalg.LinAlgError:
         raise InputError("M: a positive definite matrix is required") from None
     T = scale[:, None] * inverse.T
-    B = None if damping is None else T.T @ damping @ T
-    rounding = 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
-    return Reduced(T.T @ stiffness @ T, B, T, rounding)
+    return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
 
 
 def first_order(A: Array, B: Array) -> tuple[Array, Array]:
@@ -107,7 +118,7 @@ def first_order(A: Array, B: Array) -> tuple[Array, Array]:
 
     A, B have shape (..., n, n); the matrices (..., 2n, 2n), the rates (...).
     """
-    sizes = (np.linalg.norm(X, 2, axis=(-2, -1)) for X in (A, B))
+    sizes = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
     rate = np.asarray(np.maximum(np.sqrt(next(sizes)), next(sizes)))
     # a power of two rounds nothing
     rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))

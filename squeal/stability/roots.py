@@ -23,41 +23,71 @@ Function = Callable[[float], Value]
 
 DEGREES = (16, 32)
 RESOLVED = 1e-9  # size of the last coefficients, relative: the extrema are then good to 1e-4 or so
+NOISE = 1e-5  # of the size: more in the last coefficients is no rounding
 DEPTH = 5
+JUMP = 1e-3  # of the values that a sign change was noticed by: what is left of them at a root
 
 
 @dataclass(frozen=True)
 class Root:
-    """A sign change: its place, the bracket that was left of it, and whether that is tight."""
+    """A sign change: its place, the bracket that was left of it, and whether that is tight.
+
+    `jumps`: the function is not small there, so that it is not continuous.
+    """
 
     mu: float
     interval: tuple[float, float]
     converged: bool
+    jumps: bool = False
 
 
-def _panels(f: Function, low: float, high: float, depth: int = 0) -> Iterator[list[float]]:
-    """Points of [low, high] between which f is monotone, panel by panel."""
-    centre, half = (low + high) / 2, (high - low) / 2
+def nodes(low: float, high: float, degree: int) -> list[float]:
+    """The Chebyshev points at which a function on [low, high] is interpolated."""
+    return [
+        float(mu) for mu in (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts1(degree + 1)
+    ]
+
+
+def _interpolated(f: Function, low: float, high: float) -> tuple[Array, int, str]:
+    """Chebyshev series of f on [low, high], its degree, and whether it is far from zero (far),
+    resolved (smooth) or neither (rough)."""
+    centre, half, tail = (low + high) / 2, (high - low) / 2, math.inf
 
     def sampled(x: np.ndarray) -> np.ndarray:
         return np.array([f(float(mu)).value for mu in centre + half * x])
 
     for degree in DEGREES:
         series: Array = chebyshev.chebinterpolate(sampled, degree)  # type: ignore
-        size = np.abs(series).max()
-        if np.abs(series[-3:]).max() <= RESOLVED * size:
-            break
-    else:
-        if depth < DEPTH:
-            yield from _panels(f, low, centre, depth + 1)
-            yield from _panels(f, centre, high, depth + 1)
-            return
-    nodes = centre + half * chebyshev.chebpts1(degree + 1)
-    slope = chebyshev.chebtrim(chebyshev.chebder(series), 1e-14 * size)
-    turning = chebyshev.chebroots(slope) if len(slope) > 1 else np.array([])
-    real = turning.real[np.abs(turning.imag) <= 1e-6]
-    inside = centre + half * real[np.abs(real) < 1]
-    yield sorted([low, high, *map(float, nodes), *map(float, inside)])
+        size, before, tail = np.abs(series).max(), tail, np.abs(series[-3:]).max()
+        if abs(series[0]) > 1.2 * np.abs(series[1:]).sum():
+            return series, degree, "far"
+        if tail <= RESOLVED * size:
+            return series, degree, "smooth"
+    # what a higher degree does not lessen is rounding, and so would be what panels add
+    noise = tail <= NOISE * size and tail > 0.1 * before
+    return series, degree, "smooth" if noise else "rough"
+
+
+def is_smooth(f: Function, low: float, high: float) -> bool:
+    """True if f is resolved on [low, high], or far from zero."""
+    return _interpolated(f, low, high)[2] != "rough"
+
+
+def _panels(f: Function, low: float, high: float, depth: int = 0) -> Iterator[list[float]]:
+    """Points of [low, high] between which f is monotone or far from zero, panel by panel."""
+    centre, half = (low + high) / 2, (high - low) / 2
+    series, degree, kind = _interpolated(f, low, high)
+    if kind == "rough" and depth < DEPTH:
+        yield from _panels(f, low, centre, depth + 1)
+        yield from _panels(f, centre, high, depth + 1)
+        return
+    inside = np.array([])
+    if kind != "far":
+        slope = chebyshev.chebtrim(chebyshev.chebder(series), 1e-14 * np.abs(series).max())
+        turning = chebyshev.chebroots(slope) if len(slope) > 1 else inside
+        real = turning.real[np.abs(turning.imag) <= 1e-6]
+        inside = centre + half * real[np.abs(real) < 1]
+    yield sorted([low, high, *nodes(low, high, degree), *map(float, inside)])
 
 
 def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -> Root:
@@ -86,7 +116,8 @@ def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -
         t = min(1 - edge, max(edge, t))
     best = float(best)
     ends = (best, best) if fa == 0 else (float(min(a, b)), float(max(a, b)))
-    return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)))
+    jumps = min(abs(fa), abs(fb)) > JUMP * max(abs(f_low), abs(f_high))
+    return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)), jumps)
 
 
 def sign_changes(f: Function, low: float, high: float) -> tuple[list[Root], list[float]]:

@@ -1,33 +1,23 @@
-"""Every value of mu in a range at which the verdict on a family of systems changes.
+"""Thresholds of a family of systems: every change of verdict, every crossing of the axis.
 
-Candidates are the roots of functions of mu that vanish where an eigenvalue changes its kind and
-that are smooth even there, unlike real parts: without damping the discriminant of the polynomial
-in s = -lambda^2 (two frequencies coalesce) and the product of its roots (one passes through
-zero); with damping the product of all sums of two eigenvalues (the Hurwitz determinant of
-Orlando's formula: a pair crosses the imaginary axis), the product of all eigenvalues and the
-discriminant (a pair meets on the real axis). The verdict between neighbouring candidates then
-tells which of them matter. Zero roots that the system has for all mu are taken out first. Where a
-pair and a real mode grow together, the difference of their growth rates is searched as well. What
-is left (crossings of the axis where another mode stays undamped for all mu) is seen by the
-verdicts at the sampled points, and bisected.
+Candidates are the roots of smooth functions of mu (`searches`), so that neither real parts, which
+start like a square root at a coalescence, nor a verdict and its rounding decide where a threshold
+lies. What grows between neighbouring candidates tells which of them matter (`survey`).
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError
-from squeal.stability.cubic import Value
-from squeal.stability.family import GROWING, Candidate, Family
-from squeal.stability.matrices import System, check_system
-from squeal.stability.roots import Root, sign_changes
+from squeal.stability.family import GROWING, SMALL
+from squeal.stability.matrices import System
+from squeal.stability.survey import Candidate, Change, Survey
 
-MERGE = 1e-12  # candidates closer than this, relative to the range, are one
+TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 
 
 @dataclass(frozen=True)
@@ -40,47 +30,44 @@ class CriticalPoint:
     interval: tuple[float, float]  # bracket of mu; the point itself at a breakpoint
     converged: bool
 
-
-def _candidates(family: Family, low: float, high: float) -> tuple[list[Candidate], set[float]]:
-    found: list[Candidate] = []
-    points: set[float] = set()
-    for source, f in family.functions(low, high):
-        roots, sampled = sign_changes(f, low, high)
-        found += [Candidate(root, source) for root in roots]
-        points.update(sampled)
-    # between those places no mode changes its kind, but the faster growth may change hands
-    for a, b in itertools.pairwise([low, *sorted(c.root.mu for c in found), high]):
-        middle, margin = (a + b) / 2, 1e-9 * (b - a)
-        damped = family.at(middle).B is not None
-        if margin > 0 and min(family.lead(middle, damped)) > 0:
-
-            def difference(mu: float, damped: bool = damped) -> Value:
-                pair, real = family.lead(mu, damped)
-                return Value(pair - real, 0.0)
-
-            roots, sampled = sign_changes(difference, a + margin, b - margin)
-            found += [Candidate(root, "growth") for root in roots]
-            points.update(sampled)
-    return found, points
+    def __str__(self) -> str:
+        return f"{self.kind} at mu = {self.mu:.9g}{_hertz(self.frequency_hz)}"
 
 
-def _bisected(family: Family, low: float, high: float) -> Candidate:
-    """A change of verdict that no function announced."""
-    before = family.verdict(low)
-    while high - low > 4 * np.spacing(max(abs(low), abs(high))):
-        middle = (low + high) / 2
-        if family.verdict(middle) == before:
-            low = middle
-        else:
-            high = middle
-    tight = high - low <= 1e-12 * max(abs(low), abs(high))
-    return Candidate(Root((low + high) / 2, (low, high), tight), "growth")
+@dataclass(frozen=True)
+class Crossing:
+    """A pair or a real root that crosses the imaginary axis on the way up in mu."""
+
+    mu: float
+    kind: str  # flutter: a pair; divergence: a real root
+    direction: str  # up: it starts to grow; down: it ceases
+    frequency_hz: float  # at mu; 0 for divergence
+    interval: tuple[float, float]  # bracket of mu, rounding included; the point itself at a jump
+    mode: (
+        int  # number of the mode at mu by rising frequency, from 1; of a coalescing pair the first
+    )
+    changes_verdict: bool  # false where other modes grow all the same, and faster
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.direction} at mu = {self.mu:.9g}{_hertz(self.frequency_hz)}"
 
 
-def critical_points(
+def _hertz(frequency: float) -> str:
+    return f", {frequency:.6g} Hz" if frequency else ""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What happens over a range of mu: `points` are the changes of verdict among the crossings."""
+
+    points: list[CriticalPoint]
+    crossings: list[Crossing]
+
+
+def thresholds(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
-) -> list[CriticalPoint]:
-    """All changes of verdict of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
+) -> Thresholds:
+    """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
     `system` must be smooth between the `breakpoints` (values of mu where it may jump, a change of
     contact for instance); it is asked for values next to them, never at them. A point at mu_min
@@ -88,84 +75,95 @@ def critical_points(
     points, however narrow: the limit is where rounding fills it, 1e-6 of mu or less. Raises
     InputError for an empty range and whatever `system` raises.
     """
-    check_system(system, "critical_points")
-    if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
-        raise InputError(f"mu_max: {mu_max:g} is not allowed; it must exceed {mu_min:g}")
-    family = Family(system)
-    inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
-    edges = [mu_min, *inner, mu_max]
-    candidates = [Candidate(Root(b, (b, b), True), "jump") for b in inner]
-    points: set[float] = set()
-    for low, high in itertools.pairwise(edges):
-        start = low if low == mu_min else float(np.nextafter(low, high))
-        stop = high if high == mu_max else float(np.nextafter(high, low))
-        found, sampled = _candidates(family, start, stop)
-        candidates += found
-        points |= sampled
-    return _judged(family, _merged(candidates, MERGE * (mu_max - mu_min)), points, edges)
+    survey = Survey(system, mu_max, breakpoints, mu_min)
+    return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
 
 
-def _merged(candidates: list[Candidate], width: float) -> list[Candidate]:
-    """One candidate for each place; a breakpoint wins over roots next to it."""
-    result: list[Candidate] = []
-    for candidate in sorted(candidates, key=lambda c: c.root.mu):
-        if result and candidate.root.mu - result[-1].root.mu <= width:
-            if candidate.source == "jump":
-                result[-1] = candidate
-        else:
-            result.append(candidate)
-    return result
-
-
-def _judged(
-    family: Family, candidates: list[Candidate], points: set[float], edges: list[float]
+def critical_points(
+    system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> list[CriticalPoint]:
-    low, high = edges[0], edges[-1]
-    width = high - low
-    places = [c.root.mu for c in candidates]
-    middles = {(a + b) / 2 for a, b in itertools.pairwise([low, *places, high]) if b > a}
-    near = np.array([*places, *edges[1:-1], np.inf])
-    middles |= {p for p in points if np.abs(near - p).min() > 1e-9 * width}
-    middles |= {mu for mu in (_beyond(family, places, high),) if mu is not None}
-    first = family.verdict(low)
-    changes: list[CriticalPoint] = []
-    below_mu, below = low, first
-    for mu in sorted(middles):
-        above = family.verdict(mu)
-        if above != below:
-            between = [c for c in candidates if below_mu <= c.root.mu <= mu]
-            candidate = _responsible(family, between, (below_mu, mu), 1e-8 * width)
+    """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
+    return _verdict_changes(Survey(system, mu_max, breakpoints, mu_min))
+
+
+def crossings(
+    system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
+) -> list[Crossing]:
+    """All crossings of the imaginary axis by any pair or real root, as `thresholds` finds them.
+
+    Unlike `critical_points` it lists what happens while other modes grow. A pair without damping
+    crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
+    come from one, cross nothing.
+    """
+    return _axis_crossings(Survey(system, mu_max, breakpoints, mu_min))
+
+
+def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
+    """The changes of verdict of a range that has been searched."""
+    found = []
+    for change in survey.changes():
+        below, above = change.below.verdict, change.above.verdict
+        if below != above:
             kind = above if above in GROWING else "restabilised"
-            root = candidate.root
-            frequency = family.frequency(candidate, (below, above))
-            changes.append(CriticalPoint(root.mu, kind, frequency, root.interval, root.converged))
-        below_mu, below = mu, above
-    return changes
+            grows = above in GROWING
+            omega = survey.frequency(change, above if grows else below, grows)
+            candidate = _first(change, "flutter" if omega else "divergence")
+            if survey.family.at(change.mu).n > SMALL and not candidate.jump:
+                interval = _interval(survey, candidate)
+                converged = interval[1] - interval[0] <= TIGHT * abs(change.mu)
+            else:
+                interval, converged = candidate.root.interval, candidate.root.converged
+            frequency = omega / (2 * math.pi)
+            found.append(CriticalPoint(change.mu, kind, frequency, interval, converged))
+    return found
 
 
-def _responsible(
-    family: Family, between: list[Candidate], span: tuple[float, float], step: float
-) -> Candidate:
-    """The candidate at which the verdict changes from that at span[0] to that at span[1]."""
-    low, high = span
-    for candidate in between:
-        mu = candidate.root.mu
-        left, right = max(mu - step, (mu + low) / 2), min(mu + step, (mu + high) / 2)
-        same = family.verdict(left) == family.verdict(low)
-        if candidate.source == "jump" or (same and family.verdict(right) == family.verdict(high)):
+def _axis_crossings(survey: Survey) -> list[Crossing]:
+    """The crossings of the axis in a range that has been searched."""
+    found = []
+    for change in survey.changes():
+        pairs = change.above.pairs - change.below.pairs
+        reals = change.above.reals - change.below.reals
+        # two divergent roots for a growing pair: nothing crosses
+        joined = min(abs(pairs), abs(reals) // 2) if pairs * reals < 0 else 0
+        pairs, reals = (
+            pairs - joined * int(np.sign(pairs)),
+            reals - 2 * joined * int(np.sign(reals)),
+        )
+        events = [("flutter", pairs, k) for k in range(abs(pairs))]
+        events += [("divergence", reals, k) for k in range(abs(reals))]
+        for kind, rise, k in events:
+            omega = survey.frequency(change, kind, rise > 0, k)
+            found.append(
+                Crossing(
+                    change.mu,
+                    kind,
+                    "up" if rise > 0 else "down",
+                    omega / (2 * math.pi),
+                    _interval(survey, _first(change, kind)),
+                    _mode(survey, change.mu, omega),
+                    change.below.verdict != change.above.verdict,
+                )
+            )
+    return found
+
+
+def _first(change: Change, kind: str) -> Candidate:
+    """The candidate at a place that announces this kind of change, or any."""
+    for candidate in change.candidates:
+        if candidate.search and (candidate.search.source == "zero") == (kind == "divergence"):
             return candidate
-    found = _bisected(family, low, high)
-    near = [c for c in between if abs(c.root.mu - found.root.mu) <= 100 * step]
-    return near[0] if near else found
+    return change.candidates[0]
 
 
-def _beyond(family: Family, places: list[float], high: float) -> float | None:
-    """A point just above the range where a candidate lies at its very end."""
-    if not places or high - places[-1] > 1e-9 * abs(high):
-        return None
-    mu = high + 1e-6 * abs(high)
-    try:
-        family.verdict(mu)
-    except (InputError, ComputationError, ValueError, ArithmeticError):
-        return None
-    return mu
+def _interval(survey: Survey, candidate: Candidate) -> tuple[float, float]:
+    if candidate.search is None:
+        return candidate.root.interval
+    return candidate.search.interval(survey.family, candidate.root)
+
+
+def _mode(survey: Survey, mu: float, omega: float) -> int:
+    damped = survey.family.at(mu).B is not None
+    size = np.abs(survey.family.roots(mu, damped))
+    slower = size < omega * (1 - 1e-6) if damped else np.sqrt(size) < omega * (1 - 1e-6)
+    return 1 + int(np.sum(slower)) // (2 if damped else 1)

@@ -42,8 +42,14 @@ def test_gain_margin_is_the_threshold_of_the_eigenvalues(seed):
     one = loop(scene, at_rest(scene))
     assert isinstance(one, SingleLoop)
     assert len(one.thresholds) >= 1
-    assert one.gain_margins == pytest.approx(one.thresholds, rel=1e-9)
-    assert one.apart <= 1e-9 * max(one.thresholds)
+    for own, held in zip(one.loop_thresholds, one.thresholds, strict=True):
+        assert (own.kind, own.direction) == (held.kind, held.direction)
+        assert own.mu == pytest.approx(held.mu, rel=1e-9)
+    assert one.apart <= 1e-9 * max(held.mu for held in one.thresholds)
+    first = one.thresholds[0]
+    assert one.grows_from_zero == (first.kind if first.direction == "down" else None)
+    margin = None if first.direction == "down" else pytest.approx(first.mu, rel=1e-9)
+    assert one.critical_friction == margin
 
 
 @pytest.mark.parametrize("seed", [2, 10])

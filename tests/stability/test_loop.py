@@ -4,17 +4,8 @@ import control
 import numpy as np
 import pytest
 
-from squeal.stability import complex_eigenvalues, critical_points, friction_loop, verdict
-from tests.stability.conftest import random_pad
-
-
-def _starts_and_ends(system, mu_max):
-    found, growing = [], verdict(*system(0.0)) in ("flutter", "divergence")
-    for p in critical_points(system, mu_max):
-        if (p.kind != "restabilised") != growing:
-            growing = not growing
-            found.append(p.mu)
-    return found
+from squeal.errors import ComputationError
+from squeal.stability import complex_eigenvalues, critical_points, crossings, friction_loop
 
 
 def _loop(system, reaction=None):
@@ -23,25 +14,120 @@ def _loop(system, reaction=None):
     return answer.loop
 
 
-def _random(rng, damping):
-    M, _, K0 = random_pad(rng)
-    K0 = (K0 + K0.T) / 2
-    unit = np.sqrt(np.diag(M))
-    b, c = 1e3 * unit * rng.normal(size=3), 1e3 * unit * rng.normal(size=3)
-    C = None if not damping else damping * np.diag(unit**2 * rng.uniform(0.5, 1.5, 3))
-    return (lambda mu: (M, C, K0 + mu * np.outer(b, c))), c
+def _random(rng, n, damping):
+    """Modes at random frequencies in random coordinates, coupled by a friction term of rank one."""
+    root = rng.normal(size=(n, n))
+    M = np.eye(n) + 0.3 * root @ root.T / n
+    L, Q = np.linalg.cholesky(M), np.linalg.qr(rng.normal(size=(n, n)))[0]
+    K0 = L @ Q @ np.diag(rng.uniform(1, 10, n) ** 2) @ Q.T @ L.T
+    b, c = 8 / np.sqrt(n) * L @ rng.normal(size=n), L @ rng.normal(size=n)
+    C = damping * (L @ Q @ np.diag(rng.uniform(0.5, 1.5, n)) @ Q.T @ L.T + 0.05 * root @ root.T / n)
+    return lambda mu: (M, C if damping else None, (K0 + K0.T) / 2 + mu * np.outer(b, c))
 
 
-@pytest.mark.parametrize("damping", [0.0, 5.0, 200.0])
-def test_gain_margin_is_the_critical_friction(rng, damping):
+def _growing(system, mus):
+    """How many dense eigenvalues lie right of the axis."""
+    M, C, K = system(0.0)
+    inverse, K1, n = np.linalg.inv(M), system(1.0)[2] - K, len(M)
+    found = []
+    for mu in mus:
+        A = inverse @ (K + mu * K1)
+        if C is None:
+            half = np.sqrt(-np.linalg.eigvals(A) + 0j)
+            values = np.concatenate([half, -half])
+        else:
+            F = np.block([[np.zeros((n, n)), np.eye(n)], [-A, -inverse @ C]])
+            values = np.linalg.eigvals(F)
+        found.append(int(np.sum(values.real > (1e-6 if C is None else 1e-9))))
+    return found
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 0.3])
+@pytest.mark.parametrize("n", [3, 10, 15, 20, 40])
+def test_thresholds_are_those_of_the_eigenvalues(n, damping):
     count = 0
-    for _ in range(40):
-        system, c = _random(rng, damping)
-        loop = _loop(system, c)
-        expected = _starts_and_ends(system, 2.0)
-        assert loop.thresholds(2.0) == pytest.approx(expected, rel=1e-9)
-        count += len(expected)
-    assert count > 10
+    for seed in range(10):
+        system = _random(np.random.default_rng(100 * n + seed), n, damping)
+        found = _loop(system).thresholds(1.0)
+        count += len(found)
+        # of dense eigenvalues: so many grow just below and above each threshold, and between
+        level = _growing(system, [1e-9])[0]
+        for k, one in enumerate(found):
+            apart = [abs(one.mu - other.mu) for other in found if other is not one]
+            step = min([1e-4, one.mu / 3, *(a / 3 for a in apart)])
+            below, above = _growing(system, [one.mu - step, one.mu + step])
+            rise = (1 if one.direction == "up" else -1) * (2 if one.kind == "flutter" else 1)
+            assert (below, above) == (level, level + rise), (seed, k, one)
+            level = above
+        assert _growing(system, [1.0]) == [level]
+    assert count > (2 if n > 3 else 0)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+@pytest.mark.parametrize(("n", "seeds"), [(3, 10), (10, 4), (15, 2), (20, 1)])
+def test_thresholds_are_the_crossings(n, seeds, damping):
+    for seed in range(seeds):
+        system = _random(np.random.default_rng(100 * n + seed), n, damping)
+        loop, expected = _loop(system), crossings(system, 1.0)
+        found = loop.thresholds(1.0)
+        assert [(p.kind, p.direction) for p in found] == [(c.kind, c.direction) for c in expected]
+        for p, c in zip(found, expected, strict=True):
+            assert p.mu == pytest.approx(c.mu, rel=1e-8)
+            assert p.frequency_hz == pytest.approx(c.frequency_hz, rel=1e-6)
+        points = critical_points(system, 1.0)
+        start = loop.critical_friction(1.0)
+        assert (start is None) == (not points)
+        if start is not None:
+            assert start.mu == pytest.approx(points[0].mu, rel=1e-8)
+
+
+def _static(K0, b, c, C=None):
+    K0, b, c = (np.array(x, dtype=float) for x in (K0, b, c))
+    return lambda mu: (np.eye(len(K0)), C, K0 + mu * np.outer(b, c))
+
+
+def test_divergence_that_friction_ends_is_no_gain_margin():
+    # s1 = 4 and s2 = mu - 1/2: divergent below one half
+    for C in (None, np.diag([0.1, 0.2])):
+        loop = _loop(_static(np.diag([4.0, -0.5]), [0, 1], [0, 1], C))
+        (one,) = loop.thresholds(2.0)
+        assert (one.kind, one.direction, one.frequency_hz) == ("divergence", "down", 0.0)
+        assert one.mu == pytest.approx(0.5, rel=1e-14)
+        assert loop.verdict_at_start(2.0) == "divergence"
+        with pytest.raises(ComputationError, match="grows from mu = 0 on"):
+            loop.critical_friction(2.0)
+
+
+def test_divergence_that_friction_starts():
+    for C in (None, np.diag([0.1, 0.2])):
+        loop = _loop(_static(np.diag([4.0, 0.5]), [0, -1], [0, 1], C))
+        one = loop.critical_friction(2.0)
+        assert (one.kind, one.direction) == ("divergence", "up")
+        assert one.mu == pytest.approx(0.5, rel=1e-14)
+
+
+def test_flutter_that_starts_and_ends(mode_coupling):
+    # half difference squared of the roots: (1 - mu)^2 - 1/4 with a friction term of rank one
+    K1 = np.array([[1.0, -1.0], [1.0, -1.0]])
+    K0 = np.array([[1.0, 1.0], [-1.0, 3.0]]) + 2 * np.eye(2)
+    system = lambda mu: (np.eye(2), None, K0 - 0.5 * np.diag([1, -1]) + mu * K1)  # noqa: E731
+    squares = lambda mu: np.linalg.eigvals(system(mu)[2])  # noqa: E731
+    loop = _loop(system)
+    for one in loop.thresholds(4.0):
+        assert np.abs(np.diff(squares(one.mu))) < 1e-6
+        beside = [np.iscomplexobj(squares(one.mu + d)) for d in (-1e-6, 1e-6)]
+        assert beside == ([False, True] if one.direction == "up" else [True, False])
+
+
+def test_a_rigid_body_beside_the_loop(mode_coupling):
+    def system(mu):
+        K = np.zeros((3, 3))
+        K[:2, :2] = mode_coupling(mu)[2]
+        return np.eye(3), None, K
+
+    (one,) = _loop(system).thresholds(2.0)
+    assert one.mu == pytest.approx(0.75, rel=1e-12)
+    assert one.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-9)
 
 
 def test_python_control_finds_the_same_margin_with_damping(mode_coupling):
@@ -49,18 +135,18 @@ def test_python_control_finds_the_same_margin_with_damping(mode_coupling):
         system = lambda mu, C=C: (np.eye(2), C, mode_coupling(mu)[2])  # noqa: E731
         loop = _loop(system)
         margin, *_ = control.margin(loop.plant)
-        assert loop.critical_friction(2.0) == pytest.approx(margin, rel=1e-9)
+        assert loop.critical_friction(2.0).mu == pytest.approx(margin, rel=1e-9)
 
 
 def test_undamped_margin_comes_from_the_breakaway_point(mode_coupling):
     loop = _loop(mode_coupling)
-    assert loop.critical_friction(2.0) == pytest.approx(0.75, rel=1e-12)
+    assert loop.critical_friction(2.0).mu == pytest.approx(0.75, rel=1e-12)
     assert loop.critical_friction(0.7) is None
 
 
 def test_poles_and_root_locus_are_the_eigenvalues(rng):
-    system, c = _random(rng, 20.0)
-    loop = _loop(system, c)
+    system = _random(rng, 3, 0.3)
+    loop = _loop(system)
     mus = [0.0, 0.3, 1.1]
     locus = loop.root_locus(mus)
     assert locus.gains == pytest.approx(mus)

@@ -15,7 +15,7 @@ from squeal.article.report.latex import (
     typeset,
 )
 from squeal.article.results.angles import Angles
-from squeal.article.results.loci import Branch, Loci, SceneLoci, SingleLoop
+from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.stability import Comparison, Stability, Thresholds
 from squeal.files.records import Missing
@@ -45,12 +45,20 @@ def _listed(parts: Sequence[str]) -> str:
     return ", ".join(parts) or "none"
 
 
-def _margins(mus: Sequence[float]) -> str:
-    return _listed([number(mu, 10) for mu in mus])
+def _change(one: HeldThreshold) -> str:
+    verb = "begins" if one.direction == "up" else "ends"
+    return f"{number(one.mu, 10)} {one.kind} {verb}"
+
+
+def _margin(loop: SingleLoop) -> str:
+    """The loop's critical friction, or why it has none."""
+    if loop.grows_from_zero is not None:
+        return f"none, {loop.grows_from_zero} from $\\mu = 0$"
+    return "none" if loop.critical_friction is None else number(loop.critical_friction, 10)
 
 
 def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
-    """Thresholds along the branch, with the equilibrium held, and as gain margins of the loop."""
+    """Thresholds along the branch, those with the equilibrium held, and the loop's gain margin."""
     shown: list[tuple[str, SceneLoci | Thresholds]] = [
         (title(one.name), one) for one in loci.scenes
     ]
@@ -65,12 +73,13 @@ def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
         cells = [_listed([f"{number(point.mu, 6)} {point.kind}" for point in points])]
         if isinstance(loop, Missing):
             cells += ["no equilibrium", "--", "--"]
-        elif isinstance(loop, SingleLoop):
-            apart = loop.apart if loop.gain_margins else None
-            cells += [_margins(loop.thresholds), _margins(loop.gain_margins)]
-            cells.append("--" if apart is None else number(apart, 2))
         else:
-            cells += [_margins(loop.thresholds), "not of rank one", "--"]
+            cells.append(_listed([_change(one) for one in loop.thresholds]))
+            if isinstance(loop, SingleLoop):
+                apart = loop.apart if loop.thresholds else None
+                cells += [_margin(loop), "--" if apart is None else number(apart, 2)]
+            else:
+                cells += ["not of rank one", "--"]
         groups.setdefault(scene.model, []).append([name, *cells])
     return tabular("lllll", head, list(groups.values()))
 

@@ -47,27 +47,39 @@ class Branch(Record):
 
 
 @dataclass(frozen=True)
+class HeldThreshold(Record):
+    """Where a pair (flutter) or real root (divergence) starts (up) or ceases (down) to grow."""
+
+    mu: float
+    kind: str
+    direction: str
+
+
+@dataclass(frozen=True)
 class Loop(Record):
     """Whether friction closes a single loop about the held equilibrium (rank one), and why not.
 
-    thresholds: mu > 0 at which the eigenvalues change verdict.
+    thresholds: crossings of the imaginary axis by the eigenvalues at mu > 0.
     """
 
     rank_one: bool
     reason: str
-    thresholds: Row
+    thresholds: tuple[HeldThreshold, ...]
 
 
 @dataclass(frozen=True)
 class SingleLoop(Loop):
     """The pad as one control loop, by python-control.
 
-    gain_margins: critical friction of the loop; apart: its largest difference from the thresholds
-    (None if they are not of one number); real, imag (gains x poles): the root locus; locus_apart:
+    loop_thresholds: the loop's own; critical_friction: the first at which it starts to grow, its
+    gain margin; grows_from_zero: what grows already at mu = 0, so that there is no margin; apart:
+    the largest difference from the thresholds (None if they are not of one kind); real, imag (gains x poles): the root locus; locus_apart:
     its largest distance from the eigenvalues, over the spectral radius.
     """
 
-    gain_margins: Row
+    loop_thresholds: tuple[HeldThreshold, ...]
+    critical_friction: float | None
+    grows_from_zero: str | None
     apart: float | None
     gains: Row
     real: tuple[Row, ...]

@@ -15,6 +15,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.article.results.loci import (
     Branch,
     ContactChange,
+    HeldThreshold,
     Loci,
     Loop,
     Modes,
@@ -27,7 +28,16 @@ from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.scene import Scene, read_scene
-from squeal.stability import FrictionLoop, Matrices, System, critical_points, friction_loop, track
+from squeal.stability import (
+    Crossing,
+    FrictionLoop,
+    LoopThreshold,
+    Matrices,
+    System,
+    crossings,
+    friction_loop,
+    track,
+)
 from squeal.stability import sweep as eigenvalues
 
 MU_MAX = 1.0
@@ -102,31 +112,39 @@ def frozen(scene: Scene, at: Equilibrium) -> System:
 def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
     """The pad as a control loop about one equilibrium, if friction closes a single loop.
 
-    Thresholds of the eigenvalues and gain margins of the loop are both over 0 < mu <= MARGIN_MAX.
+    Thresholds of the eigenvalues and of the loop are both over 0 < mu <= MARGIN_MAX.
     """
     system = frozen(scene, at)
     answer = friction_loop(system, MU_MAX)
-    points = critical_points(system, MARGIN_MAX)
-    thresholds = tuple(point.mu for point in points if point.mu > 0.0)
+    held = _thresholds([one for one in crossings(system, MARGIN_MAX) if one.mu > 0.0])
     if answer.loop is None:
-        return Loop(False, answer.reason, thresholds)
-    margins = tuple(answer.loop.thresholds(MARGIN_MAX))
+        return Loop(False, answer.reason, held)
+    own = _thresholds(answer.loop.thresholds(MARGIN_MAX))
+    start = answer.loop.verdict_at_start(MARGIN_MAX)
+    grows = start in ("flutter", "divergence")
+    margin = None if grows else answer.loop.critical_friction(MARGIN_MAX)
     apart = None
-    if len(margins) == len(thresholds):
-        pairs = zip(margins, thresholds, strict=True)
-        apart = max((abs(a - b) for a, b in pairs), default=0.0)
+    if [(one.kind, one.direction) for one in own] == [(one.kind, one.direction) for one in held]:
+        pairs = zip(own, held, strict=True)
+        apart = max((abs(a.mu - b.mu) for a, b in pairs), default=0.0)
     gains, poles, distance = _root_locus(answer.loop, system)
     return SingleLoop(
         rank_one=True,
         reason=answer.reason,
-        thresholds=thresholds,
-        gain_margins=margins,
+        thresholds=held,
+        loop_thresholds=own,
+        critical_friction=None if margin is None else margin.mu,
+        grows_from_zero=start if grows else None,
         apart=apart,
         gains=nested(gains),
         real=nested(poles.real),
         imag=nested(poles.imag),
         locus_apart=distance,
     )
+
+
+def _thresholds(found: Sequence[Crossing | LoopThreshold]) -> tuple[HeldThreshold, ...]:
+    return tuple(HeldThreshold(one.mu, one.kind, one.direction) for one in found)
 
 
 def _root_locus(found: FrictionLoop, system: System) -> tuple[np.ndarray, np.ndarray, float]:

@@ -1,0 +1,222 @@
+"""Where anything may happen along a family of systems, and what grows between these places.
+
+What grows is asked for between neighbouring places, far from both, and never decides where a
+threshold lies. What no function announced (an exchange of growth rates, two crossings at once) is
+noticed at the points that were sampled, and bisected.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.stability.cubic import Value
+from squeal.stability.family import SMALL, Family
+from squeal.stability.matrices import System, check_system
+from squeal.stability.roots import Root, sign_changes
+from squeal.stability.searches import Search, nearest, searches
+
+MERGE = 1e-12, 1e-10  # candidates closer than this, relative to the range, are one place:
+# of small undamped systems, and of others
+HIDDEN = 1e-7  # of the range: how far rounding may shift what bisection finds
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A root of a function that may announce a threshold; `search` is None if there is none."""
+
+    root: Root
+    search: Search | None = None
+    jump: bool = False
+
+
+class State(NamedTuple):
+    """How many pairs and real modes grow, and what grows fastest (or quiet)."""
+
+    pairs: int
+    reals: int
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Change:
+    """A place where what grows changes: mu, the candidates there, what grows below and above."""
+
+    mu: float
+    candidates: list[Candidate]
+    below: State
+    above: State
+
+
+class Survey:
+    """A range of mu, searched: `changes` are all places where what grows changes."""
+
+    def __init__(
+        self, system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
+    ) -> None:
+        check_system(system, "thresholds")
+        if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
+            raise InputError(f"mu_max: {mu_max:g} is not allowed; it must exceed {mu_min:g}")
+        self.family = Family(system)
+        self.low, self.high = mu_min, mu_max
+        inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
+        self.edges = [mu_min, *inner, mu_max]
+        self.damped: list[bool] = []  # of the stretches between the edges
+        self.points: set[float] = {mu_min}
+        found = [Candidate(Root(b, (b, b), True), jump=True) for b in inner]
+        for low, high in itertools.pairwise(self.edges):
+            start = low if low == mu_min else float(np.nextafter(low, high))
+            stop = high if high == mu_max else float(np.nextafter(high, low))
+            found += self._searched(start, stop)
+        self._places = self._merged(found)
+        self._places = self._merged(found + list(self._unannounced()))
+
+    def _searched(self, low: float, high: float) -> Iterator[Candidate]:
+        damped, small = False, self.family.at((low + high) / 2).n <= SMALL
+        found = []
+        for search in searches(self.family, low, high):
+            damped = search.damped
+            roots, sampled = sign_changes(search.function, search.low, search.high)
+            self.points.update(sampled)
+            # a jump: the members of a group changed unseen, and bisection has to tell what happens
+            smooth = [root for root in roots if search.measure is None or not root.jumps]
+            found += [Candidate(root, search) for root in smooth]
+        self.damped.append(damped)
+        yield from found
+        # between those places no mode changes its kind, but the faster growth may change hands
+        for a, b in itertools.pairwise([low, *sorted(c.root.mu for c in found), high]):
+            margin = 1e-9 * (b - a)
+            if small and margin > 0 and min(self.family.lead((a + b) / 2, damped)) > 0:
+
+                def difference(mu: float) -> Value:
+                    pair, real = self.family.lead(mu, damped)
+                    return Value(pair - real, 0.0)
+
+                roots, sampled = sign_changes(difference, a + margin, b - margin)
+                self.points.update(sampled)
+                yield from (Candidate(root) for root in roots)
+
+    def _merged(self, candidates: list[Candidate]) -> list[list[Candidate]]:
+        """Candidates by place, sorted; a breakpoint wins over roots next to it."""
+        width = MERGE[not self.family.small((self.low + self.high) / 2)] * (self.high - self.low)
+        places: list[list[Candidate]] = []
+        for candidate in sorted(candidates, key=lambda c: c.root.mu):
+            if not places or candidate.root.mu - places[-1][-1].root.mu > width:
+                places.append([candidate])
+            elif candidate.jump:
+                places[-1] = [candidate]
+            elif not places[-1][0].jump:
+                places[-1].append(candidate)
+        return places
+
+    def state(self, mu: float) -> State:
+        """What grows at mu, by more than rounding."""
+        found = self.family.growing(mu)
+        return State(found.pairs, found.reals, self.family.verdict(mu))
+
+    def _seems(self, mu: float) -> State | tuple[int, int, str]:
+        """As `state`, cheaper and coarser for large systems."""
+        if self.family.at(mu).n <= SMALL:
+            return self.state(mu)
+        return self.family.seems(mu, self._damped_at(mu))
+
+    def _damped_at(self, mu: float) -> bool:
+        return self.damped[max(0, min(bisect_left(self.edges, mu), len(self.damped)) - 1)]
+
+    def _middles(self) -> list[float]:
+        """A value of mu below, between and above the places, far from them."""
+        at = [place[0].root.mu for place in self._places]
+        found = [(a + b) / 2 for a, b in itertools.pairwise([self.low, *at, self.high])]
+        if at and self.high - at[-1] <= 1e-9 * abs(self.high):
+            beyond = self.high + 1e-6 * abs(self.high)
+            try:
+                self.family.growing(beyond)
+                found[-1] = beyond
+            except (InputError, ComputationError, ValueError, ArithmeticError):
+                pass
+        return found
+
+    def _unannounced(self) -> Iterator[Candidate]:
+        """Changes between the places, seen at sampled points that differ from their middle."""
+        at = np.array([-np.inf, *(place[0].root.mu for place in self._places), np.inf])
+        middles = self._middles()
+        sampled: dict[int, list[float]] = {}
+        for mu in sorted(self.points):
+            if np.abs(at - mu).min() > 1e-9 * (self.high - self.low):
+                sampled.setdefault(int(np.searchsorted(at, mu)) - 1, []).append(mu)
+        for place, (a, b) in zip(self._places, itertools.pairwise(middles), strict=True):
+            before, after = self.state(a), self.state(b)
+            size = abs(after.pairs - before.pairs) + abs(after.reals - before.reals)
+            if size > len(place) and not place[0].jump:
+                several = self._together(a, b)
+                yield from several if len(several) > 1 else []
+        for k, points in sampled.items():
+            middle = middles[k]
+            seems, known = self._seems(middle), self.state(middle)
+            row = [(middle, known)] + [
+                (mu, self.state(mu)) for mu in points if self._seems(mu) != seems
+            ]
+            row += [(mu, known) for mu in points if self._seems(mu) == seems]
+            for (a, before), (b, after) in itertools.pairwise(sorted(row)):
+                if before != after:
+                    yield self._bisected(a, b, before)
+
+    def _together(self, low: float, high: float) -> list[Candidate]:
+        """Several changes that were taken for one, each by itself; one alone if they are."""
+        below, above = self.state(low), self.state(high)
+        size = abs(above.pairs - below.pairs) + abs(above.reals - below.reals)
+        if below == above:
+            return []
+        if size <= 1 or high - low <= 1e-9 * max(abs(low), abs(high)):
+            return [self._bisected(low, high, below)]
+        middle = (low + high) / 2
+        return self._together(low, middle) + self._together(middle, high)
+
+    def _bisected(self, low: float, high: float, before: State) -> Candidate:
+        while high - low > 4 * np.spacing(max(abs(low), abs(high))):
+            middle = (low + high) / 2
+            if self.state(middle) == before:
+                low = middle
+            else:
+                high = middle
+        mu = (low + high) / 2
+        if self.family.at(mu).n > SMALL:  # where rounding hides what grows is not known better
+            hidden = HIDDEN * (self.high - self.low)
+            return Candidate(Root(mu, (low - hidden, high + hidden), False))
+        return Candidate(Root(mu, (low, high), high - low <= 1e-12 * max(abs(low), abs(high))))
+
+    def changes(self) -> Iterator[Change]:
+        """Places where what grows changes, by rising mu."""
+        states = [self.state(mu) for mu in self._middles()]
+        for place, (below, above) in zip(self._places, itertools.pairwise(states), strict=True):
+            if below != above:
+                yield Change(place[0].root.mu, place, below, above)
+
+    def frequency(self, change: Change, kind: str, above: bool, skip: int = 0) -> float:
+        """Angular frequency (rad/s) of what starts or ceases there: of the `skip`-th of its kind.
+
+        `above` tells on which side of the place it grows.
+        """
+        if kind == "divergence":
+            return 0.0
+        order = ("axis", "coalescence")
+        announced = [
+            c.search
+            for source in order
+            for c in change.candidates
+            if c.search is not None and c.search.source == source
+        ]
+        if announced:
+            return announced[min(skip, len(announced) - 1)].frequency(self.family, change.mu)
+        if change.below.pairs == change.above.pairs or change.candidates[0].jump:
+            return self.family.growing_frequency(change.mu, kind, above) * 2 * math.pi
+        damped = self._damped_at(change.mu)
+        source = "axis" if damped else "coalescence"
+        return nearest(self.family.roots(change.mu, damped), source, damped)
