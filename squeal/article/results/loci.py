@@ -73,8 +73,9 @@ class SingleLoop(Loop):
 
     loop_thresholds: the loop's own; critical_friction: the first at which it starts to grow, its
     gain margin; grows_from_zero: what grows already at mu = 0, so that there is no margin; apart:
-    the largest difference from the thresholds (None if they are not of one kind); real, imag (gains x poles): the root locus; locus_apart:
-    its largest distance from the eigenvalues, over the spectral radius.
+    the largest difference from the thresholds (None if they do not match); real, imag (gains x
+    poles): the root locus; locus_apart: its largest distance from the eigenvalues, over the
+    spectral radius.
     """
 
     loop_thresholds: tuple[HeldThreshold, ...]
