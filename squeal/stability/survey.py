@@ -19,7 +19,7 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.stability.cubic import Value
 from squeal.stability.family import SMALL, Family
-from squeal.stability.matrices import System, check_system
+from squeal.stability.matrices import System
 from squeal.stability.roots import Root, sign_changes
 from squeal.stability.searches import Search, nearest, searches
 
@@ -61,7 +61,6 @@ class Survey:
     def __init__(
         self, system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
     ) -> None:
-        check_system(system, "thresholds")
         if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
             raise InputError(f"mu_max: {mu_max:g} is not allowed; it must exceed {mu_min:g}")
         self.family = Family(system)

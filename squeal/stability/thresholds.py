@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.stability.family import GROWING, SMALL
-from squeal.stability.matrices import System
+from squeal.stability.matrices import System, check_system
 from squeal.stability.survey import Candidate, Change, Survey
 
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
@@ -75,6 +75,7 @@ def thresholds(
     points, however narrow: the limit is where rounding fills it, 1e-6 of mu or less. Raises
     InputError for an empty range and whatever `system` raises.
     """
+    check_system(system, "thresholds")
     survey = Survey(system, mu_max, breakpoints, mu_min)
     return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
 
@@ -83,6 +84,7 @@ def critical_points(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> list[CriticalPoint]:
     """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
+    check_system(system, "critical_points")
     return _verdict_changes(Survey(system, mu_max, breakpoints, mu_min))
 
 
@@ -95,6 +97,7 @@ def crossings(
     crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
     come from one, cross nothing.
     """
+    check_system(system, "crossings")
     return _axis_crossings(Survey(system, mu_max, breakpoints, mu_min))
 
 
