@@ -107,7 +107,7 @@ _HOME = {
         "TrackedModes",
         "complex_eigenvalues",
         "critical_points",
-    "crossings",
+        "crossings",
         "crossings",
         "friction_loop",
         "judge",
