@@ -108,7 +108,6 @@ _HOME = {
         "complex_eigenvalues",
         "critical_points",
         "crossings",
-        "crossings",
         "friction_loop",
         "judge",
         "track",

@@ -87,7 +87,9 @@ def test_what_happens_while_other_modes_grow_is_listed():
 
 
 def test_divergence_while_a_pad_flutters():
-    pad = Pad(m=0.85, w=0.0612, h=0.0168, k1=2.7e6, k2=1.15e6, k_c=1.38e8, alpha1=1.34, alpha2=1.7)
+    pad = Pad(
+        m=0.85, w=0.0612, h=0.0168, k1=2.7e6, k2=1.15e6, k_c=1.38e8, alpha1=1.34, alpha2=1.7, mu=0.0
+    )
 
     def system(mu):
         found = about_origin(PadModel("B3", pad.replace(mu=mu)))
