@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from squeal.analysis.fields import QUANTITIES, Field, field
 from squeal.analysis.maps import (
+    NAMES,
     Axis,
     StabilityMap,
     angle_axes,
@@ -37,6 +43,11 @@ def options(parser: Parser) -> None:
             metavar="NAME:LOW:HIGH",
             help=f"{name} parameter and its range ({default}:0:pi if left out)",
         )
+    parser.add_argument(
+        "--quantity",
+        metavar="NAME",
+        help=f"contours of a number beside the verdicts: {', '.join(QUANTITIES)}",
+    )
     file_options(parser, table="write the verdicts to FILE", figure="draw the map into FILE")
 
 
@@ -68,29 +79,58 @@ def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
     return first, second
 
 
-def write_map(path: Path, found: StabilityMap) -> None:
-    """A row for each point: both parameters and the verdict."""
-    from squeal.analysis.maps import NAMES
-
+def write_map(path: Path, found: StabilityMap, shown: Field | None) -> None:
+    """A row for each point: both parameters, the verdict, and the quantity if there is one."""
     first, second = (axis.values.tolist() for axis in found.axes)
     rows = (
-        (a, b, NAMES[found.codes[i, j]]) for i, a in enumerate(first) for j, b in enumerate(second)
+        (a, b, NAMES[found.codes[i, j]], *([] if shown is None else [float(shown.values[i, j])]))
+        for i, a in enumerate(first)
+        for j, b in enumerate(second)
     )
-    units = {axis.name: PARAMETERS[axis.name].unit.removeprefix("1") for axis in found.axes}
-    write_table(path, units | {"verdict": ""}, rows)
+    heads = {axis.name: PARAMETERS[axis.name].unit.removeprefix("1") for axis in found.axes}
+    heads |= {"verdict": ""}
+    if shown is not None:
+        heads |= {shown.quantity: shown.unit.removeprefix("1")}
+    write_table(path, heads, rows)
+
+
+def _numbers(shown: Field) -> dict[str, Any]:
+    """A quantity for the JSON object; null where there is no value."""
+    rows = [[v if math.isfinite(v) else None for v in row] for row in shown.values.tolist()]
+    return {"quantity": shown.quantity, "unit": shown.unit, "values": rows}
+
+
+def _span(shown: Field) -> str:
+    """A quantity for people."""
+    words, unit = QUANTITIES[shown.quantity]
+    known = shown.values[np.isfinite(shown.values)]
+    if not known.size:
+        return f"{words}: at no point"
+    share = 100 * known.size / shown.values.size
+    unit = unit.removeprefix("1")
+    return f"{words}: {known.min():.6g} to {known.max():.6g} {unit}".rstrip() + (
+        f", on {share:.1f} % of the points"
+    )
 
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, compute the map, write what is asked."""
     scene = given.source.scene()
     wanted = axes(given, scene)
-    found = stability_map(scene, wanted, traced=given.figure is not None)
+    shown = None if given.quantity is None else field(scene, wanted, given.quantity)
+    found = stability_map(scene, wanted, traced=given.figure is not None and shown is None)
     if given.table is not None:
-        write_map(given.table, found)
-    if given.figure is not None:
+        write_map(given.table, found, shown)
+    own = (getattr(scene.pad, wanted[0].name), getattr(scene.pad, wanted[1].name))
+    if given.figure is not None and shown is None:
         from squeal.plots.maps import draw_stability_map
 
-        draw_stability_map(found, given.figure)
+        draw_stability_map(found, given.figure, own)
+    elif given.figure is not None and shown is not None:
+        from squeal.plots.contours import draw_contours
+
+        level = scene.pad.mu if shown.quantity == "critical-friction" else None
+        draw_contours(shown, given.figure, own, level)
     head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"
     rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
     return Answer(
@@ -98,9 +138,13 @@ def run(given: argparse.Namespace) -> Answer:
             "share": found.share,
             "n": wanted[0].n,
             "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
+            **({} if shown is None else _numbers(shown)),
             "provenance": provenance([given.source.file], "squeal.commands.map").to_dict(),
         },
-        lambda: f"share of the area: {head}\n" + table(rows),
+        lambda: (
+            f"share of the area: {head}\n{table(rows)}"
+            + ("" if shown is None else f"\n{_span(shown)}")
+        ),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,8 +29,12 @@ def angle_axes_of_pi(axes: Axes) -> None:
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
 
-def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: float = 1.0) -> None:
-    """Areas in the colours of their codes and the curves between them, coordinates over `unit`."""
+def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
+    """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
+
+    unit: a number, or one for each axis.
+    """
+    unit = np.asarray(unit)
     for k in np.unique(found.codes):
         own = found.polygons[found.codes == k] / unit
         # a stroke of its own colour hides the hairlines that viewers leave between polygons

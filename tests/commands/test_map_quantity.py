@@ -1,0 +1,83 @@
+"""`squeal map --quantity`: numbers, files and pictures of contour maps."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.fields import field
+from squeal.analysis.maps import Axis
+from squeal.analysis.sensitivity import first_loss
+from squeal.commands.cli import main
+from squeal.plots.contours import contour_figure
+from squeal.plots.parameters import symbol, unit_of
+from squeal.scene import read_scene
+from tests.conftest import SCENES
+
+B3 = str(SCENES / "b3.yaml")
+
+
+def test_values_are_those_of_single_scenes(capsys, tmp_path):
+    table, picture = tmp_path / "map.csv", tmp_path / "map.svg"
+    files = ["--csv", str(table), "--pdf", str(picture)]
+    assert main(["map", B3, "--n", "4", "--quantity", "critical-friction", "--json", *files]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["quantity"] == "critical-friction"
+    assert sum(found["share"].values()) == pytest.approx(1.0)
+    scene = read_scene(B3)
+    middles = np.pi * (np.arange(4) + 0.5) / 4
+    with table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0])[2:] == ["verdict", "critical-friction"]
+    for i, a in enumerate(middles):
+        for j, b in enumerate(middles):
+            loss = first_loss(critical_friction(scene.replace(alpha1=float(a), alpha2=float(b))))
+            value = found["values"][i][j]
+            written = rows[4 * i + j]["critical-friction"]
+            if loss is None:
+                assert value is None
+                assert written == ""
+            else:
+                assert value == pytest.approx(loss.mu, rel=1e-9)
+                assert float(written) == value
+    assert picture.read_text().startswith("<?xml")
+
+
+def test_people_are_given_the_range_and_its_unit(capsys):
+    assert main(["map", B3, "--n", "6", "--quantity", "growth"]) == 0
+    assert "growth rate of the most unstable mode: 0 to " in capsys.readouterr().out
+
+
+def test_another_quantity_is_refused_in_one_sentence(capsys):
+    assert main(["map", B3, "--quantity", "colour"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_own_pad_and_its_level_are_drawn():
+    scene = read_scene(B3)
+    axes = (Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", 0.5 * scene.pad.k_c, 2 * scene.pad.k_c, 12))
+    found = field(scene, axes, "critical-friction")
+    own = (scene.pad.alpha1, scene.pad.k_c)
+    figure = contour_figure(found, own, float(np.nanmedian(found.values)))
+    panel = figure.axes[0]
+    (mark,) = [line for line in panel.get_lines() if line.get_gid() == "own pad"]
+    place = np.asarray(mark.get_xydata())[0] * [unit_of(axis) for axis in axes]
+    assert place == pytest.approx(own)
+    assert "N/m" in panel.get_ylabel()
+    assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [("alpha1", r"$\alpha_1$"), ("k_c", "$k_c$"), ("mu", r"$\mu$"), ("F_n", "$F_n$"), ("w", "$w$")],
+)
+def test_symbols(name, shown):
+    assert symbol(name) == shown
+
+
+def test_numbers_of_an_axis_stay_below_a_thousand():
+    assert unit_of(Axis("alpha1", 0.0, np.pi, 3)) == np.pi
+    assert unit_of(Axis("k1", 2e7, 3e8, 3)) == 1e6
+    assert unit_of(Axis("w", 0.01, 0.08, 3)) == 1e-3
