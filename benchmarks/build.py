@@ -34,6 +34,11 @@ def main() -> None:
                 begun = now
                 rule = named.group(1) if named else "between jobs"
                 jobs[rule] += bool(named)
+            study = re.match(r"    wildcards: study=(\w+)", line)
+            if study:  # each is a program of its own
+                jobs[rule] -= 1
+                rule = f"study {study.group(1)}"
+                jobs[rule] += 1
     if process.returncode:
         raise SystemExit("the build failed; run snakemake --cores 1 to see why")
     for name, seconds in sorted(spent.items(), key=lambda item: -item[1]):

@@ -9,6 +9,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.__main__ import main
 from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.commands.simulate import data
+from squeal.files.provenance import provenance
 from squeal.scene import read_scene
 from squeal.simulation import simulate
 from tests.article import known
@@ -24,9 +25,11 @@ def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("built")
     known.write(folder)
     for stem in HISTORY_FIGURES:
-        scene = read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml", "simulate")
+        file = ROOT / "workflow" / "scenes" / f"{stem}.yaml"
+        scene = read_scene(file, "simulate")
+        made = {"provenance": provenance([file], "squeal.commands.simulate").to_dict()}
         summary = folder / "results" / f"{stem}.json"
-        summary.write_text(json.dumps(data(scene, simulate(scene))))
+        summary.write_text(json.dumps(data(scene, simulate(scene)) | made))
     for chapter in CHAPTERS:
         there = {"results": folder, "workflow": ROOT}
         files = [str(there[file.partition("/")[0]] / file) for file in chapter.reads]
