@@ -28,7 +28,7 @@ def random_scene(seed):
     unused: Any = {"B1": {"k_c": None}, "B2": {"k3": None, "k4": None}}[model]
     initial = tuple(float(v) for v in r.uniform(-1.0, 1.0, 6) * 0.02)
     formulation = FORMULATIONS[seed // 2 % len(FORMULATIONS)] if model == "B2" else Formulation()
-    return Scene(model, random_pad(seed, **unused), formulation, initial, stop=50.0)
+    return Scene(model, random_pad(seed, **unused), formulation, initial, stop=50.0, samples=2)
 
 
 def compare(scene, answer):
