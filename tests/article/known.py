@@ -14,14 +14,22 @@ from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.results.precision import Point, Timing
+from squeal.article.results.verify import Switches
 from squeal.files.provenance import Provenance, provenance
 from squeal.files.records import Result
 from squeal.files.writing import to_json, write_text
+from squeal.model.contact import Formulation
 from squeal.numerics.outline import outline
 from tests.conftest import ROOT
 
 B2 = [stem("B2", case) for case in CASES]
 IDS = [claim.id for claim in CLAIMS]
+
+
+def switches(formulation: Formulation) -> Switches:
+    """As the results of searches name a formulation."""
+    chosen = {field.name for field in dataclasses.fields(Switches)}
+    return Switches(**{name: v for name, v in vars(formulation).items() if name in chosen})
 
 
 def filled(kind: Any, **given: Any) -> Any:
@@ -83,7 +91,7 @@ def result(name: str) -> Result:
         given["advice"] = dict.fromkeys(HISTORY_FIGURES, "words")
     elif name == "verify":
         given["formulations"] = tuple(
-            filled(entry("formulations"), formulation=search.formulation, numbers=START)
+            filled(entry("formulations"), formulation=switches(search.formulation), numbers=START)
             for search in read_searches([ROOT / IDENTIFIED])
         )
     elif name == "robustness":

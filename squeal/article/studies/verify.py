@@ -11,6 +11,7 @@ from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
 from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
 from squeal.errors import ComputationError
+from squeal.model.contact import FORMULATION_CHOICES
 
 TOLERANCE = 1e-12
 VARIATIONS = {
@@ -42,7 +43,9 @@ def verified(search: Search) -> VerifiedPad:
         ]
     failing = [j for j in judged if not j.holds]
     return VerifiedPad(
-        formulation=Switches(**vars(search.formulation)),
+        formulation=Switches(
+            **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES}
+        ),
         seed=search.seed,
         starts=search.starts,
         pads=search.pads,
