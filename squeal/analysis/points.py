@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.units import Units
+from squeal.numerics.newton import complex_step
 from squeal.scene import Scene
 
 Names = tuple[str, ...]
@@ -22,12 +24,12 @@ Names = tuple[str, ...]
 
 def _stiffness(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
     """K (3, 3, n) of n pads about q (3, n); touching (points, n): one at least touches."""
-    K, step = np.empty((3, 3, q.shape[1])), 1e-200
+    K = np.empty((3, 3, q.shape[1]))
     for state in filter(any, model.states):
         here = np.all(touching == np.array(state)[:, None], axis=0)
         if here.any():
-            shifted = q[:, None, here] + 1j * step * np.eye(3)[:, :, None]
-            K[:, :, here] = -subset(model, names, here).loads(shifted, state).imag / step
+            loads = partial(subset(model, names, here).loads, state=state)
+            K[:, :, here] = -complex_step(loads, q[:, here])
     return K
 
 

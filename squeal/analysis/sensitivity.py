@@ -22,10 +22,9 @@ from squeal.model.pad import PARAMETERS
 from squeal.model.states import State
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
+from squeal.numerics.newton import complex_step
 from squeal.scene import Scene, takes_scene
 from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
-
-_STEP = 1e-200
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +72,10 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
         dq = np.zeros(3) if held else np.linalg.solve(K, loads)
     except np.linalg.LinAlgError:
         dq = np.full(3, np.inf)
-    shifted = np.asarray(q, dtype=complex)[:, None] + 1j * _STEP * np.eye(3)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
     edges = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
-    return Change(loads, dq, dM, -slopes(shifted, dq).imag / _STEP, np.array(edges))
+    return Change(loads, dq, dM, -complex_step(lambda q: slopes(q, dq), q), np.array(edges))
 
 
 @takes_scene

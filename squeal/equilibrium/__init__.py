@@ -3,5 +3,14 @@
 from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.find import Equilibrium, find_all, sliding_equilibrium
 from squeal.equilibrium.path import Path
+from squeal.equilibrium.settings import ContinuationSettings
 
-__all__ = ["Branch", "Equilibrium", "Path", "find_all", "follow", "sliding_equilibrium"]
+__all__ = [
+    "Branch",
+    "ContinuationSettings",
+    "Equilibrium",
+    "Path",
+    "find_all",
+    "follow",
+    "sliding_equilibrium",
+]

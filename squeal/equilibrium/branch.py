@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
+from squeal.numerics.newton import complex_step, newton
 
-MOST_STEPS = 4000
+_MU = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Branch:
     points: in order along the branch; changes: indices of the points at which the contact state
     changes (the point itself lies on the switching surface and carries the new state); folds:
     points at which the branch turns back in mu; reached: whether the wanted mu was reached (the
-    last point is there); end: why the branch stops.
+    last point is there); end: why the branch stops; settings: how it was followed.
     """
 
     statics: Statics
@@ -37,6 +39,7 @@ class Branch:
     folds: list[Point] = field(default_factory=list)
     reached: bool = False
     end: str = ""
+    settings: ContinuationSettings = DEFAULT
 
 
 def _tangent(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
@@ -48,40 +51,32 @@ def _correct(
     statics: Statics, z: np.ndarray, state: State, row: np.ndarray, value: float
 ) -> np.ndarray | None:
     """Newton's method on the balance with the fourth condition row.z = value."""
-    z = z.copy()
-    for _ in range(12):
+
+    def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         f = np.append(statics.residual(z, state), row @ z - value)
-        J = np.vstack([statics.derivative(z, state), row])
-        try:
-            step = np.linalg.solve(J, f)
-        except np.linalg.LinAlgError:
-            return None
-        z -= step
-        if not np.all(np.isfinite(z)):
-            return None
-        if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(z))):
-            return z
-    return None
+        return f, np.vstack([statics.derivative(z, state), row])
+
+    found = newton(conditions, z, steps=12)
+    return found.x if found.converged else None
 
 
 def _at_contact_change(
     statics: Statics, z: np.ndarray, state: State, point: int
 ) -> np.ndarray | None:
     """The place near z at which the gap of a contact point vanishes along the branch."""
-    z = z.copy()
-    for _ in range(30):
+
+    def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         f = np.append(statics.residual(z, state), statics.gaps(z)[point])
-        J = np.vstack([statics.derivative(z, state), statics.gap_derivative(z, point)])
-        try:
-            step = np.linalg.solve(J, f)
-        except np.linalg.LinAlgError:
-            return None
-        z -= step
-        if not np.all(np.isfinite(z)):
-            return None
-        if np.max(np.abs(step)) <= 1e-12 * (1.0 + np.max(np.abs(z))):
-            return z
-    return None
+        return f, np.vstack([statics.derivative(z, state), statics.gap_derivative(z, point)])
+
+    found = newton(conditions, z, tolerance=1e-12)
+    return found.x if found.converged else None
+
+
+def _at_tilt(statics: Statics, z: np.ndarray, state: State, tilt: float) -> np.ndarray | None:
+    """The place near z at which the pad has turned by `tilt` (rad, with its sign)."""
+    row = complex_step(lambda z: statics.tilt(z)[None], z)[0]
+    return _correct(statics, z, state, row, float(row @ z) + tilt - float(statics.tilt(z)))
 
 
 def _fold(statics: Statics, a: np.ndarray, b: np.ndarray, state: State) -> np.ndarray:
@@ -107,89 +102,145 @@ def _fold(statics: Statics, a: np.ndarray, b: np.ndarray, state: State) -> np.nd
     return z
 
 
-def follow(model: PadModel, z: np.ndarray, state: State, mu_max: float) -> Branch:
+def follow(
+    model: PadModel,
+    z: np.ndarray,
+    state: State,
+    mu_max: float,
+    settings: ContinuationSettings = DEFAULT,
+) -> Branch:
     """Continue an equilibrium z (natural units, mu = 0) until mu first reaches `mu_max`.
 
     Within a contact state the branch is smooth and pseudo-arc-length continuation follows it,
     folds included. Where a gap passes zero the point is located and the branch goes on in the new
-    state, in the direction that opens or closes that gap.
+    state, in the direction that opens or closes that gap. It ends where the pad has turned past
+    90 degrees, so that no equilibrium beyond is reached.
     """
-    statics = Statics.of(model)
-    branch = Branch(statics, [Point(z, state)])
+    walk = _Walk(Branch(Statics.of(model), [Point(z, state)], settings=settings), mu_max)
     if mu_max <= 0.0:
-        branch.reached, branch.end = True, "mu = 0"
-        return branch
-    ahead = _tangent(statics, z, state)
-    ahead = ahead * np.sign(ahead[3])
-    step, longest = 0.02, 0.25
-    for _ in range(MOST_STEPS):
-        guess = z + step * ahead
-        new = _correct(statics, guess, state, ahead, float(ahead @ guess))
-        if new is not None:
-            turn = _tangent(statics, new, state)
-            turn = turn * np.sign(turn @ ahead)
-        if new is None or turn @ ahead < 0.95 or np.linalg.norm(new - guess) > 0.2 * step:
-            step /= 2
-            if step < 1e-10:
-                branch.end = f"the branch from mu = 0 is lost at mu = {z[3]:.9g}"
-                return branch
-            continue
-        point = _first_change(statics, z, new, state)
-        if point is not None:
-            crossing = _at_contact_change(statics, new, state, point)
-            if crossing is None or np.linalg.norm(crossing - z) > 2 * step:
-                step /= 2
-                if step < 1e-10:
-                    branch.end = f"the branch from mu = 0 is lost at mu = {z[3]:.9g}"
-                    return branch
-                continue
-            new = crossing
-        if (turn[3] < 0) != (ahead[3] < 0) and point is None:
-            fold = _fold(statics, z, new, state)
-            branch.folds.append(Point(fold, state))
-            if fold[3] >= mu_max:
-                share = (mu_max - z[3]) / (fold[3] - z[3])
-                if _finish(branch, z + share * (fold - z), state, mu_max):
-                    return branch
-            branch.points.append(branch.folds[-1])
-        if new[3] >= mu_max and _finish(branch, new, state, mu_max):
-            return branch
-        if point is not None:
-            state = state.flip(point)
-            if not any(state):
-                branch.end = f"contact is lost at mu = {new[3]:.9g}"
-                branch.points.append(Point(new, state.flip(point)))
-                return branch
-            turn = _tangent(statics, new, state)
-            opens = 1.0 if not state[point] else -1.0
-            turn = turn * np.sign(opens * (statics.gap_derivative(new, point) @ turn))
-            branch.changes.append(len(branch.points))
-            if (turn[3] < 0) != (ahead[3] < 0):
-                branch.folds.append(Point(new, state))
-        branch.points.append(Point(new, state))
-        if new[3] < 0.0:
-            branch.end = _turned_back(branch)
-            return branch
-        if abs(statics.tilt(new)) >= np.pi / 2:
-            branch.end = f"the pad turns past 90 degrees on the branch at mu = {new[3]:.9g}"
-            return branch
-        if np.max(np.abs(new[:2])) > 100 * (statics.model.pad.L1 + statics.model.pad.L2):
-            branch.end = f"the equilibrium runs away to infinity near mu = {new[3]:.9g}"
-            return branch
-        z, ahead = new, turn
-        step = min(1.5 * step, longest * (1.0 + 0.1 * float(np.max(np.abs(z[:3])))))
-    branch.end = f"the branch was not followed beyond mu = {z[3]:.9g}"
-    return branch
+        walk.branch.reached, walk.branch.end = True, "mu = 0"
+        return walk.branch
+    for _ in range(settings.most_steps):
+        if not walk.advance():
+            return walk.branch
+    walk.branch.end = f"the branch was not followed beyond mu = {walk.z[3]:.9g}"
+    return walk.branch
 
 
-def _finish(branch: Branch, near: np.ndarray, state: State, mu_max: float) -> bool:
-    """End the branch at mu_max, from a place near it; False if that cannot be reached."""
-    end = _correct(branch.statics, near, state, np.array([0.0, 0.0, 0.0, 1.0]), mu_max)
-    if end is None:
+class _Walk:
+    """The end of a branch so far: place z, contact state, unit vector ahead, length of a step."""
+
+    def __init__(self, branch: Branch, mu_max: float) -> None:
+        self.branch, self.mu_max = branch, mu_max
+        self.statics, self.settings = branch.statics, branch.settings
+        self.z, self.state = branch.points[-1].z, branch.points[-1].state
+        ahead = _tangent(self.statics, self.z, self.state)
+        self.ahead = ahead * np.sign(ahead[3])
+        self.step = self.settings.first_step
+
+    def _ends(self, why: str) -> bool:
+        self.branch.end = why
         return False
-    branch.points.append(Point(end, state))
-    branch.reached, branch.end = True, f"mu = {mu_max:g} is reached"
-    return True
+
+    def advance(self) -> bool:
+        """Go one step on, or halve it; False where the branch ends."""
+        taken = self._corrected()
+        if taken is None:
+            self.step /= 2
+            lost = self.step < self.settings.shortest_step
+            why = f"the branch from mu = 0 is lost at mu = {self.z[3]:.9g}"
+            return self._ends(why) if lost else True
+        new, turn, point = taken
+        if self._turned_over(new) or self._reached(new, turn, point):
+            return False
+        if point is not None:
+            turned = self._changed(new, point)
+            if turned is None:
+                return self._ends(f"contact is lost at mu = {new[3]:.9g}")
+            turn = turned
+        self.branch.points.append(Point(new, self.state))
+        if new[3] < 0.0:
+            return self._ends(_turned_back(self.branch))
+        pad = self.statics.model.pad
+        if np.max(np.abs(new[:2])) > self.settings.farthest * (pad.L1 + pad.L2):
+            return self._ends(f"the equilibrium runs away to infinity near mu = {new[3]:.9g}")
+        self.z, self.ahead = new, turn
+        longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new[:3]))))
+        self.step = min(self.settings.growth * self.step, longest)
+        return True
+
+    def _corrected(self) -> tuple[np.ndarray, np.ndarray, int | None] | None:
+        """The next point, the tangent there, and the contact point that changes at it, if any.
+
+        None where the step is too long.
+        """
+        guess = self.z + self.step * self.ahead
+        new = _correct(self.statics, guess, self.state, self.ahead, float(self.ahead @ guess))
+        if new is None or np.linalg.norm(new - guess) > self.settings.correction * self.step:
+            return None
+        turn = _tangent(self.statics, new, self.state)
+        turn = turn * np.sign(turn @ self.ahead)
+        if turn @ self.ahead < self.settings.cosine:
+            return None
+        point = _first_change(self.statics, self.z, new, self.state)
+        if point is None:
+            return new, turn, None
+        crossing = _at_contact_change(self.statics, new, self.state, point)
+        far = self.settings.overshoot * self.step
+        if crossing is None or np.linalg.norm(crossing - self.z) > far:
+            return None
+        return crossing, turn, point
+
+    def _turned_over(self, new: np.ndarray) -> bool:
+        """True if the branch ends before `new`, where the pad has turned past 90 degrees.
+
+        It may reach the wanted mu before.
+        """
+        tilt = float(self.statics.tilt(new))
+        if abs(tilt) < self.settings.tilt:
+            return False
+        at = _at_tilt(self.statics, new, self.state, float(np.copysign(self.settings.tilt, tilt)))
+        at = new if at is None else at
+        if at[3] >= self.mu_max and self._finish(at):
+            return True
+        self.branch.points.append(Point(at, self.state))
+        self._ends(f"the pad turns past 90 degrees on the branch at mu = {at[3]:.9g}")
+        return True
+
+    def _reached(self, new: np.ndarray, turn: np.ndarray, point: int | None) -> bool:
+        """Note a fold before `new`; True if the wanted mu is reached on the way."""
+        if (turn[3] < 0) != (self.ahead[3] < 0) and point is None:
+            fold = _fold(self.statics, self.z, new, self.state)
+            self.branch.folds.append(Point(fold, self.state))
+            if fold[3] >= self.mu_max:
+                share = (self.mu_max - self.z[3]) / (fold[3] - self.z[3])
+                if self._finish(self.z + share * (fold - self.z)):
+                    return True
+            self.branch.points.append(self.branch.folds[-1])
+        return bool(new[3] >= self.mu_max) and self._finish(new)
+
+    def _changed(self, new: np.ndarray, point: int) -> np.ndarray | None:
+        """Go over to the new contact state at `new`: the tangent there, None without contact."""
+        old, self.state = self.state, self.state.flip(point)
+        if not any(self.state):
+            self.branch.points.append(Point(new, old))
+            return None
+        turn = _tangent(self.statics, new, self.state)
+        opens = 1.0 if not self.state[point] else -1.0
+        turn = turn * np.sign(opens * (self.statics.gap_derivative(new, point) @ turn))
+        self.branch.changes.append(len(self.branch.points))
+        if (turn[3] < 0) != (self.ahead[3] < 0):
+            self.branch.folds.append(Point(new, self.state))
+        return np.asarray(turn)
+
+    def _finish(self, near: np.ndarray) -> bool:
+        """End the branch at the wanted mu, from a place near it; False if that cannot be done."""
+        end = _correct(self.statics, near, self.state, _MU, self.mu_max)
+        if end is None or abs(self.statics.tilt(end)) >= self.settings.tilt:
+            return False
+        self.branch.points.append(Point(end, self.state))
+        self.branch.reached, self.branch.end = True, f"mu = {self.mu_max:g} is reached"
+        return True
 
 
 def _first_change(statics: Statics, old: np.ndarray, new: np.ndarray, state: State) -> int | None:

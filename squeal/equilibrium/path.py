@@ -10,6 +10,7 @@ import numpy as np
 
 from squeal.equilibrium.branch import Branch, Point, follow
 from squeal.equilibrium.find import Equilibrium, least_at_zero, record
+from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise
@@ -37,7 +38,7 @@ class Path:
         return float(self.points[-1].z[3])
 
     @staticmethod
-    def of(model: PadModel, mu_max: float) -> Path:
+    def of(model: PadModel, mu_max: float, settings: ContinuationSettings = DEFAULT) -> Path:
         """Follow the branch of a pad (its own mu is ignored) up to mu_max.
 
         Raises ComputationError if there is no equilibrium in contact at mu = 0.
@@ -45,7 +46,7 @@ class Path:
         start = least_at_zero(model)
         if start is None:
             raise ComputationError("without friction there is no equilibrium in contact")
-        branch = follow(model, *start, mu_max)
+        branch = follow(model, *start, mu_max, settings)
         mus = [float(point.z[3]) for point in branch.points]
         steps = itertools.pairwise(mus)
         rising = 1 + sum(1 for _ in itertools.takewhile(lambda step: step[1] > step[0], steps))

@@ -11,8 +11,7 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-
-_STEP = 1e-200
+from squeal.numerics.newton import complex_step, newton
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,7 @@ class Statics:
 
     def derivative(self, z: np.ndarray, state: State) -> np.ndarray:
         """Derivative of the residual by z, shape (3, 4, ...), by complex steps."""
-        shift = 1j * _STEP * np.eye(4).reshape((4, 4) + (1,) * (z.ndim - 1))
-        return self.residual(z[:, None] + shift, state).imag / _STEP
+        return complex_step(lambda z: self.residual(z, state), z)
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
@@ -60,8 +58,7 @@ class Statics:
 
     def gap_derivative(self, z: np.ndarray, point: int) -> np.ndarray:
         """Derivative of one gap by z (4,), shape (4,)."""
-        shifted = z[:, None] + 1j * _STEP * np.eye(4)
-        return self.gaps(shifted)[point].imag / _STEP
+        return np.asarray(complex_step(self.gaps, z)[point])
 
     def rounding(self, z: np.ndarray) -> float:
         """Size of rounding in a gap at z."""
@@ -93,20 +90,13 @@ class Statics:
             force, place = self.model.law.resultant(self.model.c, at, state)
         return float(force) * self.units.force, float(place) * self.units.length
 
-    def newton(self, z: np.ndarray, state: State, rows: int = 30) -> np.ndarray | None:
+    def newton(self, z: np.ndarray, state: State) -> np.ndarray | None:
         """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""
-        z, last = z.copy(), np.inf
-        for _ in range(rows):
-            try:
-                step = np.linalg.solve(self.derivative(z, state)[:, :3], self.residual(z, state))
-            except np.linalg.LinAlgError:
-                return None
-            z[:3] -= step
-            if not np.all(np.isfinite(z)):
-                return None
-            size = float(np.max(np.abs(step)) / (1.0 + np.max(np.abs(z[:3]))))
-            # next to a fold rounding keeps the steps from shrinking further
-            if size <= 1e-13 or (size <= 1e-8 and size >= last):
-                return z
-            last = size
-        return None
+        mu = z[3:]
+
+        def balance(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            z = np.append(q, mu)
+            return self.residual(z, state), self.derivative(z, state)[:, :3]
+
+        found = newton(balance, z[:3], stalled=1e-8)
+        return np.append(found.x, mu) if found.converged else None

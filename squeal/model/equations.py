@@ -28,6 +28,7 @@ from squeal.model.mechanics import (
 )
 from squeal.model.pad import Model, Pad
 from squeal.model.states import State, states
+from squeal.numerics.newton import complex_step
 
 Coordinates = tuple[Number, Number, Number]
 
@@ -95,9 +96,7 @@ class PadModel:
 
     def jacobian(self, q: Any, state: State) -> np.ndarray:
         """Derivative of the loads by q, shape (3, 3), exact to rounding (complex step)."""
-        step = 1e-200
-        points = np.asarray(q, dtype=complex)[:, None] + 1j * step * np.eye(3)
-        return self.loads(points, state).imag / step
+        return complex_step(lambda q: self.loads(q, state), q)
 
     def signals(self, q: Any, state: State) -> np.ndarray:
         """The plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""

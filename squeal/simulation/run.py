@@ -16,6 +16,7 @@ from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
+from squeal.numerics.newton import complex_step
 from squeal.scene import Scene, check_simulation, takes_scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
@@ -115,9 +116,7 @@ def first_state(model: PadModel, state: np.ndarray) -> State:
 
 
 def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    step = 1e-200
-    moved = _place(model, state) + 1j * step * _place(model, state[3:])
-    return model.gaps(moved).imag / step
+    return complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
 
 
 def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:

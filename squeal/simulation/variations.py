@@ -8,11 +8,13 @@ switching surface, is therefore the identity, and the variational equations run 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
+from squeal.numerics.newton import complex_step
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
@@ -35,11 +37,11 @@ class Variations(Observer):
     def _rates(self, leg: Leg, t: np.ndarray) -> np.ndarray:
         """The matrices A (n, 6, 6) of the linear equations at some times."""
         assert leg.dense is not None
-        pad, step = self._model.pad, 1e-200
+        pad = self._model.pad
         lever = np.array([1.0, 1.0, pad.w])
         q = np.array(self._model.c.place(leg.dense(t).T))
-        points = q[:, None] + 1j * step * np.eye(3)[:, :, None]
-        slopes = np.moveaxis(self._model.loads(points, leg.contact).imag / step, -1, 0)
+        loads = partial(self._model.loads, state=leg.contact)
+        slopes = np.moveaxis(complex_step(loads, q), -1, 0)
         mass = np.array([pad.m, pad.m, pad.I])
         A = np.zeros((len(t), 6, 6))
         A[:, :3, 3:] = np.eye(3)

@@ -1,0 +1,52 @@
+"""The numbers of the continuation of an equilibrium over mu, in one record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from squeal.errors import InputError
+
+
+@dataclass(frozen=True)
+class ContinuationSettings:
+    """Steps of the continuation by arc length, in the pad's natural units.
+
+    There the load displaces the contact by about one. The defaults follow the branches of random
+    pads without loss; smaller ones cost time, larger ones risk a jump to another branch.
+    """
+
+    first_step: float = 0.02  # small beside the displacement under the load
+    longest_step: float = 0.25  # a quarter of it; it grows with the distance from the origin
+    growth: float = 1.5  # of a step after one that was accepted; one that was not is halved
+    shortest_step: float = 1e-10  # the branch is lost where even this fails
+    cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
+    correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
+    overshoot: float = 2.0  # steps: a contact change farther off belongs to another place
+    most_steps: int = 4000
+    farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
+    tilt: float = math.pi / 2  # rad: there the lower face no longer faces the surface
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(
+                    f"ContinuationSettings: {one.name}: {value!r} is not allowed; it must be a "
+                    "finite number above 0"
+                )
+        for name, allowed, holds in (
+            ("growth", "above 1", self.growth > 1),
+            ("cosine", "below 1", self.cosine < 1),
+            ("tilt", "at most pi/2", self.tilt <= math.pi / 2),
+            ("first_step", "at most longest_step", self.first_step <= self.longest_step),
+            ("shortest_step", "at most first_step", self.shortest_step <= self.first_step),
+        ):
+            if not holds:
+                raise InputError(
+                    f"ContinuationSettings: {name}: {getattr(self, name)!r} is not allowed; it "
+                    f"must be {allowed}"
+                )
+
+
+DEFAULT = ContinuationSettings()

@@ -1,0 +1,84 @@
+"""Where the continuation ends, and its settings."""
+
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.maps import NAMES, Axis, stability_map
+from squeal.equilibrium import ContinuationSettings, Path, find_all, sliding_equilibrium
+from squeal.errors import InputError
+from squeal.scene import read_scene
+from tests.conftest import SCENES
+
+TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees
+
+
+@pytest.fixture
+def turning():
+    scene = read_scene(SCENES / "b2-c.yaml")
+    return scene.replace(alpha1=0.6731984257692414, alpha2=0.8227980759401838)
+
+
+@pytest.mark.parametrize("beyond", [-1e-5, 1e-5, 3e-3, 0.2])
+def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
+    mu = TURNS + beyond
+    scene = turning.replace(mu=mu)
+    path = Path.of(scene.pad_model, mu)
+    e, _ = sliding_equilibrium(scene.pad_model)
+    axes = Axis("mu", mu * (1 - 1e-12), mu, 2), Axis("h", 0.01401519, 0.01401521, 2)
+    (code,) = np.unique(stability_map(scene, axes).codes)
+    exists = beyond < 0
+    assert path.branch.reached == exists
+    assert (NAMES[code] != "beyond a fold") == exists
+    there = [one for one in find_all(scene.pad_model) if abs(one.q[2]) > 1.4]
+    assert bool(there) == exists
+    if exists:
+        assert e.on_branch
+        assert abs(scene.pad.theta0 + e.q[2]) < math.pi / 2
+    else:
+        assert "turns past 90 degrees" in path.end
+        assert path.mu_end == pytest.approx(TURNS, abs=1e-8)
+        assert e is None or not e.on_branch
+        z = path.branch.points[-1].z
+        assert abs(path.branch.statics.tilt(z)) == pytest.approx(math.pi / 2, rel=1e-12)
+
+
+def test_a_branch_does_not_depend_on_its_steps(turning):
+    model = read_scene(SCENES / "b2-a.yaml").pad_model
+    fine = ContinuationSettings(first_step=0.004, longest_step=0.05)
+    coarse, close = Path.of(model, 1.0), Path.of(model, 1.0, fine)
+    assert close.branch.settings == fine
+    assert len(close.points) > 2 * len(coarse.points)
+    assert close.breakpoints == pytest.approx(coarse.breakpoints, rel=1e-12)
+    for mu in (0.3, 0.9):
+        assert close.equilibrium(mu).q == pytest.approx(coarse.equilibrium(mu).q, rel=1e-11)
+
+
+def test_a_branch_tells_that_its_steps_were_spent():
+    model = read_scene(SCENES / "b2-a.yaml").pad_model
+    path = Path.of(model, 1.0, ContinuationSettings(most_steps=3))
+    assert not path.branch.reached
+    assert "was not followed beyond" in path.end
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"first_step": -1.0},
+            "first_step: -1.0 is not allowed; it must be a finite number above 0",
+        ),
+        ({"growth": math.nan}, "growth: nan"),
+        ({"growth": 1.0}, "growth: 1.0 is not allowed; it must be above 1"),
+        ({"cosine": 1.0}, "below 1"),
+        ({"tilt": 2.0}, "at most pi/2"),
+        ({"first_step": 0.5}, "at most longest_step"),
+        ({"shortest_step": 0.1}, "at most first_step"),
+    ],
+)
+def test_settings_are_checked(changes, message):
+    with pytest.raises(InputError, match=r"^ContinuationSettings: ") as caught:
+        ContinuationSettings(**changes)
+    assert message in str(caught.value)
+    assert ContinuationSettings().tilt == math.pi / 2
