@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 import sys
 from pathlib import Path
@@ -41,9 +42,16 @@ def options(parser: Parser) -> None:
 
 
 def write_thresholds(path: Path, found: CriticalFriction) -> None:
-    """A row for each change of stability."""
-    rows = ((p.mu, p.kind, p.frequency_hz, *p.interval, int(p.converged)) for p in found.points)
-    names = ("mu", "kind", "frequency_hz", "low", "high", "converged")
+    """A row for each change of stability, then one for each crossing that changes no verdict."""
+    rows: list[tuple[Any, ...]] = [
+        (p.mu, p.kind, p.frequency_hz, *p.interval, int(p.converged), 1) for p in found.points
+    ]
+    rows += [
+        (c.mu, f"{c.kind} {c.direction}", c.frequency_hz, *c.interval, 1, 0)
+        for c in found.crossings
+        if not c.changes_verdict
+    ]
+    names = ("mu", "kind", "frequency_hz", "low", "high", "converged", "changes_verdict")
     write_table(path, dict.fromkeys(names, ""), rows)
 
 
@@ -73,6 +81,10 @@ def data(found: CriticalFriction) -> dict[str, Any]:
             }
             for point in found.points
         ],
+        "crossings": [
+            dataclasses.asdict(crossing) | {"interval": list(crossing.interval)}
+            for crossing in found.crossings
+        ],
         "verdict_at_zero": found.at_zero,
         "mu_end": found.mu_end,
         "end": found.end,
@@ -84,10 +96,20 @@ def text(found: CriticalFriction) -> str:
     head = f"without friction: {found.at_zero}"
     tail = f"followed up to mu = {found.mu_end:.9g}: {found.end}"
     if not found.points:
-        return f"{head}\nno change of stability\n{tail}"
-    rows = [("  mu", "change", "frequency, Hz")]
-    rows += [(f"  {p.mu:.12g}", p.kind, number(p.frequency_hz)) for p in found.points]
-    return f"{head}\n{elided(rows, '--json')}\n{tail}"
+        parts = [head, "no change of stability"]
+    else:
+        rows = [("  mu", "change", "frequency, Hz")]
+        rows += [(f"  {p.mu:.12g}", p.kind, number(p.frequency_hz)) for p in found.points]
+        parts = [head, elided(rows, "--json")]
+    hidden = [c for c in found.crossings if not c.changes_verdict]
+    if hidden:
+        table = [("  mu", "mode", "crossing", "frequency, Hz")]
+        table += [
+            (f"  {c.mu:.12g}", f"{c.mode}", f"{c.kind} {c.direction}", number(c.frequency_hz))
+            for c in hidden
+        ]
+        parts += ["crossings that another mode's growth hides", elided(table, "--json")]
+    return "\n".join([*parts, tail])
 
 
 def run(given: argparse.Namespace) -> Answer:

@@ -7,7 +7,7 @@ import math
 from squeal.analysis.critical import CriticalFriction
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
-from squeal.stability import critical_points, verdict
+from squeal.stability import thresholds, verdict
 
 
 def value_of(given: str | None, system: PlainSystem | None) -> float:
@@ -40,9 +40,11 @@ def refuse_sensitivity(name: str, system: PlainSystem | None) -> None:
 
 def critical(system: PlainSystem, mu_max: float) -> CriticalFriction:
     """Thresholds of a plain system in its parameter, as for a scene."""
+    found = thresholds(system, mu_max)
     return CriticalFriction(
         verdict(*system(0.0)),
-        tuple(critical_points(system, mu_max)),
+        tuple(found.points),
         mu_max,
         f"{system.parameter} = {mu_max:g} is reached",
+        tuple(found.crossings),
     )
