@@ -162,6 +162,7 @@ def tables(scenes: Path) -> dict[str, Any]:
                 "models": models_with(n),
                 "low": max(p.kind.low, -1e300),
                 "high": min(p.kind.high, 1e300),
+                "lowAllowed": p.kind.low_allowed,
                 "allowed": f"a finite number{p.kind.range()}",
             }
             for n, p in PARAMETERS.items()

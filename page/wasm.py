@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from page.export import Module
@@ -21,15 +19,17 @@ LINK = ("--no-entry", "--allow-undefined", "--gc-sections", "--strip-all")
 # What is of this machine, or newer than LLVM 19 reads: all of it hints without which the code
 # means the same.
 _DROPPED = [
-    re.compile(r"^target (?:datalayout|triple) = .*\n", re.M),
+    re.compile(r"^(?:target|source_filename|attributes) .*\n", re.M),
+    re.compile(r"^;.*\n", re.M),
     re.compile(r"^@llvm\.used = .*\n", re.M),
-    re.compile(r"^declare [^\n]*(?:Sleef|obj_trigger)[^\n]*\n", re.M),
+    re.compile(r"^declare [^\n]*(?:Sleef|obj_trigger|driver_)[^\n]*\n", re.M),
     re.compile(r"^define [^\n]*(?:[sS]leef|obj_trigger)[^\n]*\{\n.*?^\}\n", re.M | re.S),
     re.compile(r"^define [^\n]*@d_out_f\([^\n]*\{\n.*?^\}\n", re.M | re.S),
     re.compile(r"(?<= )initializes\(\([^\n]*?\)\) "),
 ]
-_ATTRIBUTES = re.compile(r"^attributes (#\d+) = .*$", re.M)
-_OWN_NAME = re.compile(r"@(heyoka\.cm_jet\.driver_\d+)")
+# a text constant, which stays as it is; a name; a reference to attributes
+_WORD = re.compile(r'c"[^"]*"|@([\w.]+)| #\d+\b')
+_DECLARED = re.compile(r"^declare .*\n", re.M)
 
 
 def compilers() -> tuple[str, str] | None:
@@ -46,14 +46,33 @@ def compilers() -> tuple[str, str] | None:
     return (clang, linker) if found and int(found[1]) >= OLDEST else None
 
 
-def retargeted(text: str, module: Module) -> str:
-    """LLVM text of heyoka without what ties it to this machine, its function renamed."""
-    for pattern in _DROPPED:
-        text = pattern.sub("", text)
-    text = text.replace("captures(none)", "nocapture")
-    text = _ATTRIBUTES.sub(r"attributes \1 = { nounwind }", text)
-    text = _OWN_NAME.sub(rf'@"{module.name}.\1"', text)
-    return text.replace(f"@{module.entry}(", f'@"{module.name}"(')
+def retargeted(module: Module) -> str:
+    """LLVM text of a module without what ties it to this machine, every name in it its own."""
+    texts = []
+    for i, text in enumerate(module.texts):
+        for pattern in _DROPPED:
+            text = pattern.sub("", text)
+
+        def own(match: re.Match[str], i: int = i) -> str:
+            name = match[1]
+            if name is None:
+                return match[0] if match[0].startswith("c") else ""
+            if name.startswith("llvm."):
+                return match[0]
+            if name == module.entry:
+                return f'@"{module.name}"'
+            part = "" if ".driver_" in name else f"{i}."  # drivers are called from other texts
+            return f'@"{module.name}.{part}{name}"'
+
+        texts.append(_WORD.sub(own, text.replace("captures(none)", "nocapture")))
+    return "".join(texts)
+
+
+def merged(modules: list[Module]) -> str:
+    """One LLVM text of many modules."""
+    whole = "".join(retargeted(module) for module in modules)
+    declared = sorted(set(_DECLARED.findall(whole)))
+    return "".join(declared) + _DECLARED.sub("", whole)
 
 
 def compile_modules(modules: list[Module], folder: Path) -> bytes:
@@ -65,23 +84,11 @@ def compile_modules(modules: list[Module], folder: Path) -> bytes:
     if pair is None:
         raise ComputationError(ADVICE)
     clang, linker = pair
-    sources = []
-    for module in modules:
-        for i, text in enumerate(module.texts):
-            file = folder / f"{module.name}.{i}.ll"
-            file.write_text(retargeted(text, module), encoding="utf-8")
-            sources.append(file.name)
-
-    def objects(part: list[str]) -> None:
-        flags = ["--target=wasm32", "-O2", "-mbulk-memory", "-Wno-override-module", "-c"]
-        _run([clang, *flags, *part], folder)
-
-    workers = os.cpu_count() or 1
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(objects, [p for p in (sources[i::workers] for i in range(workers)) if p]))
+    (folder / "model.ll").write_text(merged(modules), encoding="utf-8")
+    flags = ["--target=wasm32", "-O2", "-mbulk-memory", "-Wno-override-module", "-c"]
+    _run([clang, *flags, "model.ll"], folder)
     exports = [f"--export={name}" for name in ("__heap_base", *(m.name for m in modules))]
-    files = [Path(name).with_suffix(".o").name for name in sources]
-    _run([linker, *LINK, *exports, *files, "-o", "model.wasm"], folder)
+    _run([linker, *LINK, *exports, "model.o", "-o", "model.wasm"], folder)
     return (folder / "model.wasm").read_bytes()
 
 

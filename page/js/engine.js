@@ -65,8 +65,12 @@ function toBernstein(n) {
 
 /** First t in (0, h] where the polynomial passes zero upwards (or downwards), or Infinity. */
 export function firstCrossing(a, from, order, h, rising) {
+  let rest = 0, p = h;
+  for (let i = 1; i <= order; i++, p *= h) rest += Math.abs(a[from + i]) * p;
+  if (Math.abs(a[from]) > rest) return Infinity; // the usual case: far from the surface
   const scaled = new Float64Array(order + 1);
-  for (let i = 0, p = 1; i <= order; i++, p *= h) scaled[i] = a[from + i] * p;
+  p = 1;
+  for (let i = 0; i <= order; i++, p *= h) scaled[i] = a[from + i] * p;
   const b = toBernstein(order).map((row) => row.reduce((sum, r, i) => sum + r * scaled[i], 0));
   return crossing(b, 0, h);
 
@@ -251,3 +255,13 @@ export function sample(engine, motion, times) {
   });
   return { states, contacts };
 }
+
+/** Plain numbers of a motion in SI units. */
+export const summary = (body, { steps, end, t, state, changes }) => ({
+  units: body.units,
+  steps,
+  end,
+  t: t * body.units.time,
+  state: state.map((v, i) => v * body.factors[i]),
+  changes: changes.map((change) => [change.t * body.units.time, change.from, change.to]),
+});

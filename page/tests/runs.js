@@ -1,20 +1,12 @@
 // Runs scenes from standard input with the page's engine: node runs.js FOLDER < scenes.json
 import { readFileSync } from "node:fs";
-import { load, prepare, run } from "../js/engine.js";
+import { load, prepare, run, summary } from "../js/engine.js";
 
 const folder = process.argv[2];
 const tables = JSON.parse(readFileSync(`${folder}/model.json`, "utf8"));
 const engine = await load(readFileSync(`${folder}/model.wasm`), tables);
 const answers = JSON.parse(readFileSync(0, "utf8")).map((scene) => {
   const body = prepare(engine, scene);
-  const motion = run(engine, body, scene.initial, scene.stop);
-  return {
-    units: body.units,
-    steps: motion.steps,
-    end: motion.end,
-    t: motion.t * body.units.time,
-    state: motion.state.map((v, i) => v * body.factors[i]),
-    changes: motion.changes.map(({ t, from, to }) => [t * body.units.time, from, to]),
-  };
+  return summary(body, run(engine, body, scene.initial, scene.stop));
 });
 process.stdout.write(JSON.stringify(answers));

@@ -1,0 +1,84 @@
+// What is set: from the article's cases, from and to a link, to a scene file.
+
+const COORDINATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"];
+const SAMPLES = 4001;
+
+/** The settings of one of the article's cases. */
+export function fromCase(tables, model, name) {
+  const found = tables.cases[model][name];
+  return {
+    model,
+    case: name,
+    formulation: { ...found.formulation },
+    parameters: { ...found.parameters },
+    initial: [...found.initial],
+    stop: found.stop,
+  };
+}
+
+/** Text after # that carries all settings. */
+export function toLink(settings) {
+  const pairs = new URLSearchParams({ model: settings.model, case: settings.case });
+  for (const [key, value] of Object.entries(settings.formulation)) pairs.set(key, value);
+  for (const [key, value] of Object.entries(settings.parameters)) pairs.set(key, value);
+  settings.initial.forEach((value, i) => value && pairs.set(`start_${COORDINATES[i]}`, value));
+  pairs.set("stop", settings.stop);
+  return pairs.toString();
+}
+
+/** Settings of a link; what it lacks, or says wrongly, is that of its case. */
+export function fromLink(tables, text) {
+  const pairs = new URLSearchParams(text.replace(/^#/, ""));
+  const pick = (key, choices) => (choices.includes(pairs.get(key)) ? pairs.get(key) : choices[0]);
+  const model = pick("model", ["B2", "B1"]);
+  const settings = fromCase(tables, model, pick("case", ["c", "a", "b", "d"]));
+  for (const key of Object.keys(settings.formulation)) {
+    const given = pairs.get(key);
+    if (tables.formulation[key].includes(given)) settings.formulation[key] = given;
+  }
+  for (const [key, limits] of Object.entries(tables.parameters)) {
+    if (!limits.models.includes(model) || !pairs.has(key)) continue;
+    const value = number(pairs.get(key));
+    if (admits(limits, value)) settings.parameters[key] = value;
+  }
+  if ([...pairs.keys()].some((key) => key.startsWith("start_"))) settings.initial.fill(0);
+  COORDINATES.forEach((name, i) => {
+    const value = number(pairs.get(`start_${name}`));
+    if (Number.isFinite(value)) settings.initial[i] = value;
+  });
+  const stop = number(pairs.get("stop"));
+  if (stop > 0 && stop <= 0.1) settings.stop = stop;
+  return settings;
+}
+
+const number = (text) => (text?.trim() ? Number(text) : NaN);
+
+/** True if a parameter may have this value. */
+export const admits = ({ low, high, lowAllowed }, value) =>
+  Number.isFinite(value) && (value > low || (lowAllowed && value === low)) && value < high;
+
+/** A number as YAML reads it as one: 1e-7 becomes 1.0e-7. */
+const yaml = (value) => String(value).replace(/^(-?\d+)e/, "$1.0e");
+
+/** The settings as a scene file for `squeal simulate`. */
+export function toScene(tables, settings) {
+  const mapping = (entries) => entries.map(([key, value]) => `  ${key}: ${value}`);
+  const parameters = Object.keys(tables.parameters)
+    .filter((key) => settings.parameters[key] !== undefined)
+    .map((key) => [key, yaml(settings.parameters[key])]);
+  const initial = settings.initial.map((v, i) => [COORDINATES[i], yaml(v)]).filter((_, i) => {
+    return settings.initial[i] !== 0;
+  });
+  const formulation = Object.entries(settings.formulation).map(([k, v]) => [k, JSON.stringify(v)]);
+  return [
+    `# Model ${settings.model}, from case (${settings.case})`,
+    `model: ${settings.model}`,
+    "parameters:",
+    ...mapping(parameters),
+    ...(formulation.length ? ["formulation:", ...mapping(formulation)] : []),
+    ...(initial.length ? ["initial:", ...mapping(initial)] : []),
+    `time: {stop: ${yaml(settings.stop)}, samples: ${SAMPLES}}`,
+    "outputs: [events, shares, extrema]",
+    "",
+  ].join("\n");
+}

@@ -1,0 +1,44 @@
+// Spectrum of an evenly sampled signal.
+
+/** In-place Fourier transform of 2^k samples. */
+function transform(re, im) {
+  const n = re.length;
+  for (let i = 1, j = 0; i < n; i++) {
+    let bit = n >> 1;
+    for (; j & bit; bit >>= 1) j ^= bit;
+    j ^= bit;
+    if (i < j) {
+      [re[i], re[j]] = [re[j], re[i]];
+      [im[i], im[j]] = [im[j], im[i]];
+    }
+  }
+  for (let size = 2; size <= n; size *= 2) {
+    for (let k = 0; k < size / 2; k++) {
+      const angle = (-2 * Math.PI * k) / size, c = Math.cos(angle), s = Math.sin(angle);
+      for (let i = k; i < n; i += size) {
+        const j = i + size / 2;
+        const [x, y] = [re[j] * c - im[j] * s, re[j] * s + im[j] * c];
+        re[j] = re[i] - x;
+        im[j] = im[i] - y;
+        re[i] += x;
+        im[i] += y;
+      }
+    }
+  }
+}
+
+/** Amplitudes by frequency of 2^k samples `dt` apart: mean removed, Hann window. */
+export function spectrum(values, dt) {
+  const n = values.length;
+  const mean = values.reduce((sum, v) => sum + v, 0) / n;
+  const re = Float64Array.from(values, (v, i) => {
+    return (v - mean) * (1 - Math.cos((2 * Math.PI * i) / n));
+  });
+  const im = new Float64Array(n);
+  transform(re, im);
+  const half = n / 2;
+  return {
+    hertz: Float64Array.from({ length: half }, (_, k) => k / (n * dt)),
+    amplitude: Float64Array.from({ length: half }, (_, k) => (2 * Math.hypot(re[k], im[k])) / n),
+  };
+}

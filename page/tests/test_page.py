@@ -1,0 +1,228 @@
+"""The page in a real browser: what it computes there, its controls, its words and its size."""
+
+import json
+import shutil
+import statistics
+
+import pytest
+
+from page.build import PAGE
+from page.tests.browser import Browser
+from page.tests.conftest import as_json
+from page.tests.test_motion import CASES, compare, random_scene, simulated
+from squeal.commands.cli import main
+from squeal.scene import read_scene
+from squeal.simulation.run import simulate
+from tests.conftest import ROOT
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+ADD_ONE = "(s) => { s.value = Number(s.value) + 1; s.dispatchEvent(new Event('input')); }"
+
+
+@pytest.fixture(scope="module")
+def browser(built, tmp_path_factory):
+    program = next(filter(None, map(shutil.which, PROGRAMS)), None)
+    if program is None:
+        pytest.skip("these tests open the page in Chromium, which is not installed")
+    opened = Browser(program, tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def page(browser, built):
+    """The page as a reader opens it from disk, in model B2, case (c)."""
+    browser.requests.clear()
+    browser.complaints.clear()
+    browser.address = (built / PAGE).as_uri()
+    browser.open(browser.address)
+    settled(browser)
+    yield browser
+    assert browser.complaints == []
+
+
+def settled(page):
+    """Wait until the words and the link are those of the settings."""
+    page.wait("squeal.settled")
+
+
+def text(page, name):
+    return page.run(f"document.getElementById('{name}').textContent")
+
+
+def value(page, name):
+    return page.run(f"document.getElementById('{name}').value")
+
+
+def test_one_small_file_without_requests(page, built):
+    assert (built / PAGE).stat().st_size < 600_000
+    assert [r for r in page.requests if r != "about:blank"] == [page.address]
+
+
+def test_the_eight_cases(page):
+    for stem in CASES:
+        model, case = stem.split("-")
+        for name, choice in (("model", model.upper()), ("case", case)):
+            page.run(f"document.querySelector('[name={name}][value={choice}]').click()")
+        settled(page)
+        scene = read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml")
+        answer = json.loads(page.run("JSON.stringify(squeal.motion(squeal.settings))"))
+        assert compare(scene, answer, simulate(scene)) < 1e-10, stem
+        assert page.run("squeal.view.motion.steps") == answer["steps"]
+        assert text(page, "n_contacts").startswith(f"{len(answer['changes'])};")
+
+
+def test_random_pads(page):
+    scenes = [as_json(random_scene(seed)) for seed in range(270)]
+    answers = json.loads(
+        page.run(f"JSON.stringify({json.dumps(scenes)}.map((s) => squeal.motion(s)))")
+    )
+    whole = [seed for seed, answer in enumerate(answers) if answer["end"] is None]
+    assert len(whole) >= 200
+    for seed in whole:
+        assert compare(random_scene(seed), answers[seed], simulated(seed)) < 1e-10, seed
+
+
+def test_keys_move_a_slider_and_all_follows(page):
+    page.run("document.getElementById('mu').focus()")
+    before, contacts = float(value(page, "mu_number")), text(page, "n_contacts")
+    page.press("ArrowRight", 25)
+    settled(page)
+    after = float(value(page, "mu_number"))
+    assert after == pytest.approx(before + 25 * 1.5 / 1000, abs=0.001)
+    assert page.run("squeal.view.body.pad.mu") == after
+    assert text(page, "n_contacts") != contacts
+    assert f"mu={after}" in page.run("location.hash")
+    assert page.run("document.getElementById('mu').getAttribute('aria-valuetext')").strip() == str(
+        after
+    )
+
+
+def test_a_refused_number_is_named_and_changes_nothing(page):
+    page.run(
+        "(() => { const f = document.getElementById('k1_number'); f.value = '-3';"
+        "f.dispatchEvent(new Event('change')); })()"
+    )
+    assert "must be a finite number of at least 0" in text(page, "status")
+    assert page.run("document.getElementById('k1_number').getAttribute('aria-invalid')") == "true"
+    assert page.run("squeal.settings.parameters.k1") == 150e6
+
+
+def test_a_link_carries_the_settings(page):
+    page.run("document.querySelector('[name=model][value=B1]').click()")
+    for name in ("alpha1", "k3", "start_4", "stop"):
+        page.run(f"({ADD_ONE})(document.getElementById('{name}'))")
+    settled(page)
+    settings, link = page.run("JSON.stringify(squeal.settings)"), page.run("location.href")
+    page.open(link)
+    settled(page)
+    assert json.loads(page.run("JSON.stringify(squeal.settings)")) == json.loads(settings)
+    page.run("location.hash = '#model=B2&case=a&mu=-1&line_force=odd&stop=nothing'")
+    page.wait("squeal.settings.case === 'a'")
+    settled(page)
+    case = read_scene(ROOT / "workflow" / "scenes" / "b2-a.yaml")
+    assert page.run("squeal.settings.parameters.mu") == case.pad.mu  # refused, not taken
+    assert page.run("squeal.settings.stop") == case.stop
+
+
+@pytest.mark.parametrize("model", ["B1", "B2"])
+def test_the_scene_file_is_simulated_to_the_same_end(page, tmp_path, capsys, model):
+    page.run(f"document.querySelector('[name=model][value={model}]').click()")
+    if model == "B2":
+        page.run(
+            "(() => { const s = document.getElementById('line_force'); s.value = 'integral';"
+            "s.dispatchEvent(new Event('change')); })()"
+        )
+    for name in ("mu", "start_1", "start_0", "theta0", "k2", "V"):
+        page.run(f"({ADD_ONE})(document.getElementById('{name}'))")
+    page.run(
+        "(() => { const f = document.getElementById('start_3_number'); f.value = '1e-7';"
+        "f.dispatchEvent(new Event('change')); })()"
+    )
+    settled(page)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(value(page, "scene"), encoding="utf-8")
+    assert main(["simulate", "--json", str(scene)]) == 0
+    final = json.loads(capsys.readouterr().out)["final"]
+    read = read_scene(scene)
+    answer = json.loads(page.run("JSON.stringify(squeal.motion(squeal.settings))"))
+    names = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
+    assert compare(read, answer, simulate(read)) < 1e-10
+    assert answer["state"] == pytest.approx([final[n] for n in names], rel=1e-7)
+
+
+def test_a_click_on_the_map_moves_the_pad_there(page):
+    page.run(
+        "(() => { const m = document.getElementById('map'); const r = m.getBoundingClientRect();"
+        "m.dispatchEvent(new MouseEvent('click', { clientX: r.left + 150, clientY: r.top + 150 }));"
+        " })()"
+    )
+    settled(page)
+    assert float(value(page, "alpha1_number")) != 0.75
+    assert f"α₁ = {float(value(page, 'alpha1_number')):.3f} π" in text(page, "n_map")
+
+
+def test_everything_has_a_name_for_a_screen_reader(page):
+    nodes = page.ask("Accessibility.getFullAXTree")["nodes"]
+    roles = ("slider", "spinbutton", "combobox", "button", "radio", "image", "img", "textbox")
+    named = [n for n in nodes if not n["ignored"] and n["role"]["value"] in roles]
+    assert len(named) > 40
+    assert [n for n in named if not n.get("name", {}).get("value", "").strip()] == []
+    pictures = [n["name"]["value"] for n in named if n["role"]["value"] in ("image", "img")]
+    assert any("Share of time: 41;" in words for words in pictures)
+    assert "41 contact changes" in text(page, "status")
+
+
+def test_tab_reaches_the_controls_in_order_and_shows_where_it_is(page):
+    order = []
+    page.run("document.querySelector('[name=model]:checked').focus()")
+    for _ in range(6):
+        page.press("Tab")
+        order.append(page.run("document.activeElement.id || document.activeElement.name"))
+    assert order == ["case", "reset", "line_force", "delta_from", "delta_moment", "alpha1"]
+    assert page.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+
+
+def test_reduced_motion_is_respected(page):
+    assert text(page, "play") == "Pause"
+    feature = {"name": "prefers-reduced-motion", "value": "reduce"}
+    page.ask("Emulation.setEmulatedMedia", features=[feature])
+    page.open(page.address)
+    settled(page)
+    before = value(page, "time")
+    page.run("new Promise((go) => setTimeout(go, 500))")
+    page.ask("Emulation.setEmulatedMedia", features=[])
+    assert text(page, "play") == "Play"
+    assert value(page, "time") == before == "0"
+
+
+def test_hearing_starts_and_stops(page):
+    page.run("document.getElementById('slow').value = '16'")
+    page.run("document.getElementById('hear').click()")
+    page.wait("document.getElementById('status').textContent.startsWith('Playing 1.00 s')")
+    page.run("document.getElementById('hear').click()")
+    page.wait("document.getElementById('hear').textContent === 'Hear'")
+
+
+@pytest.mark.parametrize("width", [360, 800, 1400])
+def test_nothing_is_wider_than_the_window(page, width, tmp_path):
+    page.open(page.address, width=width)
+    settled(page)
+    assert page.run("document.scrollingElement.scrollWidth") <= width
+    page.picture(tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 50_000
+
+
+def test_redraws(page, capsys):
+    costs = page.run(
+        "(async () => { const costs = []; const s = document.getElementById('mu');"
+        "for (let i = 0; i < 30; i++) { const last = squeal.view;"
+        f"({ADD_ONE})(s);"
+        "while (squeal.view === last) await new Promise(requestAnimationFrame);"
+        "costs.push([squeal.view.cost.compute, squeal.view.cost.draw]); } return costs; })()"
+    )
+    assert len(costs) == 30
+    compute, draw = (statistics.median(c) for c in zip(*costs[10:], strict=True))
+    quickest = min(sum(c) for c in costs)
+    with capsys.disabled():
+        print(f"\nredraw: {compute:.1f} + {draw:.1f} ms (median), {quickest:.1f} ms (quickest)")
