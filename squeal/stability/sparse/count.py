@@ -26,7 +26,7 @@ from squeal.stability.sparse.region import Disc, Discs, Region, paced
 
 QUARTER = math.pi / 2
 FINEST = 12  # halvings of a step before the count is given up
-NEAREST = 12  # known modes whose share of the trace is exact
+NEAREST = 24  # known modes whose share of the trace is exact
 PROBES = 16  # random vectors for the rest
 SURE = 1.5  # standard errors of the foreseen phase below a quarter turn: a step that is wrong by a
 # turn would need 4.5 of them

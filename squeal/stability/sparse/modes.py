@@ -17,7 +17,7 @@ from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle, Region
 
 STEPS = 180  # of one subspace; what it does not reach is left to other shifts
-BEYOND = 1.1  # reach wanted beyond the region, relative: the count then needs fewer determinants
+BEYOND = 1.2  # reach wanted beyond the region, relative: the count then needs fewer determinants
 PIECES = 200  # shifts before a region is refused
 TRIES = 3  # starts for a region whose count tells of missing roots
 

@@ -8,8 +8,8 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import InputError
 from squeal.stability.sparse.modes import lowest_modes, modes_in
-from squeal.stability.sparse.quadratic import quadratic
 from squeal.stability.sparse.region import Rectangle, band
+from squeal.stability.sparse.scaled import quadratic
 from tests import large
 
 
@@ -79,12 +79,10 @@ def test_acoustic_wave_against_its_closed_form():
 
 def test_known_blocks_under_transformations():
     rng = np.random.default_rng(5)
-    a, w = rng.uniform(-0.05, 0.2, 300), np.sort(rng.uniform(1.0, 40.0, 300))
+    a, w = rng.uniform(-0.05, 0.2, 150), np.sort(rng.uniform(1.0, 20.0, 150))
     expected = np.concatenate([-a + 1j * w, -a - 1j * w])
-    region = Rectangle(-1.0, 1.0, 10.05, 20.05)
-    found = checked(large.blocks(a, w, rng), region, expected)
-    assert len(found.shifts) > 1 or len(found.eigenvalues) < 90
-    checked(large.blocks(a, w, rng), Rectangle(-0.02, 1.0, -5.0, 41.0), expected)
+    found = checked(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
+    assert len(found.shifts) > 1
 
 
 def test_multiple_roots_are_counted_and_listed():
