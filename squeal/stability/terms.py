@@ -105,6 +105,24 @@ class TermSystem:
         """The same system with other values of some parameters."""
         return dataclasses.replace(self, parameters=self.values(changes))
 
+    def simplified(self) -> TermSystem:
+        """The same system with one term for each factor, all constant ones in a single term."""
+        parts = []
+        for terms in self._parts():
+            groups: dict[str, list[Term]] = {}
+            for term in terms:
+                groups.setdefault("" if term.constant else term.factor.text, []).append(term)
+            parts.append(
+                tuple(
+                    Term(self._sum(same, [t.factor.value({}) if not text else 1.0 for t in same]))
+                    if not text
+                    else Term(self._sum(same, [1.0] * len(same)), same[0].factor)
+                    for text, same in groups.items()
+                )
+            )
+        M, C, K = parts
+        return dataclasses.replace(self, M=M, C=C, K=K)
+
     def at(
         self, changes: Mapping[str, float] | None = None
     ) -> tuple[Matrix, Matrix | None, Matrix]:

@@ -37,6 +37,7 @@ def merged(old: Roots, new: Roots, scale: float) -> Roots:
     multiple one gains the vectors that another start brings. `scale` (rad/s): distances count
     relative to it near zero.
     """
+    left = old.left.copy()
     free = np.ones(len(old.values), dtype=bool)
     fresh = []
     for j, value in enumerate(new.values):
@@ -49,7 +50,10 @@ def merged(old: Roots, new: Roots, scale: float) -> Roots:
             outside = np.linalg.norm(x - basis @ (basis.conj().T @ x))
             open_ones = near[free[near]]
             if outside <= SPANNED and len(open_ones):
-                free[open_ones[np.argmin(distance[open_ones])]] = False
+                k = open_ones[np.argmin(distance[open_ones])]
+                free[k] = False
+                if np.isnan(left[0, k]):
+                    left[:, k] = new.left[:, j]
                 continue
             if outside <= SPANNED and len(basis.T) == len(near):
                 continue  # a multiple root whose space is known already
@@ -58,5 +62,5 @@ def merged(old: Roots, new: Roots, scale: float) -> Roots:
     return Roots(
         np.concatenate([old.values, extra.values]),
         np.hstack([old.right, extra.right]),
-        np.hstack([old.left, extra.left]),
+        np.hstack([left, extra.left]),
     )

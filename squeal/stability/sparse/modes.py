@@ -211,6 +211,8 @@ def _end(values: ComplexArray, modes: int, sure: float) -> float:
 
 def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) -> Modes:
     inside = roots.picked(region.contains(roots.values))
+    if search.left:
+        inside = _with_left(search.problem, inside)
     listed = _eigenvalues(search.problem, inside)
     return Modes(
         listed,
@@ -220,6 +222,19 @@ def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) 
         roots.values,
         search.covered(),
     )
+
+
+def _with_left(problem: Quadratic, roots: Roots) -> Roots:
+    """Left vectors by inverse iteration where none have come with the right ones."""
+    left = roots.left.copy()
+    rng = np.random.default_rng(0)
+    for j in np.flatnonzero(np.isnan(left[:1].sum(axis=0))):
+        _, factor = factorise_at(problem, complex(roots.values[j]) * (1 + 1e-12))
+        y = rng.standard_normal(problem.n) + 0j
+        for _ in range(2):
+            y = factor.solve(y / np.linalg.norm(y), transposed=True)
+        left[:, j] = y.conj() / np.linalg.norm(y)
+    return Roots(roots.values, roots.right, left)
 
 
 def _eigenvalues(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
@@ -248,6 +263,8 @@ def _eigenvalues(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
 
 def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
     """A vector in the caller's coordinates: x^H M x = 1 if it has mass, largest part positive."""
+    if np.isnan(z[0]):
+        return z
     mass = abs(z.conj() @ (problem.M @ z))
     z = z / (np.sqrt(mass) if mass > 0 else np.linalg.norm(z))
     largest = z[np.argmax(np.abs(z))]

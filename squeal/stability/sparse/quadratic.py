@@ -76,7 +76,7 @@ class Quadratic:
         )
 
 
-def norm(A: Any) -> float:
+def norm_of(A: Any) -> float:
     """sqrt(|A|_1 |A|_inf), which bounds the 2-norm."""
     size = abs(A)
     return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.stability.sparse.quadratic import Array, Quadratic, norm
+from squeal.stability.sparse.quadratic import Array, Quadratic, norm_of
 from squeal.stability.terms import Matrix, Term, TermSystem
 
 PARTS = ("M", "C", "K")
@@ -27,7 +27,7 @@ class ScaledSystem:
     def __init__(self, system: TermSystem) -> None:
         from scipy.sparse import csc_array
 
-        self.system = system
+        self.system = system = system.simplified()
         terms = [[csc_array(t.matrix) for t in getattr(system, part)] for part in PARTS]
         self.scale = _scale(system, terms)
         flat = [_scaled(A, self.scale) for part in terms for A in part]
@@ -48,10 +48,10 @@ class ScaledSystem:
             self._array(part, [t.factor.value(p) for t in getattr(self.system, part)])
             for part in PARTS
         )
-        mass = norm(M)
+        mass = norm_of(M)
         if not mass:
             raise InputError("M: is zero; a mass is required")
-        return Quadratic(M, C, K, self.scale, (mass, norm(C), norm(K)))
+        return Quadratic(M, C, K, self.scale, (mass, norm_of(C), norm_of(K)))
 
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""

@@ -1,0 +1,223 @@
+"""Crossings of the imaginary axis along a parameter: found on a reduced system, proved on the full.
+
+At values of the parameter the reduced system gives roots and their derivatives. Roots at
+neighbouring values are matched by where their derivatives point, steps that leave a doubt are
+halved. A cubic through values and derivatives of the real part shows where it vanishes, also twice
+between two values; Newton's method on the full system has the last word.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
+from squeal.stability.sparse.dense import dense_roots
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.quadratic import ComplexArray
+from squeal.stability.sparse.reduction import Reduction
+from squeal.stability.sparse.region import Rectangle
+
+DEPTH = 7  # halvings of a step
+DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
+SMALL = 1e-4  # of |lambda|: ... or this
+NEWTON = 5  # steps on the reduced system; the full one goes on from there
+NOISE = 0.05
+SAME = 1e-7  # relative: crossings closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Roots (m,) of the reduced system at one value of the parameter, with their derivatives."""
+
+    value: float
+    roots: ComplexArray
+    slopes: ComplexArray
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A root from one value to the next: its index at both."""
+
+    before: State
+    after: State
+    first: int
+    second: int
+
+    def real_part(self) -> np.ndarray:
+        """The cubic in 0 <= t <= 1 through the real parts and their derivatives, rising powers."""
+        h = self.after.value - self.before.value
+        a, b = self.before.roots[self.first].real, self.after.roots[self.second].real
+        da = h * self.before.slopes[self.first].real
+        db = h * self.after.slopes[self.second].real
+        return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
+
+
+class Along:
+    """A reduced system along one parameter."""
+
+    def __init__(
+        self, reduction: Reduction, region: Rectangle, name: str, changes: Mapping[str, float]
+    ) -> None:
+        if not region.low_real < 0.0 < region.high_real:
+            raise InputError(
+                f"region {region.low_real:g}:{region.high_real:g}: must hold the imaginary axis"
+            )
+        self.reduction, self.region, self.name, self.changes = reduction, region, name, changes
+        self._states: dict[float, State] = {}
+
+    def at(self, value: float) -> State:
+        """The roots at a value of the parameter."""
+        if value not in self._states:
+            at = {**self.changes, self.name: value}
+            M, C, K = self.reduction.system.at(at)
+            C = np.zeros_like(M) if C is None else C
+            found = dense_roots(M, C, K, self.region, left=True)
+            moved = [
+                np.zeros_like(M) if d is None else d
+                for d in self.reduction.system.derivative(self.name, at)
+            ]
+            slopes = np.empty(len(found.values), dtype=complex)
+            for j, root in enumerate(found.values):
+                x, y = found.right[:, j], found.left[:, j].conj()
+                change = root * root * moved[0] + root * moved[1] + moved[2]
+                slopes[j] = -(y @ change @ x) / (y @ (2 * root * M + C) @ x)
+            self._states[value] = State(value, found.values, slopes, found.right, found.left)
+        return self._states[value]
+
+    def steps(self, a: float, b: float, depth: int = DEPTH) -> Iterator[Step]:
+        """Matched roots from a to b, the step halved where a match is in doubt."""
+        before, after = self.at(a), self.at(b)
+        pairs = self._matched(before, after)
+        if pairs is None and depth > 0:
+            middle = (a + b) / 2
+            yield from self.steps(a, middle, depth - 1)
+            yield from self.steps(middle, b, depth - 1)
+            return
+        for first, second in pairs or self._nearest(before, after):
+            yield Step(before, after, first, second)
+
+    def _costs(self, before: State, after: State) -> np.ndarray:
+        h = after.value - before.value
+        mean = h / 2 * (before.slopes[:, None] + after.slopes[None, :])
+        return np.asarray(np.abs(after.roots[None, :] - before.roots[:, None] - mean))
+
+    def _nearest(self, before: State, after: State) -> list[tuple[int, int]]:
+        from scipy.optimize import linear_sum_assignment
+
+        rows, columns = linear_sum_assignment(self._costs(before, after))
+        return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
+
+    def _matched(self, before: State, after: State) -> list[tuple[int, int]] | None:
+        """Pairs of indices, None if one is in doubt or comes from nowhere."""
+        pairs = self._nearest(before, after)
+        costs = self._costs(before, after)
+        for i, j in pairs:
+            way = abs(after.roots[j] - before.roots[i])
+            if costs[i, j] > max(DOUBT * way, SMALL * abs(before.roots[i])):
+                return None
+        h = after.value - before.value
+        lost = set(range(len(before.roots))) - {i for i, _ in pairs}
+        new = set(range(len(after.roots))) - {j for _, j in pairs}
+        goes = before.roots + h * before.slopes
+        came = after.roots - h * after.slopes
+        if any(self.region.contains(goes[i]) for i in lost) or any(
+            self.region.contains(came[j]) for j in new
+        ):
+            return None
+        return pairs
+
+    def guesses(self, values: Sequence[float]) -> list[tuple[float, complex, Step]]:
+        """Value of the parameter, root and step for each zero of a real part."""
+        found = []
+        for a, b in itertools.pairwise(values):
+            for step in self.steps(a, b):
+                cubic = step.real_part()
+                zeros = np.roots(cubic[::-1]) if np.any(cubic[1:]) else np.array([])
+                for t in np.sort(zeros[np.abs(zeros.imag) < 1e-9].real):
+                    if -1e-9 <= t < 1 + 1e-9:
+                        h = step.after.value - step.before.value
+                        first, last = step.before.roots[step.first], step.after.roots[step.second]
+                        root = first + t * (last - first)
+                        found.append((step.before.value + t * h, complex(root), step))
+        return found
+
+    def refined(self, value: float, root: complex, step: Step) -> tuple[float, State, int] | None:
+        """The zero of the reduced system's real part next to a guess; None if there is none."""
+        low, high = step.before.value, step.after.value
+        width = high - low
+        for _ in range(NEWTON):
+            state = self.at(value)
+            if not len(state.roots):
+                return None
+            k = int(np.argmin(np.abs(state.roots - root)))
+            slope = state.slopes[k]
+            move = -state.roots[k].real / slope.real if slope.real else np.inf
+            near = abs(move) <= NOISE * width  # rounding may move a weak crossing this far
+            move = float(np.clip(move, -width / 2, width / 2))
+            value, root = value + move, state.roots[k] + move * slope
+            if not low - width / 4 <= value <= high + width / 4:
+                return None
+        return (value, state, k) if near else None
+
+
+@dataclass(frozen=True)
+class Found:
+    """Crossings of the full system, sorted, and guesses that it did not confirm."""
+
+    crossings: tuple[AxisCrossing, ...]
+    unconfirmed: tuple[str, ...]
+
+
+def crossings_along(
+    reduction: Reduction,
+    region: Rectangle,
+    name: str,
+    values: Sequence[float],
+    changes: Mapping[str, float] | None = None,
+) -> Found:
+    """All crossings of the imaginary axis inside a region between the first and last value.
+
+    The reduced system must be good at the values (rising), which set the first steps. Each
+    crossing is located on the full system; what it does not confirm is named. Raises InputError
+    for a region without the axis.
+    """
+    along = Along(reduction, region, name, changes or {})
+    scaled, basis = reduction.basis.scaled, reduction.basis.vectors
+    crossings: list[AxisCrossing] = []
+    unconfirmed: list[str] = []
+    with one_thread():
+        for value, root, step in along.guesses(values):
+            refined = along.refined(value, root, step)
+            if refined is None:
+                continue
+            place, state, k = refined
+            omega = abs(state.roots[k].imag)
+            real = omega <= 1e-6 * max(abs(region.high_imag), abs(region.low_imag))
+            vectors = basis @ state.right[:, k], basis @ state.left[:, k]
+            try:
+                found = axis_crossing(
+                    scaled, name, place, 0.0 if real else omega, *vectors, changes
+                )
+            except ComputationError as error:
+                unconfirmed.append(str(error))
+                continue
+            if not any(_same(found, other) for other in crossings):
+                crossings.append(found)
+    low, high = values[0], values[-1]
+    inside = [c for c in crossings if low <= c.value <= high]
+    return Found(tuple(sorted(inside, key=lambda c: c.value)), tuple(unconfirmed))
+
+
+def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
+    return bool(
+        abs(one.value - other.value) <= SAME * max(abs(one.value), abs(other.value))
+        and abs(one.omega - other.omega) <= SAME * max(one.omega, other.omega)
+        and abs(np.vdot(one.vector, other.vector)) > 0.5
+    )

@@ -1,0 +1,90 @@
+"""Roots of small dense problems, such as reduced ones: all values, vectors of the wanted ones."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+
+import numpy as np
+
+from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.quadratic import ComplexArray, norm_of
+from squeal.stability.sparse.region import Region
+from squeal.stability.terms import Matrix
+
+REGULAR = 1e-10  # reciprocal condition of M below which the generalised problem is solved
+
+
+def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
+    """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind."""
+    n = len(M)
+    C = np.zeros_like(M) if C is None else C
+    rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
+    eye, zero = np.eye(n), np.zeros((n, n))
+    if 1.0 / np.linalg.cond(M, 1) > REGULAR:
+        lower = np.linalg.solve(M, np.hstack([-K / rate**2, -C / rate]))
+        first_order = np.vstack([np.hstack([zero, eye]), lower])
+        return np.asarray(np.linalg.eigvals(first_order) * rate, dtype=complex)
+    from scipy.linalg import eig
+
+    size = norm_of(K)
+    left = np.block([[zero, eye], [-K / size, -C * (rate / size)]])
+    right = np.block([[eye, zero], [zero, M * (rate**2 / size)]])
+    alpha, beta = eig(left, right, right=False, homogeneous_eigvals=True)
+    finite = np.abs(beta) > 1e-12 * np.abs(alpha)
+    return np.asarray(alpha[finite] / beta[finite] * rate, dtype=complex)
+
+
+def dense_roots(
+    M: Matrix, C: Matrix | None, K: Matrix, region: Region, left: bool = False
+) -> Roots:
+    """The roots inside a region with unit right vectors and, if wanted, left ones (else NaN)."""
+    values = dense_values(M, C, K)
+    values = values[region.contains(values)]
+    values = values[np.lexsort((values.real, values.imag))]
+    C = np.zeros_like(M) if C is None else C
+    right = np.full((len(M), len(values)), np.nan, dtype=complex)
+    other = right.copy()
+    for group in _clusters(values):
+        mean = values[group].mean()
+        P = mean * mean * M + mean * C + K
+        right[:, group], other[:, group] = _null(P, len(group), left)
+    return Roots(values, right, other)
+
+
+def _clusters(values: ComplexArray) -> Iterable[list[int]]:
+    """Indices of neighbouring values that are too close for a vector each."""
+    group: list[int] = []
+    for j, value in enumerate(values):
+        if group and abs(value - values[group[-1]]) > 1e-7 * abs(value):
+            yield group
+            group = []
+        group.append(j)
+    if group:
+        yield group
+
+
+def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
+    """Orthonormal right and left vectors (n, count) of the smallest singular values, by inverse
+    iteration on one factorisation; left ones NaN unless wanted."""
+    from scipy.linalg import lu_factor, lu_solve
+
+    n = len(P)
+    rng = np.random.default_rng(n)
+    x = rng.standard_normal((n, count)) + 1j * rng.standard_normal((n, count))
+    floor = 1e-16 * float(np.abs(P).max())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a singular P is what is expected here
+        lu, pivots = lu_factor(P, check_finite=False)
+    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
+    lu[small, small] = floor
+
+    def solved(b: ComplexArray, trans: int) -> ComplexArray:
+        return np.linalg.qr(lu_solve((lu, pivots), b, trans=trans, check_finite=False))[0]
+
+    # the inverse of P and of its adjoint by turns converge to singular vectors
+    y = solved(x, 2)
+    for _ in range(1 if count == 1 else 3):
+        x = solved(y, 0)
+        y = solved(x, 2) if left or count > 1 else y
+    return x, y if left else np.full_like(x, np.nan)

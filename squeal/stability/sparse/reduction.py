@@ -1,0 +1,288 @@
+"""Projection of a large system onto few vectors, the same at all values of its parameters.
+
+The reduced matrices V' A_i V keep the factors of the full ones, so that the reduced system is a
+system of terms like any other. Its roots are judged by the residual of the full problem, which
+one triangular factor of [A_1 V, ..., A_k V] gives without touching the full matrices again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.stability.sparse.dense import dense_roots, dense_values
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.modes import Modes, Progress, modes_in
+from squeal.stability.sparse.quadratic import Array, ComplexArray, norm_of
+from squeal.stability.sparse.region import Rectangle
+from squeal.stability.sparse.scaled import PARTS, ScaledSystem
+from squeal.stability.terms import Term, TermSystem
+
+TOLERANCE = 3e-9  # of the backward error; that of a root is of the order of its square
+DROPPED = 1e-9  # part of a snapshot outside the basis that is left out
+MARGIN = 0.04  # snapshots are taken from a region this much larger on each side
+SKETCH = 48  # random vectors that estimate a residual; the last word has the residual itself
+SAMPLES = 20  # full solutions before a reduction is given up
+
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModes:
+    """Roots (m,) of the reduced system in a region, with backward errors in the full one.
+
+    The errors are estimates from random vectors, within a factor of two.
+    """
+
+    values: ComplexArray
+    vectors: ComplexArray = field(repr=False)  # (d, m), of unit length
+    residuals: Array
+
+
+class Basis:
+    """A growing orthonormal basis (n, d) and all that follows from it."""
+
+    def __init__(self, scaled: ScaledSystem) -> None:
+        self.scaled = scaled
+        self.vectors: Array = np.zeros((scaled.n, 0))
+        self._matrices = {part: scaled.terms(part) for part in PARTS}
+        self._norms = {part: [norm_of(A) for A in self._matrices[part]] for part in PARTS}
+        rng = np.random.default_rng(48)
+        probes = rng.standard_normal((scaled.n, SKETCH)) / np.sqrt(SKETCH)
+        self._probed = {part: [A.T @ probes for A in self._matrices[part]] for part in PARTS}
+        self._sketch: np.ndarray | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of vectors d."""
+        return self.vectors.shape[1]
+
+    def extend(self, snapshots: ComplexArray) -> int:
+        """Add what the real and imaginary parts of unit columns (n, m) bring; how many it is."""
+        rest = np.hstack([snapshots.real, snapshots.imag])
+        for _ in range(2):
+            rest = rest - self.vectors @ (self.vectors.T @ rest)
+        left, singular, _ = np.linalg.svd(rest, full_matrices=False)
+        new = left[:, singular > DROPPED]
+        new -= self.vectors @ (self.vectors.T @ new)
+        new = np.linalg.qr(new)[0]
+        self.vectors = np.hstack([self.vectors, new])
+        self._sketch = None
+        return int(new.shape[1])
+
+    def system(self) -> TermSystem:
+        """The reduced system: the full one's factors, matrices (d, d)."""
+        given, V = self.scaled.system, self.vectors
+        parts = {
+            part: tuple(
+                Term(V.T @ (A @ V), t.factor)
+                for A, t in zip(self._matrices[part], getattr(given, part), strict=True)
+            )
+            for part in PARTS
+        }
+        return TermSystem(
+            parts["M"], parts["C"], parts["K"], given.parameters, given.parameter, given.name
+        )
+
+    def sketch(self) -> np.ndarray:
+        """Blocks (terms, SKETCH, d) whose combinations estimate a residual."""
+        if self._sketch is None:
+            V = self.vectors
+            self._sketch = np.array([W.T @ V for part in PARTS for W in self._probed[part]])
+        return self._sketch
+
+    def triangle(self) -> np.ndarray:
+        """Blocks (terms, r, d) whose combinations have the norm of the residual."""
+        blocks = [A for part in PARTS for A in self._matrices[part]]
+        n, columns = self.scaled.n, len(blocks) * self.size
+        step = max(4 * columns, 4096)
+        R = np.zeros((0, columns))
+        for start in range(0, n, step):  # by rows, so that memory stays small
+            rows = slice(start, start + step)
+            part = np.hstack([A.T.tocsc()[:, rows].T @ self.vectors for A in blocks])
+            R = np.asarray(np.linalg.qr(np.vstack([R, part]), mode="r"))
+        return np.moveaxis(R.reshape(len(R), len(blocks), self.size), 1, 0)
+
+    def weights(self, values: ComplexArray, changes: Changes) -> tuple[ComplexArray, Array]:
+        """Factors (terms, m) of the blocks at each root and the size (m,) of P there.
+
+        The size sums the norms of the terms, a bound of that of their sum.
+        """
+        p = self.scaled.system.values(changes)
+        rows, size = [], np.zeros(len(values))
+        for part, power in zip(PARTS, (2, 1, 0), strict=True):
+            for term, bound in zip(
+                getattr(self.scaled.system, part), self._norms[part], strict=True
+            ):
+                factor = term.factor.value(p)
+                rows.append(factor * values**power)
+                if abs(factor) * bound > 0:
+                    size += abs(factor) * bound * np.abs(values) ** power
+        return np.array(rows), size
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A reduced system, and how far its roots are from satisfying the full one."""
+
+    system: TermSystem = field(repr=False)  # dense (d, d), with the parameters of the full one
+    basis: Basis = field(repr=False)
+    samples: tuple[Changes, ...]  # where the full problem was solved
+    worst: float  # largest backward error in the full problem of a root, over all values
+    method: str  # reduced (complex modes) or modal (real modes)
+
+    @property
+    def size(self) -> int:
+        """Number of vectors d."""
+        return self.basis.size
+
+    def modes(self, region: Rectangle, changes: Changes | None = None) -> ReducedModes:
+        """The roots in a region at the parameters, some of them changed."""
+        p = changes or {}
+        roots = dense_roots(*self.system.at(p), region)
+        weights = self.basis.weights(roots.values, p)
+        residuals = _residuals(self.basis.sketch(), *weights, roots.right)
+        return ReducedModes(roots.values, roots.right, residuals)
+
+    def values(self, region: Rectangle, changes: Changes | None = None) -> ComplexArray:
+        """The roots in a region without vectors and errors: the least work."""
+        found = dense_values(*self.system.at(changes or {}))
+        return found[region.contains(found)]
+
+    def shapes(self, vectors: ComplexArray) -> ComplexArray:
+        """Mode shapes (n, m) in the full system's coordinates of reduced vectors (d, m)."""
+        return np.asarray(self.basis.scaled.scale[:, None] * (self.basis.vectors @ vectors))
+
+
+def _residuals(
+    blocks: np.ndarray, weights: ComplexArray, size: Array, vectors: ComplexArray
+) -> Array:
+    rest = np.einsum("trd,tm,dm->rm", blocks, weights, vectors, optimize=True)
+    return np.asarray(np.linalg.norm(rest, axis=0) / size)
+
+
+def reduce_system(
+    scaled: ScaledSystem,
+    region: Rectangle,
+    values: Sequence[Changes],
+    tolerance: float = TOLERANCE,
+    progress: Progress = lambda text: None,
+) -> Reduction:
+    """A reduced system whose roots in a region meet a tolerance at all values of the parameters.
+
+    Right and left modes of the full system at one of the `values` (changes of one to three
+    parameters) start the basis; the value where a root's residual in the full problem is worst
+    adds its own, until all are below `tolerance` (a backward error) or a sample brings nothing
+    new. Raises InputError for no values, ComputationError if 20 samples do not suffice.
+    """
+    if not values:
+        raise InputError("at least one value of the parameters is required")
+    basis = Basis(scaled)
+    wide = _widened(region)
+    samples: list[Changes] = []
+    where = len(values) // 2
+    with one_thread():
+        while True:
+            progress(f"sample {len(samples) + 1} at {_named(values[where])}")
+            full = modes_in(scaled.at(values[where]), wide, certify=False, progress=progress)
+            grown = basis.extend(_snapshots(full, scaled.scale))
+            samples.append(values[where])
+            if basis.size == 0:
+                raise ComputationError("the region holds no root that a basis could start from")
+            system, blocks = basis.system(), basis.sketch()
+            worst = _errors(basis, system, blocks, region, values)
+            if worst.max() <= tolerance / 2 or not grown:
+                blocks = basis.triangle()
+                worst = _errors(basis, system, blocks, region, values)
+                if worst.max() <= tolerance or not grown:
+                    break
+            where = int(np.argmax(worst))
+            if values[where] in samples or len(samples) == SAMPLES:
+                blocks = basis.triangle()
+                worst = _errors(basis, system, blocks, region, values)
+                break
+    return Reduction(system, basis, tuple(samples), float(worst.max()), "reduced")
+
+
+def reduce_to_real_modes(
+    scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes], modes: int
+) -> Reduction:
+    """Projection onto the lowest real modes of the structure, as commercial programs do it.
+
+    The modes are those of M and the symmetric part of K without damping, of the terms without
+    parameters. Raises InputError for more modes than rows - 2 and ComputationError.
+    """
+    from scipy.sparse.linalg import ArpackError, eigsh
+
+    if not 1 <= modes <= scaled.n - 2:
+        raise InputError(f"{modes} modes are not allowed; it must be 1 to {scaled.n - 2}")
+    M, K = (_structure(scaled, part) for part in ("M", "K"))
+    K = (K + K.T) / 2
+    shift = -1e-6 * norm_of(K) / norm_of(M)  # below all squares, so that rigid bodies pass
+    with one_thread():
+        try:
+            _, vectors = eigsh(K, k=modes, M=M, sigma=shift)
+        except (ArpackError, RuntimeError, ValueError) as error:
+            raise ComputationError(f"the real modes were not found: {error}") from None
+        basis = Basis(scaled)
+        basis.extend(vectors / np.linalg.norm(vectors, axis=0))
+        system, blocks = basis.system(), basis.triangle()
+        worst = _errors(basis, system, blocks, region, values)
+    return Reduction(system, basis, (), float(worst.max()), "modal")
+
+
+def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
+    terms = zip(getattr(scaled.system, part), scaled.terms(part), strict=True)
+    constant = [t.factor.value({}) * A for t, A in terms if t.constant]
+    if not constant:
+        raise InputError(
+            f"{part}: all its terms depend on a parameter; real modes need one that does not"
+        )
+    return sum(constant[1:], constant[0])
+
+
+def _widened(region: Rectangle) -> Rectangle:
+    wide, high = (
+        MARGIN * (region.high_real - region.low_real),
+        MARGIN * (region.high_imag - region.low_imag),
+    )
+    return Rectangle(
+        region.low_real - wide,
+        region.high_real + wide,
+        region.low_imag - high,
+        region.high_imag + high,
+    )
+
+
+def _snapshots(full: Modes, scale: Array) -> ComplexArray:
+    """Unit vectors (n, m) of the right and left modes, in scaled coordinates."""
+    columns = [v / scale for e in full.eigenvalues for v in (e.right, e.left)]
+    columns = [c / np.linalg.norm(c) for c in columns if not np.isnan(c[0])]
+    if not columns:
+        return np.zeros((len(scale), 0), dtype=complex)
+    return np.array(columns).T
+
+
+def _errors(
+    basis: Basis,
+    system: TermSystem,
+    blocks: np.ndarray,
+    region: Rectangle,
+    values: Sequence[Changes],
+) -> Array:
+    """The worst backward error of a root in the region at each of the values, 0 without one."""
+    result = np.zeros(len(values))
+    for k, changes in enumerate(values):
+        roots: Roots = dense_roots(*system.at(changes), region)
+        if len(roots.values):
+            weights = basis.weights(roots.values, changes)
+            result[k] = _residuals(blocks, *weights, roots.right).max()
+    return result
+
+
+def _named(changes: Changes) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in changes.items()) or "the parameters"

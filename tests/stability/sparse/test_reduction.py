@@ -1,0 +1,132 @@
+"""Reduced systems against the full one, at values between those that made the basis."""
+
+import numpy as np
+import pytest
+
+from squeal.errors import InputError
+from squeal.numerics.formula import Formula
+from squeal.stability.sparse.dense import dense_roots, dense_values
+from squeal.stability.sparse.modes import modes_in
+from squeal.stability.sparse.reduction import (
+    TOLERANCE,
+    Basis,
+    reduce_system,
+    reduce_to_real_modes,
+)
+from squeal.stability.sparse.region import Rectangle, band
+from squeal.stability.sparse.scaled import ScaledSystem
+from squeal.stability.terms import Term, TermSystem
+from tests import large
+
+BRAKE = large.disc_and_pad(3)
+REGION = band(200.0, 2200.0)
+VALUES = [{"mu": float(mu)} for mu in np.linspace(0.0, 0.8, 5)]
+
+
+@pytest.fixture(scope="module")
+def scaled():
+    return ScaledSystem(BRAKE)
+
+
+@pytest.fixture(scope="module")
+def reduction(scaled):
+    return reduce_system(scaled, REGION, VALUES)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.13, 0.7])
+def test_roots_are_those_of_the_full_system(scaled, reduction, mu):
+    full = modes_in(scaled.at({"mu": mu}), REGION, certify=False)
+    found = reduction.modes(REGION, {"mu": mu})
+    assert len(found.values) == len(full.eigenvalues) > 3
+    distance = np.abs(found.values[:, None] - full.values[None, :])
+    assert np.all(distance.min(axis=0) < 1e-8 * np.abs(full.values))
+    assert reduction.size < scaled.n / 4
+
+
+def test_residuals_are_those_of_the_full_problem(scaled, reduction):
+    found = reduction.modes(REGION, {"mu": 0.3})
+    problem = scaled.at({"mu": 0.3})
+    vectors = reduction.basis.vectors @ found.vectors
+    rest = np.linalg.norm(problem.apply(found.values, vectors), axis=0)
+    _, size = reduction.basis.weights(found.values, {"mu": 0.3})
+    assert np.all(found.residuals < 2 * rest / size)
+    assert np.all(rest / size < 2 * found.residuals)
+    values = reduction.values(REGION, {"mu": 0.3})
+    assert np.allclose(np.sort(values.imag), np.sort(found.values.imag), rtol=1e-12)
+    shapes = reduction.shapes(found.vectors)
+    M, C, K = BRAKE.at({"mu": 0.3})
+    rest = found.values[0] ** 2 * M + found.values[0] * C + K
+    assert np.linalg.norm(rest @ shapes[:, 0]) < 1e-9 * np.linalg.norm(abs(K) @ abs(shapes[:, 0]))
+
+
+def test_the_tolerance_is_met_or_the_error_told(scaled, reduction):
+    assert reduction.worst <= TOLERANCE
+    modal = reduce_to_real_modes(scaled, REGION, VALUES, 40)
+    assert modal.method == "modal"
+    assert modal.worst > 100 * reduction.worst  # friction sits on the interface
+    found = modal.modes(REGION, {"mu": 0.0})
+    full = modes_in(scaled.at({"mu": 0.0}), REGION, certify=False)
+    assert len(found.values) == len(full.eigenvalues)
+    assert np.allclose(np.sort(found.values.imag), np.sort(full.values.imag), rtol=1e-2)
+
+
+def test_the_sketch_estimates_the_residual(scaled, reduction):
+    """The cheap estimate that steers the search is within a factor of two."""
+    basis = Basis(scaled)
+    basis.extend(reduction.basis.vectors[:, :6].astype(complex))
+    rng = np.random.default_rng(3)
+    z = rng.standard_normal((basis.size, 5)) + 0j
+    weights, _ = basis.weights(np.full(5, 3000j), {"mu": 0.2})
+    norms = [
+        np.linalg.norm(np.einsum("trd,tm,dm->rm", blocks, weights, z), axis=0)
+        for blocks in (basis.sketch(), basis.triangle())
+    ]
+    assert np.all(norms[0] < 2 * norms[1])
+    assert np.all(norms[1] < 2 * norms[0])
+
+
+def test_two_parameters():
+    system = TermSystem(
+        BRAKE.M,
+        (Term(BRAKE.C[0].matrix, Formula("damping")),),
+        BRAKE.K,
+        {"mu": 0.3, "damping": 1.0},
+    )
+    scaled = ScaledSystem(system)
+    values = [{"mu": mu, "damping": d} for mu in (0.1, 0.5) for d in (0.5, 1.5)]
+    reduction = reduce_system(scaled, REGION, values)
+    for changes in ({"mu": 0.5, "damping": 0.5}, {"mu": 0.25, "damping": 1.2}):
+        full = modes_in(scaled.at(changes), REGION, left=False, certify=False).values
+        found = reduction.modes(REGION, changes).values
+        distance = np.abs(found[:, None] - full[None, :])
+        assert distance.min(axis=0).max() < 1e-6 * np.abs(full).max()
+
+
+def test_dense_roots():
+    rng = np.random.default_rng(4)
+    a, w = rng.uniform(0.0, 0.1, 12), np.linspace(1.0, 4.0, 12)
+    w[5] = w[4]
+    a[5] = a[4]
+    M, C, K = (x.toarray() for x in large.blocks(a, w, rng))
+    exact = np.concatenate([-a + 1j * w, -a - 1j * w])
+    values = dense_values(M, C, K)
+    assert np.abs(values[:, None] - exact[None, :]).min(axis=1).max() < 1e-7
+    region = Rectangle(-1.0, 1.0, 0.5, 3.5)
+    roots = dense_roots(M, C, K, region, left=True)
+    assert len(roots.values) == np.sum((w > 0.5) & (w < 3.5))
+    for j, value in enumerate(roots.values):
+        P = value**2 * M + value * C + K
+        assert np.linalg.norm(P @ roots.right[:, j]) < 1e-6
+        assert np.linalg.norm(roots.left[:, j].conj() @ P) < 1e-6
+    pair = roots.right[:, [3, 4]] if np.isclose(*roots.values[[3, 4]]) else roots.right[:, [4, 5]]
+    assert np.linalg.svd(pair, compute_uv=False)[-1] > 0.1
+    singular = np.diag([1.0, 0.0, 1.0])
+    found = dense_values(singular, None, np.diag([4.0, 1.0, 9.0]))
+    assert np.allclose(np.sort(found.imag), [-3, -2, 2, 3], atol=1e-10)
+
+
+def test_refusals(scaled):
+    with pytest.raises(InputError, match="at least one value"):
+        reduce_system(scaled, REGION, [])
+    with pytest.raises(InputError, match="modes are not allowed"):
+        reduce_to_real_modes(scaled, REGION, VALUES, scaled.n)
