@@ -1,6 +1,7 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
+# make site     documentation, docs/_build/html/index.html
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -10,12 +11,13 @@ ENVIRONMENT := .venv/environment.stamp
 LINTERS := .venv/linters.stamp
 PEERS := .venv/peers.stamp
 CITE := .venv/cite/stamp
+DOCS := .venv/docs.stamp
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint benchmark page page-test cite-check lock clean distclean
+.PHONY: report test lint benchmark page page-test site cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -41,6 +43,9 @@ page: $(ENVIRONMENT)
 page-test: $(ENVIRONMENT)
 	@$(BIN)/pytest -n 0 -rs page/tests
 
+site: $(DOCS)
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+
 cite-check: $(CITE) $(ENVIRONMENT)
 	.venv/cite/bin/cffconvert --validate
 	$(BIN)/python workflow/release/codemeta.py | diff codemeta.json -
@@ -50,10 +55,11 @@ lock: $(ENVIRONMENT)
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group cite -o requirements/cite.txt
+	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
-	rm -rf logs page/built .snakemake .pytest_cache .mypy_cache .ruff_cache
+	rm -rf logs page/built docs/_build docs/generated .snakemake .pytest_cache .mypy_cache .ruff_cache
 	find squeal page tests workflow -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf $(filter-out %/README.md %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
@@ -71,6 +77,10 @@ $(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
 
 $(LINTERS): $(ENVIRONMENT) requirements/lint.txt
 	@workflow/setup/environment.sh lint
+	@touch $@
+
+$(DOCS): $(ENVIRONMENT) requirements/docs.txt
+	@workflow/setup/environment.sh docs
 	@touch $@
 
 $(CITE): $(ENVIRONMENT) requirements/cite.txt

@@ -20,11 +20,12 @@ COMMANDS = {
     "findings": "what is wrong in the article's equations, each measured",
     "identify": "search for the pad that reproduces most of the article's statements",
     "cite": "BibTeX for the article, this software and what a result was computed with",
+    "take": "a figure, table or number of the report, with its data, caption and references",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 
 
-OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite")
+OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite", "take")
 
 
 def _help() -> str:

@@ -1,0 +1,93 @@
+"""Pages that the package writes itself: findings, chapters."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+import squeal
+from squeal.article.cases import STEMS
+from squeal.article.commands.claims import scene_files
+from squeal.article.report.captions import captions, sections
+from squeal.article.report.chapters import CHAPTERS
+from squeal.article.studies.findings import study
+from squeal.files.sources import digest
+
+FINDINGS = "squeal.article.studies.findings"
+PACKAGES = sorted({m.name for m in pkgutil.iter_modules(squeal.__path__)} - {"__main__"})
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def findings() -> str:
+    """The findings, each with what was measured while the site was built."""
+    return "\n".join(
+        f"({found.id.lower()})=\n## {found.id}: {found.where}\n\n{_escaped(found.statement)}\n\n"
+        f"Measured\n: {_escaped(found.outcome)}\n"
+        for found in study(scene_files(None, STEMS)).findings
+    )
+
+
+def chapters() -> str:
+    """The report's chapters: their figures, tables and results."""
+    found, parts = captions(ROOT / "paper"), []
+    for chapter in CHAPTERS:
+        parts.append(f"## {chapter.name.capitalize()}\n")
+        parts.append(f"{'; '.join(sections(ROOT / 'paper', chapter.name))}.\n")
+        shown = [one for one in found.values() if one.chapter == chapter.name]
+        for one in shown:
+            file = f"figures/{one.name}.pdf" if one.kind == "figure" else f"{one.name}.tex"
+            parts.append(f"{one.place}\n: {_escaped(one.title)} `{file}`\n")
+        studies = ", ".join(f"`results/{study.name}.json`" for study in chapter.studies)
+        if studies:
+            parts.append(f"Its own results: {studies}.\n")
+    return "\n".join(parts)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("*", r"\*").replace("_", r"\_").replace("$", r"\$")
+
+
+def api(folder: Path, name: str) -> None:
+    """A page for a module and, below it, for all that it holds.
+
+    autosummary would do the same, but for modules that share their name with a function beside.
+    """
+    held = import_module(name)
+    inner = sorted(m.name for m in pkgutil.iter_modules(getattr(held, "__path__", ())))
+    modules = [f"{name}.{last}" for last in inner if not last.startswith("_")]
+    lines = [name, "=" * len(name), "", f".. automodule:: {name}", ""]
+    if modules:
+        lines += [".. toctree::", "   :maxdepth: 1", "", *(f"   {one}" for one in modules), ""]
+    _write(folder / f"{name}.rst", "\n".join(lines))
+    for one in modules:
+        api(folder, one)
+
+
+def _write(place: Path, text: str) -> None:
+    """Write a file unless it says the same already, so that Sphinx reads what is new only."""
+    if not place.is_file() or place.read_text(encoding="utf-8") != text:
+        place.write_text(text, encoding="utf-8")
+
+
+def write(app: Sphinx) -> None:
+    """Write the pages into generated/; findings only if their sources have changed."""
+    folder = Path(app.srcdir) / "generated"
+    (folder / "api").mkdir(parents=True, exist_ok=True)
+    _write(folder / "chapters.md", chapters())
+    for name in PACKAGES:
+        api(folder / "api", f"squeal.{name}")
+    pages = "\n".join(f"/generated/api/squeal.{name}" for name in PACKAGES)
+    _write(folder / "modules.md", f"```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n")
+    measured, stamp = folder / "findings.md", f"% made from the sources {digest(FINDINGS)}\n"
+    if not measured.is_file() or not measured.read_text(encoding="utf-8").startswith(stamp):
+        measured.write_text(stamp + findings(), encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the writer."""
+    app.connect("builder-inited", write)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

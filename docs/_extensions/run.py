@@ -1,0 +1,84 @@
+"""```{run}: commands of squeal with what they print when the site is built.
+
+The content is one command a line. They run in a folder that holds the README's pad.yaml, the
+article's scenes and the systems of the literature. `:head: N` shows the first N lines of each
+output, `:code: N` is the exit code that is expected.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from squeal.commands.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def prepare(app: Sphinx) -> None:
+    """Fill the folder in which the commands run."""
+    folder = Path(app.srcdir) / "generated" / "work"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    pad = re.search(r"```yaml\n(.*?)```", readme, re.DOTALL)
+    assert pad is not None
+    (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
+    systems = ROOT / "squeal" / "article" / "literature" / "systems"
+    for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):
+        shutil.copy(scene, folder)
+    app.env.squeal_work = folder  # type: ignore[attr-defined]
+
+
+class Run(SphinxDirective):
+    """The directive."""
+
+    has_content = True
+    option_spec: ClassVar = {
+        "head": directives.nonnegative_int,
+        "code": directives.nonnegative_int,
+    }
+
+    def run(self) -> list[nodes.Node]:
+        """Run the commands and show them with their output."""
+        shown, problems = [], []
+        for command in self.content:
+            out, errors = io.StringIO(), io.StringIO()
+            with (
+                contextlib.chdir(self.env.squeal_work),  # type: ignore[attr-defined]
+                contextlib.redirect_stdout(out),
+                contextlib.redirect_stderr(errors),
+            ):
+                try:
+                    code = main(shlex.split(command)[1:])
+                except SystemExit as done:  # --help ends so
+                    code = int(done.code or 0)
+            if code != self.options.get("code", 0):
+                problems.append(f"{command!r} ended with {code}: {errors.getvalue()}")
+            lines = (out.getvalue() + errors.getvalue()).rstrip("\n").split("\n")
+            head = self.options.get("head", len(lines))
+            rest = ["..."] if len(lines) > head else []
+            shown.append("\n".join([f"$ {command}", *lines[:head], *rest]))
+        if problems:
+            raise self.error("; ".join(problems))
+        block = nodes.literal_block("", "\n\n".join(shown))
+        block["language"] = "console"
+        self.set_source_info(block)
+        return [block]
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.connect("builder-inited", prepare)
+    app.add_directive("run", Run)
+    return {"parallel_read_safe": False, "parallel_write_safe": True}

@@ -1,0 +1,72 @@
+"""`squeal take`: a figure, table or number of the report with all that belongs to it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from squeal.article.report.taking import names, take
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.tables import table
+from squeal.errors import InputError
+from squeal.files.sources import ROOT
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal take`."""
+    parser.add_argument(
+        "name",
+        nargs="?",
+        metavar="NAME",
+        help="fig11, table-1, or the key of a number such as b2-c.max.Rn; left out: list them",
+    )
+    parser.add_argument(
+        "--to", type=Path, metavar="FOLDER", help="folder to fill (a new one of that name)"
+    )
+    parser.add_argument(
+        "--build",
+        type=Path,
+        metavar="FOLDER",
+        help="folder that holds results/ and paper/ of a build (this one, or the repository's)",
+    )
+
+
+def build_folder(given: Path | None) -> Path:
+    """Where the report was built. Raises InputError if there is no text of the report."""
+    places = [given] if given else [Path(), ROOT.parent]
+    for folder in places:
+        if (folder / "paper" / "report.tex").is_file():
+            return folder
+    raise InputError(
+        f"--build {places[0]}: holds no paper/report.tex; a clone of this software's repository "
+        "in which the report was built is allowed"
+    )
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """List what can be taken, or take it."""
+    folder = build_folder(given.build)
+    if given.name is None:
+        listed = names(folder)
+        rows = [(name, f"{one.place}. {one.title}") for name, one in listed.items()]
+        return Answer(
+            lambda: {"names": {name: vars(one) for name, one in listed.items()}},
+            lambda: table(rows, right=False),
+        )
+    found = take(given.name, folder, given.to)
+    return Answer(
+        lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files)
+    )
+
+
+COMMAND = Command(
+    "take",
+    "A figure, table or number of the report in a folder: data, caption, references, origin.",
+    run,
+    options,
+    scene=False,
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())

@@ -1,0 +1,236 @@
+"""A figure, table or number of the report in a folder of its own, with all that belongs to it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from squeal import __version__
+from squeal.article.report.bibliography import behind, references
+from squeal.article.report.captions import Caption, captions, plain, values
+from squeal.article.report.chapters import CHAPTERS, FIGURES
+from squeal.errors import InputError
+from squeal.files.provenance import Provenance, version
+from squeal.files.sources import digest
+from squeal.files.writing import to_json, write_csv, write_text
+
+ORIGIN = "origin.json"
+"""The file that marks a folder as one of ours."""
+GENERATED = Path("paper") / "generated"
+_LICENCE = """\
+This {kind} and its data are under CC BY 4.0, Creative Commons Attribution 4.0 International,
+https://creativecommons.org/licenses/by/4.0/: use and change them, name their source, and say what
+was changed. Source: squeal contributors, squeal {version}; references.bib holds it in BibTeX.
+"""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What was written: the folder and its files, paths relative to it."""
+
+    name: str
+    folder: str
+    files: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a figure, table or number comes from.
+
+    command: makes it in a clone; reads: the files that it was made from, in the build; module: of
+    this package, whose sources' digest is told.
+    """
+
+    name: str
+    place: str
+    command: str
+    reads: tuple[Path, ...]
+    module: str
+
+    def made(self) -> list[Provenance]:
+        """What made each result among the files."""
+        found = []
+        for file in self.reads:
+            if file.suffix == ".json":
+                told = json.loads(file.read_text(encoding="utf-8")).get("provenance")
+                found += [Provenance.from_dict(told)] if told else []
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """As origin.json holds it."""
+        return {
+            "name": self.name,
+            "place": self.place,
+            "squeal": __version__,
+            "licence": "CC-BY-4.0",
+            "command": self.command,
+            "sources": {"module": self.module, "sha256": digest(self.module)},
+            "read": {
+                file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in self.reads
+            },
+            "results": [made.to_dict() for made in self.made()],
+        }
+
+
+def names(build: Path) -> dict[str, Caption]:
+    """The figures and tables that can be taken, by name, in the report's order."""
+    return captions(build / "paper")
+
+
+def take(name: str, build: Path, to: Path | None = None) -> Taken:
+    """Write a figure, table or number of the build in a folder into a folder of its own.
+
+    name: of a figure or table as `names` lists it or by its number (fig11, table3), or the key of
+    a number; to: the folder, NAME if left out. Raises InputError if there is no such name, if
+    results are missing (the sentence says what builds them), or if the folder holds other things.
+    """
+    listed, told = names(build), values(build / GENERATED)
+    by_number = {f"{one.kind[:3]}{one.number}": one for one in listed.values()}
+    short = re.fullmatch(r"(fig|tab)(?:ure|le)?[ ._-]*0*(\d+)", name.lower())
+    caption = listed.get(name) or (by_number.get(short[1] + short[2]) if short else None)
+    if caption is None and name not in told:
+        raise InputError(
+            f"{name}: is no figure, table or number of the report; `squeal take` lists figures and "
+            "tables, and the keys of numbers stand in paper/generated/*-values.tex after a build"
+        )
+    folder = Path(caption.name if caption else name) if to is None else to
+    _check(folder, caption.name if caption else name)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as made:
+        if caption is None:
+            _number(name, told[name], build, Path(made))
+        else:
+            fill = _figure if caption.kind == "figure" else _table
+            fill(caption, build, Path(made))
+            text = plain(caption.tex, told)
+            write_text(Path(made) / "caption.txt", f"{caption.place}. {text}\n")
+        return Taken(caption.name if caption else name, str(folder), _moved(Path(made), folder))
+
+
+def _check(folder: Path, name: str) -> None:
+    """Refuse a folder that holds anything but an earlier take of the same thing."""
+    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+        return
+    try:
+        if json.loads((folder / ORIGIN).read_text(encoding="utf-8"))["name"] == name:
+            return
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise InputError(
+        f"{folder}: exists and was not written by `squeal take {name}`; a new or an empty folder "
+        "is allowed (--to FOLDER)"
+    )
+
+
+def _moved(made: Path, folder: Path) -> tuple[str, ...]:
+    """Move finished files to their folder; other files in it stay."""
+    files = sorted(str(path.relative_to(made)) for path in made.rglob("*") if path.is_file())
+    for file in files:
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        os.replace(made / file, folder / file)
+    return tuple(files)
+
+
+def _built(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
+    """Files of a build. Raises InputError that says how to build those that are missing."""
+    wanted = tuple(wanted)
+    missing = [file for file in wanted if not (build / file).is_file()]
+    if missing:
+        raise InputError(
+            f"{', '.join(missing)}: not built yet; build first, in {build.resolve().name}: "
+            f"snakemake {' '.join(missing)}"
+        )
+    return tuple(build / file for file in wanted)
+
+
+def _figure(caption: Caption, build: Path, made: Path) -> None:
+    """The figure in three formats, what it draws as CSV, and the files that it was drawn from."""
+    from squeal.article.report.drawn import HEAD, rows
+    from squeal.plots.style import save
+
+    figure = FIGURES[caption.name]
+    reads = _built(build, figure.reads)
+    arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
+    module = f"squeal.article.figures.{figure.module}"
+    drawing = import_module(module).draw(*arguments)
+    for kind in ("pdf", "svg", "png"):
+        save(drawing, made / f"{caption.name}.{kind}", text=False)
+    write_text(made / "alternative.txt", drawing.alternative + "\n")
+    (made / "data").mkdir()
+    for file in reads:
+        shutil.copyfile(file, made / "data" / file.name)
+    if any(word.startswith("results/") for word in figure.reads):
+        write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
+    command = f"snakemake figures/{caption.name}.pdf"
+    origin = Origin(caption.name, caption.place, command, reads, module)
+    _belongings(origin, "figure", made, {name: version(name) for name in ("numpy", "matplotlib")})
+
+
+def _table(caption: Caption, build: Path, made: Path) -> None:
+    """The table as TeX and as CSV."""
+    (chapter,) = (one for one in CHAPTERS if caption.name in one.tables)
+    file = str(GENERATED / f"{caption.name}.tex")
+    (tex,) = _built(build, [file])
+    text = tex.read_text(encoding="utf-8")
+    write_text(made / f"{caption.name}.tex", text)
+    head, *body = table_rows(text)
+    write_csv(made / f"{caption.name}.csv", head, body)
+    module = f"squeal.article.report.{chapter.name}"
+    reads = _built(build, chapter.reads)
+    _belongings(
+        Origin(caption.name, caption.place, f"snakemake {file}", reads, module), "table", made
+    )
+
+
+def _number(key: str, value: str, build: Path, made: Path) -> None:
+    """The number as the report prints it, as text and as TeX."""
+    for chapter in CHAPTERS:
+        file = GENERATED / chapter.generated[0]
+        if f"\\setval{{{key}}}" in (build / file).read_text(encoding="utf-8"):
+            break
+    write_text(made / "value.txt", plain(value) + "\n")
+    write_text(made / "value.tex", value + "\n")
+    module = f"squeal.article.report.{chapter.name}"
+    reads = _built(build, chapter.reads)
+    _belongings(Origin(key, f"\\val{{{key}}}", f"snakemake {file}", reads, module), "number", made)
+
+
+def _belongings(
+    origin: Origin, kind: str, made: Path, drawn_with: dict[str, str] | None = None
+) -> None:
+    """Origin, references and licence, the same for all kinds."""
+    write_text(made / ORIGIN, to_json(origin.to_dict()) + "\n")
+    versions = behind(origin.made()) | (drawn_with or {})
+    texts = [entry.bibtex for entry in references(versions)]
+    write_text(made / "references.bib", "\n\n".join(texts) + "\n")
+    write_text(made / "LICENCE.txt", _LICENCE.format(kind=kind, version=__version__))
+    write_text(made / "command.txt", origin.command + "\n")
+
+
+_RULE = re.compile(r"\\(?:top|mid|bottom)rule|\\end(?:firsthead|head|foot|lastfoot)\b")
+_SPAN = re.compile(r"\\multicolumn\{(\d+)\}\{[^}]*\}\{(.*)\}$", re.DOTALL)
+
+
+def table_rows(tex: str) -> Sequence[list[str]]:
+    """The rows of a generated table as text, its head first and once."""
+    inside = re.sub(r"\\begin\{tabular\}\{(?:[^{}]|\{[^{}]*\})*\}|\\end\{tabular\}", "", tex)
+    found: list[list[str]] = []
+    for row in re.split(r"\\\\", _RULE.sub("", inside)):
+        if not row.strip():
+            continue
+        cells: list[str] = []
+        for cell in re.split(r"(?<!\\)&", row):
+            span = _SPAN.match(cell.strip())
+            cells += [plain(span[2]), *[""] * (int(span[1]) - 1)] if span else [plain(cell)]
+        if not (found and cells == found[0]):
+            found.append(cells)
+    return found
