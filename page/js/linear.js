@@ -27,14 +27,14 @@ export function reduced(engine, body, loads) {
   }), lever };
 }
 
-function solve(J, f) {
-  const cofactor = (i, j) => {
-    const [a, b] = [(i + 1) % 3, (i + 2) % 3], [c, d] = [(j + 1) % 3, (j + 2) % 3];
-    return J[3 * a + c] * J[3 * b + d] - J[3 * a + d] * J[3 * b + c];
-  };
-  const determinant = [0, 1, 2].reduce((sum, j) => sum + J[j] * cofactor(0, j), 0);
-  const x = [0, 1, 2].map((j) => [0, 1, 2].reduce((sum, i) => sum + cofactor(i, j) * f[i], 0));
-  return { x: x.map((v) => v / determinant), determinant };
+/** Solution of J x = f (J row by row) by cofactors, and the determinant. */
+function solve([a, b, c, d, e, f, g, h, i], [p, q, r]) {
+  const [A, B, C] = [e * i - f * h, f * g - d * i, d * h - e * g];
+  const determinant = a * A + b * B + c * C;
+  const x = A * p + (c * h - b * i) * q + (b * f - c * e) * r;
+  const y = B * p + (a * i - c * g) * q + (c * d - a * f) * r;
+  const z = C * p + (b * g - a * h) * q + (a * e - b * d) * r;
+  return { x: [x / determinant, y / determinant, z / determinant], determinant };
 }
 
 /** Newton's method for a place of rest at the body's mu; null where it does not converge. */
@@ -44,9 +44,7 @@ function rest(engine, body, z, passes) {
   for (let pass = 0; pass < passes; pass++) {
     const contact = touching(gapsAt(engine, body, at));
     const f = loadsAt(engine, body, at, contact || 3); // a separated pad is pulled back
-    const J = Array.from({ length: 9 }, (_, i) => {
-      return f[3 + i] / ((i > 5 ? w : 1) * (i % 3 === 2 ? w : 1));
-    });
+    const J = [f[3], f[4], f[5] / w, f[6], f[7], f[8] / w, f[9] / w, f[10] / w, f[11] / w / w];
     const { x, determinant } = solve(J, [f[0], f[1], f[2] / w]);
     if (!x.every(Number.isFinite)) return null;
     for (let i = 0; i < 3; i++) at[i] += x[i];
@@ -82,17 +80,19 @@ export function branch(engine, body, muMax, longest = 1 / 64, shortest = 1e-5) {
   let step = muMax * longest;
   while (points.at(-1).mu < muMax && step > muMax * shortest) {
     const last = points.at(-1), mu = Math.min(last.mu + step, muMax);
-    const next = follow(engine, body, last, mu);
+    const next = follow(engine, body, last, mu, points.at(-2));
     if (next) points.push(next);
     step = next ? Math.min(1.5 * step, muMax * longest) : step / 2;
   }
   return points;
 }
 
-/** The equilibrium at mu on the branch of a point nearby, or null. */
-export function follow(engine, body, from, mu) {
+/** The equilibrium at mu on the branch of a point nearby, or null; `before` gives the direction. */
+export function follow(engine, body, from, mu, before) {
   const here = withFriction(engine, body, mu);
-  const found = rest(engine, here, from.z, 8);
+  const ahead = before ? (mu - from.mu) / (from.mu - before.mu) : 0;
+  const guess = before ? from.z.map((v, i) => v + ahead * (v - before.z[i])) : from.z;
+  const found = rest(engine, here, guess, 8);
   if (!found || found.side !== from.side) return null;
   const size = Math.max(...from.z.map(Math.abs));
   const moved = Math.max(...found.z.map((v, i) => Math.abs(v - from.z[i])));

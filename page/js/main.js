@@ -9,7 +9,7 @@ import { fromCase, fromLink, toLink, toScene } from "./settings.js";
 import { play, render, silence } from "./sound.js";
 import { spectrum } from "./spectrum.js";
 
-const SAMPLES = 2048, MOST_STEPS = 5000, MU_MAX = 2, MAP = 40;
+const SAMPLES = 1024, MOST_STEPS = 5000, MU_MAX = 2, MAP = 40;
 const SWEEP = 12; // seconds in which the picture goes through the time shown
 const SLICE = 5; // ms of each frame that the map may take
 const id = (name) => document.getElementById(name);
@@ -147,7 +147,7 @@ async function start() {
       verdict: at ? linear.VERDICTS[at.verdict] : "none",
       threshold: thresholds.length
         ? thresholds.map((t) => `${t.kind} from µ = ${t.mu.toFixed(6)} at ${t.hertz.toFixed(0)} Hz`).join("; ")
-        : `none up to µ = ${(points.at(-1)?.mu ?? 0).toPrecision(4)}`,
+        : `none up to µ = ${(points.at(-1)?.mu ?? 0).toPrecision(4)}${points.at(-1)?.mu < MU_MAX ? ", where the branch ends" : ""}`,
     };
     for (const [key, value] of Object.entries(rows)) id(`n_${key}`).textContent = value;
     id("eigenvalues").innerHTML = eigen.map(({ re, im }) => {

@@ -79,8 +79,9 @@ class Browser:
     def run(self, script: str) -> Any:
         """The value of a script in the page; promises are awaited."""
         answer = self.ask(
-            "Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True
-        )
+            "Runtime.evaluate",
+            expression=script, awaitPromise=True, returnByValue=True, userGesture=True,
+        )  # fmt: skip
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 

@@ -214,15 +214,17 @@ def test_nothing_is_wider_than_the_window(page, width, tmp_path):
 
 
 def test_redraws(page, capsys):
-    costs = page.run(
-        "(async () => { const costs = []; const s = document.getElementById('mu');"
+    move = (
+        "(async () => { const costs = [], s = document.getElementById('mu');"
         "for (let i = 0; i < 30; i++) { const last = squeal.view;"
         f"({ADD_ONE})(s);"
         "while (squeal.view === last) await new Promise(requestAnimationFrame);"
-        "costs.push([squeal.view.cost.compute, squeal.view.cost.draw]); } return costs; })()"
+        "costs.push(squeal.view.cost.compute + squeal.view.cost.draw); } return costs; })()"
     )
+    page.run(move)  # the browser compiles what runs often
+    costs = sorted(page.run(move))
     assert len(costs) == 30
-    compute, draw = (statistics.median(c) for c in zip(*costs[10:], strict=True))
-    quickest = min(sum(c) for c in costs)
     with capsys.disabled():
-        print(f"\nredraw: {compute:.1f} + {draw:.1f} ms (median), {quickest:.1f} ms (quickest)")
+        print(
+            f"\nredraw: median {statistics.median(costs):.1f} ms, 9 of 10 below {costs[26]:.1f} ms"
+        )

@@ -11,7 +11,7 @@ from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
 from squeal.errors import ComputationError
-from squeal.scene import Scene, read_scene
+from squeal.scene import read_scene
 from tests.conftest import ROOT
 
 SCENES = [ROOT / "workflow" / "scenes" / f"{stem}.yaml" for stem in CASES]
@@ -88,6 +88,7 @@ def test_map_about_the_sliding_equilibrium(node, path):
 def test_map_about_the_origin(node):
     n, scene = 24, read_scene(SCENES[6])
     (answer,) = node("small_motions.js", [as_json(scene) | {"map": n}])
-    pad = dataclasses.replace(scene.pad, x0=0.0, y0=0.0)
-    codes = stability_map(Scene("B3", pad, scene.formulation), angle_axes(n)).codes.ravel()
+    b3 = read_scene(ROOT / "workflow" / "scenes" / "b3.yaml")  # the same pad
+    linear = dataclasses.replace(b3, formulation=scene.formulation)
+    codes = stability_map(linear, angle_axes(n)).codes.ravel()
     assert list(codes - 1) == answer["origin"]
