@@ -75,6 +75,7 @@ NEEDS = {
     "claims": ([], "repository"),
     "findings": ([], "repository"),
     "identify": (["--scenes", "none"], "existing folder"),
+    "take": (["fig11"], "build first"),
 }
 
 
