@@ -75,7 +75,7 @@ NEEDS = {
     "claims": ([], "repository"),
     "findings": ([], "repository"),
     "identify": (["--scenes", "none"], "existing folder"),
-    "take": (["fig11"], "build first"),
+    "take": (["fig11"], "repository"),
 }
 
 
