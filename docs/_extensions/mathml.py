@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -9,16 +10,21 @@ from docutils.utils.math import latex2mathml
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
+SHORT = re.compile(r"\\[td]?frac\d")
 LOGGER = logging.getLogger(__name__)
 
 
 def converted(node: nodes.Element, block: bool) -> str:
     """The MathML of a node's formula; one that cannot be converted is a warning."""
     try:
-        return str(latex2mathml.tex2mathml(node.astext(), as_block=block))
+        if SHORT.search(node.astext()):
+            raise ValueError("the converter reads \\frac12 as 12 over what follows")
+        found = str(latex2mathml.tex2mathml(node.astext(), as_block=block))
     except Exception as error:
         LOGGER.warning("formula %r: %s", node.astext(), error, location=node)
         return ""
+    # bars are brackets here, of one size and without the space around a relation
+    return re.sub(r"<mo[^>]*>[|∣]</mo>", '<mo stretchy="false" lspace="0" rspace="0">|</mo>', found)
 
 
 def inline(translator: Any, node: nodes.Element) -> None:

@@ -16,7 +16,7 @@ pad = squeal.Pad(
     alpha1=0.5 * np.pi, alpha2=np.pi, mu=0.4, F_n=4500.0,
 )
 
-found = squeal.stability_map(squeal.Scene("B1", pad), squeal.angle_axes(12), traced=True)
+found = squeal.stability_map(squeal.Scene("B1", pad), squeal.angle_axes(20), traced=True)
 print({name: round(share, 3) for name, share in found.share.items() if share > 0.0})
 
 # %%
