@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
     from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+    from squeal.analysis.unstable import growing_modes
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
     from squeal.model.contact import Formulation
@@ -44,12 +45,14 @@ if TYPE_CHECKING:
         LoopThreshold,
         Spectrum,
         TrackedModes,
+        UnstableMode,
         complex_eigenvalues,
         critical_points,
         crossings,
         friction_loop,
         judge,
         track,
+        unstable_modes,
         verdict,
     )
 
@@ -75,6 +78,7 @@ _HOME = {
         "eigenvalue_sensitivities",
         "threshold_sensitivities",
     ),
+    "squeal.analysis.unstable": ("growing_modes",),
     "squeal.equilibrium": ("Equilibrium",),
     "squeal.errors": (
         "ComputationError",
@@ -105,12 +109,14 @@ _HOME = {
         "LoopThreshold",
         "Spectrum",
         "TrackedModes",
+        "UnstableMode",
         "complex_eigenvalues",
         "critical_points",
         "crossings",
         "friction_loop",
         "judge",
         "track",
+        "unstable_modes",
         "verdict",
     ),
 }
@@ -140,6 +146,7 @@ __all__ = [
     "Spectrum",
     "StabilityMap",
     "TrackedModes",
+    "UnstableMode",
     "analyse",
     "angle_axes",
     "article_linearisation",
@@ -149,6 +156,7 @@ __all__ = [
     "crossings",
     "eigenvalue_sensitivities",
     "friction_loop",
+    "growing_modes",
     "judge",
     "judged_equilibria",
     "read_plain",
@@ -158,6 +166,7 @@ __all__ = [
     "sweep_mu",
     "threshold_sensitivities",
     "track",
+    "unstable_modes",
     "verdict",
 ]
 

@@ -19,7 +19,7 @@ OF_SCENES = [
     for n in FUNCTIONS
     if next(iter(inspect.signature(getattr(squeal, n)).parameters), "") == "scene"
 ]
-OF_SYSTEMS = ["critical_points", "crossings", "friction_loop", "track"]
+OF_SYSTEMS = ["critical_points", "crossings", "friction_loop", "track", "unstable_modes"]
 
 
 def system(mu):

@@ -10,7 +10,7 @@ from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Path
 from squeal.model.linear import about_origin
 from squeal.scene import Scene, takes_scene
-from squeal.stability import CriticalPoint, Crossing, Matrices, thresholds, verdict
+from squeal.stability import CriticalPoint, Crossing, Matrices, System, thresholds, verdict
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,32 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
     the last entry. Raises ComputationError if there is no equilibrium without friction.
     """
+    system, path = branch_system(scene, mu_max)
+    if path is None:
+        found = thresholds(system, mu_max)
+        end = f"mu = {mu_max:g} is reached"
+        points = tuple(found.points)
+        return CriticalFriction(verdict(*system(0.0)), points, mu_max, end, tuple(found.crossings))
+    found = thresholds(system, path.mu_end, path.breakpoints)
+    end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9)
+    reached = [point for point in found.points if point.mu < end_of_path]
+    if path.fold is not None:
+        reached.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
+    return CriticalFriction(
+        verdict(*system(0.0)),
+        tuple(reached),
+        path.mu_end,
+        path.end,
+        tuple(crossing for crossing in found.crossings if crossing.mu < end_of_path),
+    )
+
+
+def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
+    """mu -> (M, C, K) about the equilibrium on the branch from mu = 0, and the branch's path.
+
+    B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
+    there is no equilibrium without friction.
+    """
     C = damping_matrix(scene)
     if scene.pad_model.linear:
 
@@ -42,29 +68,11 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
             matrices = about_origin(scene.pad_model.replace(mu=mu))
             return matrices.M, C, matrices.K
 
-        all_of_them = thresholds(at_origin, mu_max)
-        return CriticalFriction(
-            verdict(*at_origin(0.0)),
-            tuple(all_of_them.points),
-            mu_max,
-            f"mu = {mu_max:g} is reached",
-            tuple(all_of_them.crossings),
-        )
+        return at_origin, None
     path = Path.of(scene.pad_model, mu_max)
 
     def on_branch(mu: float) -> Matrices:
         matrices = path.linearisation(mu)
         return matrices.M, C, matrices.K
 
-    found = thresholds(on_branch, path.mu_end, path.breakpoints)
-    end = np.inf if path.fold is None else path.fold * (1 - 1e-9)
-    points = [point for point in found.points if point.mu < end]
-    if path.fold is not None:
-        points.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
-    return CriticalFriction(
-        verdict(*on_branch(0.0)),
-        tuple(points),
-        path.mu_end,
-        path.end,
-        tuple(crossing for crossing in found.crossings if crossing.mu < end),
-    )
+    return on_branch, path

@@ -26,6 +26,7 @@ class Analysis:
     """One equilibrium, the linearisation about it, its six eigenvalues and the verdict.
 
     q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
+    on_branch: the equilibrium is reached from the one without friction.
     """
 
     model: str
@@ -36,6 +37,7 @@ class Analysis:
     matrices: Linearisation = field(repr=False)
     spectrum: Spectrum = field(repr=False)
     judgement: Judgement
+    on_branch: bool = True
 
     @property
     def contact(self) -> str:
@@ -60,7 +62,7 @@ def analyse(scene: Scene) -> Analysis:
     found, how = sliding_equilibrium(scene.pad_model)
     if found is None:
         raise ComputationError(how)
-    return _about(scene, found, how, C)
+    return dataclasses.replace(_about(scene, found, how, C), on_branch=found.on_branch)
 
 
 @takes_scene

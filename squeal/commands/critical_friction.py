@@ -17,7 +17,7 @@ from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw, sweep
-from squeal.commands.tables import elided, number
+from squeal.commands.tables import elided, in_words, number
 from squeal.errors import InputError
 from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
@@ -93,7 +93,7 @@ def data(found: CriticalFriction) -> dict[str, Any]:
 
 def text(found: CriticalFriction) -> str:
     """The same for people."""
-    head = f"without friction: {found.at_zero}"
+    head = f"without friction: {in_words(found.at_zero)}"
     tail = f"followed up to mu = {found.mu_end:.9g}: {found.end}"
     if not found.points:
         parts = [head, "no change of stability"]

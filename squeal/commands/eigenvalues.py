@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
+from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Command, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import refuse_sensitivity, value_of
@@ -25,7 +26,14 @@ from squeal.commands.sweep import (
     write_eigenvalues,
     write_sweep,
 )
-from squeal.commands.tables import number
+from squeal.commands.tables import in_words, number
+from squeal.commands.unstable import (
+    filter_of,
+    filter_options,
+    of_system,
+    unstable_rows,
+    unstable_text,
+)
 from squeal.files.provenance import provenance
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, judge
@@ -46,6 +54,7 @@ def options(parser: Parser) -> None:
         action="store_true",
         help="how each eigenvalue moves with each parameter of a scene",
     )
+    filter_options(parser)
     file_options(
         parser,
         table="write the eigenvalues, or those of the sweep, to FILE",
@@ -86,7 +95,7 @@ def text(analysis: Analysis) -> str:
             "",
             eigenvalue_table(analysis.spectrum),
             "",
-            f"verdict: {analysis.judgement}",
+            f"verdict: {in_words(str(analysis.judgement))}",
         ]
     )
 
@@ -94,10 +103,10 @@ def text(analysis: Analysis) -> str:
 def beside_text(origin: Analysis) -> str:
     """The linearisation about the origin for people."""
     frequencies = ", ".join(number(e.frequency_hz) for e in origin.spectrum.eigenvalues[::2])
-    growth = origin.spectrum.dominant.growth_rate
+    growth = number(origin.spectrum.dominant.growth_rate)
     return (
         f"beside it, about the origin in full contact (the article's linearisation): "
-        f"{origin.judgement.verdict}, {frequencies} Hz, largest real part {number(growth)} 1/s"
+        f"{in_words(origin.judgement.verdict)}, {frequencies} Hz, largest real part {growth} 1/s"
     )
 
 
@@ -106,6 +115,8 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     at = value_of(given.at, system)
     M, C, K = matrices = system(at)
     spectrum, judgement = complex_eigenvalues(*matrices), judge(*matrices)
+    grow, chosen = of_system(system, at), filter_of(given)
+    listed = chosen(grow)
     steps = sweep(system, mus) if mus else []
     write(given, spectrum, steps, None)
     found = {
@@ -115,13 +126,15 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "C": (np.zeros_like(M) if C is None else C).tolist(),
         "K": K.tolist(),
         "eigenvalues": eigenvalue_rows(spectrum),
+        "unstable": unstable_rows(listed),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
     }
     parts = [
         f"{system.name}, {system.parameter} = {number(at)}",
         eigenvalue_table(spectrum),
-        f"verdict: {judgement}",
+        f"verdict: {in_words(str(judgement))}",
+        unstable_text(listed, chosen, len(grow), system.parameter),
     ]
     return Answer(
         lambda: (
@@ -136,13 +149,15 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
 def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -> Answer:
     """The answer for a scene."""
     analysis = analyse(scene)
+    grow, chosen = growing_modes(scene, analysis), filter_of(given)
+    listed = chosen(grow)
     origin = None if scene.pad_model.linear else article_linearisation(scene)
     steps = sweep(scene, mus) if mus else []
     moves = eigenvalue_moves(scene, analysis) if given.sensitivity else None
     write(given, analysis.spectrum, steps, origin)
 
     def full() -> dict[str, Any]:
-        found = data(analysis)
+        found = data(analysis) | {"unstable": unstable_rows(listed)}
         if origin is not None:
             found["origin"] = {
                 "K": origin.matrices.K.tolist(),
@@ -156,7 +171,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
         return found | {"provenance": provenance([given.source.file], MODULE).to_dict()}
 
     def shown() -> str:
-        parts = [text(analysis)]
+        parts = [text(analysis), unstable_text(listed, chosen, len(grow))]
         if origin is not None:
             parts.append(beside_text(origin))
         if steps:

@@ -5,6 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 SHOWN = 40  # rows; a longer table shows its two ends
+WORDS = {"marginal": "marginal (undamped, nothing grows)"}
+"""What a verdict means, where its word alone does not say it."""
+
+
+def in_words(verdict: str) -> str:
+    """A verdict, or a sentence that begins with one, for people."""
+    word, colon, rest = verdict.partition(":")
+    return WORDS.get(word, word) + colon + rest
 
 
 def number(value: float, digits: int = 6) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -114,15 +115,19 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch starts: the equilibrium of least potential energy without friction."""
-    smooth = model.replace(mu=0.0)
-    statics = Statics.of(smooth)
+    best = _least(model.replace(mu=0.0))
+    if best is None:
+        return None
+    units = Statics.of(model.replace(mu=0.0)).units
+    z = np.append(units.to_scaled(np.array([*best.q, 0.0, 0.0, 0.0]))[:3], 0.0)
+    return z, best.state
+
+
+@lru_cache(maxsize=8)  # one question asks for the same pad several times
+def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
     found = find_all(smooth, near=True) or find_all(smooth)
-    if not found:
-        return None
-    best = found[0]
-    z = np.append(statics.units.to_scaled(np.array([*best.q, 0.0, 0.0, 0.0]))[:3], 0.0)
-    return z, best.state
+    return found[0] if found else None
 
 
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:

@@ -20,6 +20,7 @@ from squeal.stability.thresholds import (
     thresholds,
 )
 from squeal.stability.tracking import TrackedModes, track
+from squeal.stability.unstable import UnstableMode, unstable_modes
 
 __all__ = [
     "VERDICTS",
@@ -35,6 +36,7 @@ __all__ = [
     "System",
     "Thresholds",
     "TrackedModes",
+    "UnstableMode",
     "complex_eigenvalues",
     "critical_points",
     "crossings",
@@ -47,5 +49,6 @@ __all__ = [
     "thresholds",
     "track",
     "undamped_verdicts",
+    "unstable_modes",
     "verdict",
 ]

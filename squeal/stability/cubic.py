@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -259,6 +258,8 @@ def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[n
 
         values = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
         return _settled(values, (size, size**2, size**3), rounding, picked)
+
+    from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(2) as pool:  # numpy lets go of the interpreter while it computes
         return np.concatenate(list(pool.map(part, range(0, u.shape[1], step))))

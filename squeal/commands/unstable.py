@@ -1,0 +1,106 @@
+"""The table of growing modes that `squeal eigenvalues` prints."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from squeal.commands.base import Parser
+from squeal.commands.tables import elided, number
+from squeal.errors import InputError
+from squeal.scene import PlainSystem
+from squeal.stability import UnstableMode, crossings, unstable_modes
+
+ONSET_SIZE = 40  # degrees of freedom up to which a plain system's crossings are always sought
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Which growing modes are listed: frequencies (Hz) in a band, rates (1/s) from the least on."""
+
+    band: tuple[float, float] | None = None
+    least: float = 0.0
+
+    def __call__(self, modes: Sequence[UnstableMode]) -> list[UnstableMode]:
+        low, high = self.band or (0.0, math.inf)
+        return [m for m in modes if low <= m.frequency_hz <= high and m.growth_rate >= self.least]
+
+    def __str__(self) -> str:
+        words = f" between {self.band[0]:g} and {self.band[1]:g} Hz" if self.band else ""
+        return words + (f" at {self.least:g} 1/s or more" if self.least else "")
+
+
+def filter_options(parser: Parser) -> None:
+    """Options --band and --min-growth."""
+    parser.add_argument(
+        "--band", metavar="LOW:HIGH", help="list unstable modes of these frequencies only, in Hz"
+    )
+    parser.add_argument(
+        "--min-growth", metavar="RATE", help="list unstable modes that grow so fast only, in 1/s"
+    )
+
+
+def filter_of(given: argparse.Namespace) -> Filter:
+    """The filter that the options name. Raises InputError."""
+    band, least = None, 0.0
+    if given.band is not None:
+        try:
+            low, high = map(float, given.band.split(":"))
+        except ValueError:
+            low = high = math.nan
+        if not 0.0 <= low < high < math.inf:
+            raise InputError(
+                f"--band {given.band}: is not allowed; it must be LOW:HIGH in Hz with "
+                "0 <= LOW < HIGH"
+            )
+        band = low, high
+    if given.min_growth is not None:
+        try:
+            least = float(given.min_growth)
+        except ValueError:
+            least = math.nan
+        if not 0.0 <= least < math.inf:
+            raise InputError(
+                f"--min-growth {given.min_growth}: is not allowed; it must be a finite number of "
+                "at least 0, in 1/s"
+            )
+    return Filter(band, least)
+
+
+def of_system(system: PlainSystem, at: float) -> tuple[UnstableMode, ...]:
+    """What grows in a plain system; onsets only where the range from 0 to `at` is searched."""
+    searched = at > 0.0 and system.n <= ONSET_SIZE
+    grow = unstable_modes(system, at)
+    return unstable_modes(system, at, crossings(system, at)) if grow and searched else grow
+
+
+def unstable_rows(modes: Sequence[UnstableMode]) -> list[dict[str, Any]]:
+    """Growing modes as JSON rows."""
+    return [dataclasses.asdict(mode) for mode in modes]
+
+
+def unstable_text(
+    modes: Sequence[UnstableMode], chosen: Filter, all_of_them: int, parameter: str = "mu"
+) -> str:
+    """Growing modes for people; `all_of_them` is their number before the filter."""
+    if not modes:
+        elsewhere = f" ({all_of_them} elsewhere)" if all_of_them else ""
+        return f"no unstable mode{chosen}{elsewhere}"
+    rows = [("  unstable", "frequency, Hz", "growth, 1/s", "damping ratio", f"onset, {parameter}")]
+    rows += [
+        (
+            f"  {mode.kind}",
+            number(mode.frequency_hz),
+            number(mode.growth_rate),
+            number(mode.damping_ratio),
+            "-" if mode.onset is None else number(mode.onset, 9),
+        )
+        for mode in modes
+    ]
+    left = all_of_them - len(modes)
+    note = f"\n  {left} more unstable, not{chosen}" if left else ""
+    return elided(rows, "--json") + note

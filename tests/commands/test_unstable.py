@@ -1,0 +1,111 @@
+"""The table of unstable modes, its filters, and what a healthy pad is called."""
+
+import json
+
+import pytest
+
+from squeal.commands.cli import main
+from squeal.files.sources import ROOT as PACKAGE
+from tests.conftest import ROOT, SCENES
+
+SYSTEMS = PACKAGE / "article" / "literature" / "systems"
+PAD = """model: B1
+parameters:
+  {m: 0.2, w: 0.04, h: 0.014, k1: 2.0e7, k2: 2.6e7, k3: 8.7e6, k4: 8.7e6, L1: 0.8, L2: 0.8,
+   alpha1: 0.5*pi, alpha2: pi, mu: 0.4, F_n: 4500.0}
+"""
+
+
+@pytest.fixture
+def pad(tmp_path):
+    path = tmp_path / "pad.yaml"
+    path.write_text(PAD)
+    return path
+
+
+def run(capsys, *arguments):
+    code = main(["eigenvalues", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def unstable(capsys, *arguments):
+    code, out, err = run(capsys, *arguments, "--json")
+    assert (code, err) == (0, "")
+    return json.loads(out)["unstable"]
+
+
+def test_a_pad_says_what_grows_and_since_when(capsys, pad):
+    (mode,) = unstable(capsys, pad)
+    found = json.loads(run(capsys, pad, "--json")[1])
+    first = found["eigenvalues"][0]
+    assert mode["growth_rate"] == first["real"] > 0
+    assert {k: mode[k] for k in ("frequency_hz", "damping_ratio")} == {
+        k: first[k] for k in ("frequency_hz", "damping_ratio")
+    }
+    main(["critical-friction", str(pad), "--json"])
+    critical = json.loads(capsys.readouterr().out)["critical"]
+    assert mode["onset"] == pytest.approx(critical[0]["mu"], rel=1e-9)
+    assert mode["kind"] == "flutter"
+    assert "onset, mu" in run(capsys, pad)[1]
+
+
+def test_filters(capsys, pad):
+    assert unstable(capsys, pad, "--band", "2000:4000") == []
+    assert len(unstable(capsys, pad, "--band", "1000:2000", "--min-growth", "600")) == 1
+    assert unstable(capsys, pad, "--min-growth", "700") == []
+    out = run(capsys, pad, "--band", "2000:4000")[1]
+    assert "no unstable mode between 2000 and 4000 Hz (1 elsewhere)" in out
+    # the eigenvalues themselves stay complete
+    assert "3931.9" in out
+
+
+def test_plain_systems(capsys):
+    # omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on
+    (mode,) = unstable(capsys, SYSTEMS / "mode_coupling.yaml", "--at", "1")
+    assert mode["onset"] == pytest.approx(0.75, rel=1e-12)
+    assert mode["growth_rate"] == pytest.approx(0.202072, abs=1e-6)
+    # nothing grows in Ziegler's pendulum without load
+    assert unstable(capsys, SYSTEMS / "ziegler.yaml", "--at", "0") == []
+
+
+def test_a_linear_model_has_onsets_too(capsys, pad):
+    scene = SCENES / "b3.yaml"
+    for mode in unstable(capsys, scene, "--set", "mu=1.5"):
+        assert mode["onset"] is None or 0 < mode["onset"] < 1.5
+
+
+def test_a_healthy_pad_is_told_so(capsys, pad):
+    out = run(capsys, pad, "--set", "mu=0.1")[1]
+    assert "verdict: marginal (undamped, nothing grows): discriminant" in out
+    assert "no unstable mode\n" in out
+    found = json.loads(run(capsys, pad, "--set", "mu=0.1", "--json")[1])
+    assert found["verdict"] == "marginal"
+    assert "nothing grows" not in json.dumps(found)
+    out = run(capsys, pad, "--set", "damping.ratios=[0.01, 0.01, 0.01]", "--set", "mu=0.1")[1]
+    assert "verdict: stable: " in out
+    main(["critical-friction", str(pad)])
+    assert "without friction: marginal (undamped, nothing grows)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["--band", "1:0"], "--band 1:0: is not allowed; it must be LOW:HIGH in Hz"),
+        (["--band", "1"], "--band 1"),
+        (["--band=-1:2"], "--band -1:2"),
+        (["--band", "0:inf"], "--band 0:inf"),
+        (["--min-growth", "x"], "--min-growth x: is not allowed"),
+        (["--min-growth=-1"], "--min-growth -1"),
+        (["--min-growth", "inf"], "--min-growth inf"),
+    ],
+)
+def test_refusals(capsys, pad, arguments, part):
+    code, out, err = run(capsys, pad, *arguments)
+    assert (code, out) == (2, "")
+    assert part in err
+    assert err.count("\n") == 1
+
+
+def test_the_readme_names_the_flags():
+    assert "--band" in (ROOT / "docs" / "queries.md").read_text(encoding="utf-8")
