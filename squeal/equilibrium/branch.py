@@ -44,7 +44,7 @@ class Branch:
 
 def _tangent(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
     """Unit vector along the branch at z (sign open)."""
-    return np.asarray(np.linalg.svd(statics.derivative(z, state))[2][3])
+    return np.asarray(np.linalg.svd(statics.linearised(z, state)[1])[2][3])
 
 
 def _correct(
@@ -53,8 +53,8 @@ def _correct(
     """Newton's method on the balance with the fourth condition row.z = value."""
 
     def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f = np.append(statics.residual(z, state), row @ z - value)
-        return f, np.vstack([statics.derivative(z, state), row])
+        f, J = statics.linearised(z, state)
+        return np.append(f, row @ z - value), np.vstack([J, row])
 
     found = newton(conditions, z, steps=12)
     return found.x if found.converged else None
@@ -66,8 +66,9 @@ def _at_contact_change(
     """The place near z at which the gap of a contact point vanishes along the branch."""
 
     def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f = np.append(statics.residual(z, state), statics.gaps(z)[point])
-        return f, np.vstack([statics.derivative(z, state), statics.gap_derivative(z, point)])
+        f, J = statics.linearised(z, state)
+        gap, slope = statics.gaps(z)[point], statics.gap_derivative(z, point)
+        return np.append(f, gap), np.vstack([J, slope])
 
     found = newton(conditions, z, tolerance=1e-12)
     return found.x if found.converged else None

@@ -69,8 +69,7 @@ def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
     done = []
     for _ in range(60):
         with np.errstate(all="ignore"):
-            f = statics.residual(z, state)
-            J = statics.derivative(z, state)[:, :3]
+            f, J = statics.linearised(z, state, 3)
             good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
             z, f, J = z[:, good], f[:, good], J[:, :, good]
             good = np.abs(np.linalg.det(np.moveaxis(J, -1, 0))) > 0.0

@@ -35,7 +35,7 @@ def _balance(
         part = dataclasses.replace(statics, model=subset(statics.model, names, here))
         at = z[:, here]
         with np.errstate(all="ignore"):
-            f, J = part.residual(at, state), part.derivative(at, state)[:, :3]
+            f, J = part.linearised(at, state, 3)
             good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
             J[:, :, ~good], f[:, ~good] = np.eye(3)[:, :, None], 0.0
             side[here] = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))

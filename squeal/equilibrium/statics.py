@@ -11,7 +11,7 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.numerics.newton import complex_step, newton
+from squeal.numerics.newton import complex_step, newton, with_derivative
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,11 @@ class Statics:
         f = net_loads(np, c, self.model.law, tuple(self.place(z)), state)
         return np.array(np.broadcast_arrays(f.x, f.y, f.moment / self.model.pad.w))
 
-    def derivative(self, z: np.ndarray, state: State) -> np.ndarray:
-        """Derivative of the residual by z, shape (3, 4, ...), by complex steps."""
-        return complex_step(lambda z: self.residual(z, state), z)
+    def linearised(
+        self, z: np.ndarray, state: State, unknowns: int = 4
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The residual (3, ...) and its derivative (3, unknowns, ...) by the first parts of z."""
+        return with_derivative(lambda z: self.residual(z, state), z, unknowns)
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
@@ -95,8 +97,7 @@ class Statics:
         mu = z[3:]
 
         def balance(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            z = np.append(q, mu)
-            return self.residual(z, state), self.derivative(z, state)[:, :3]
+            return self.linearised(np.append(q, mu), state, 3)
 
         found = newton(balance, z[:3], stalled=1e-8)
         return np.append(found.x, mu) if found.converged else None

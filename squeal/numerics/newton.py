@@ -17,11 +17,23 @@ def complex_step(f: Callable[[Any], Any], x: Any, along: Any = None) -> np.ndarr
     f takes and gives arrays and is analytic. The result (p, m, ...) holds df_i/dx_j; with a
     direction `along` (m, ...) it is the derivative (p, ...) in this direction.
     """
+    if along is None:
+        return with_derivative(f, x)[1]
+    return np.asarray(f(np.asarray(x, dtype=complex) + 1j * STEP * np.asarray(along)).imag / STEP)
+
+
+def with_derivative(
+    f: Callable[[Any], Any], x: Any, unknowns: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """f (p, ...) at real x (m, ...) and its derivative by the first `unknowns` (all) of x.
+
+    Both come from one evaluation of f at complex x (see `complex_step`).
+    """
     at = np.asarray(x, dtype=complex)
-    if along is not None:
-        return np.asarray(f(at + 1j * STEP * np.asarray(along)).imag / STEP)
-    shift = np.eye(len(at)).reshape((len(at),) * 2 + (1,) * (at.ndim - 1))
-    return np.asarray(f(at[:, None] + 1j * STEP * shift).imag / STEP)
+    m = len(at)
+    shift = np.eye(m)[:, :unknowns].reshape((m, -1) + (1,) * (at.ndim - 1))
+    found = np.asarray(f(at[:, None] + 1j * STEP * shift))
+    return found.real[:, 0], found.imag / STEP
 
 
 @dataclass(frozen=True, eq=False)

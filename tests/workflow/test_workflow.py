@@ -18,7 +18,7 @@ from squeal.files.sources import sources
 from tests.conftest import ROOT
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
-TIMED = {"accuracy", "extreme", "precision"}
+TIMED = {"precision"}
 MAPS = {"results/quasi_static.json", "results/angles.json", "figures/fig13.pdf", "figures/maps.pdf"}
 
 

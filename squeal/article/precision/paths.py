@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
 from squeal.model.equations import PadModel
+from squeal.model.law import ContactLaw
 from squeal.model.states import State
 from squeal.scene import Scene
 from squeal.simulation.reference import ChangeTimes
@@ -63,33 +64,37 @@ def batch(scene: Scene, tolerance: float) -> Run:
     return Run(place, found["events"][0][:, 0] / units.time, int(found["steps"][0]))
 
 
-class Compiled:
-    """Right-hand side and gaps of a scaled pad as compiled functions, for each contact state."""
+@lru_cache(maxsize=64)
+def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
+    """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
+    import heyoka as hy
 
-    def __init__(self, model: PadModel) -> None:
-        self._model = model
-        self._ready: dict[State, tuple[Any, Any]] = {}
+    from squeal.simulation.integrators.taylor import coefficient_names, equations
 
-    def of(self, contact: State) -> tuple[Any, Any]:
-        """rhs(state) -> (6,) and gaps(state) -> (2,) within a contact state."""
-        if contact not in self._ready:
-            import heyoka as hy
+    system, heights, _ = equations(law, contact)
+    variables = [variable for variable, _ in system]
 
-            from squeal.simulation.integrators.taylor import coefficient_names, equations
+    def function(outputs: list[Any]) -> tuple[Any, int]:
+        read = hy.get_params(outputs)
+        highest = max(i for i in range(-1, len(coefficient_names())) if i < 0 or hy.par[i] in read)
+        return hy.cfunc(outputs, variables), highest + 1
 
-            system, heights, _ = equations(self._model.law, contact)
-            variables = [variable for variable, _ in system]
-            numbers = np.array([float(getattr(self._model.c, n)) for n in coefficient_names()])
+    return function([f for _, f in system]), function(heights)
 
-            def function(outputs: list[Any]) -> Any:
-                used = len(hy.get_params(outputs)) and 1 + max(
-                    i for i in range(len(numbers)) if hy.par[i] in hy.get_params(outputs)
-                )
-                call, pars = hy.cfunc(outputs, variables), numbers[:used]
-                return lambda state: call(np.ascontiguousarray(state), pars=pars)
 
-            self._ready[contact] = (function([f for _, f in system]), function(heights))
-        return self._ready[contact]
+def functions(model: PadModel, contact: State) -> tuple[Any, Any]:
+    """rhs(state) -> (6,) and gaps(state) -> (2,) of a scaled pad within a contact state."""
+    from squeal.simulation.integrators.taylor import coefficient_names
+
+    numbers = np.array([float(getattr(model.c, name)) for name in coefficient_names()])
+    rates, gaps = compiled(model.law, contact)
+    return _given(rates, numbers), _given(gaps, numbers)
+
+
+def _given(function: tuple[Any, int], numbers: np.ndarray) -> Callable[[np.ndarray], Any]:
+    call, used = function
+    pars = numbers[:used]
+    return lambda state: call(np.ascontiguousarray(state), pars=pars)
 
 
 Advance = Callable[[Any, Any, State, float, np.ndarray, float], tuple[float, np.ndarray, Any, int]]
@@ -101,11 +106,11 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
     advance(rhs, gaps, contact, t, state, stop) -> time, state, edge or None, steps.
     """
     _, model, state, stop = in_natural_units(scene)
-    compiled = Compiled(model)
     contact, t, steps = first_state(model, state), 0.0, 0
     times: list[float] = []
     while t < stop and len(times) < 100_000:
-        t, state, edge, taken = advance(*compiled.of(contact), contact, t, state, stop)
+        rhs, gaps = functions(model, contact)
+        t, state, edge, taken = advance(rhs, gaps, contact, t, state, stop)
         steps += taken
         if edge is not None:
             times.append(t)

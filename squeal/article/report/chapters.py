@@ -139,8 +139,8 @@ _PARTS = (
         reads=_results("extreme", "accuracy"),
         tables=("extreme", "accuracy"),
         studies=(
-            Study("extreme", timed=True),
-            Study("accuracy", _scenes(*HISTORY_FIGURES), timed=True),
+            Study("extreme"),
+            Study("accuracy", _scenes(*HISTORY_FIGURES)),
         ),
     ),
     Chapter(

@@ -63,7 +63,7 @@ def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
                 horizon,
             ]
         )
-    head = ["scene", "error", "steps", "changes", "run time, ms", "growth"]
+    head = ["scene", "error", "steps", "changes", "CPU time, ms", "growth"]
     return tabular("lrrrrrrr", [*head, "exponent, 1/ms", "horizon, ms"], [rows[:4], rows[4:]])
 
 

@@ -14,7 +14,7 @@ class SceneAccuracy(Record):
     error: of the final place against quad precision, relative; growth: of small deviations over
     the scene's time; exponent in 1/s, `measured` over how many times the scene's time; horizon in
     s: when the tolerance has grown to the share `lost`, None where deviations do not grow
-    exponentially; run_time in s, median.
+    exponentially; run_time: processor time in s, median.
     """
 
     error: float

@@ -15,8 +15,8 @@ class Outcome(Record):
     """What became of a case: `right`, `refused` or `warned` as it should be, else `wrong`.
 
     error: relative, None where there is no number to compare; steps and contact changes of the run;
-    run_time in s, of the simulation alone; told: what the error is measured against, or what the
-    program said.
+    run_time: processor time in s, of the simulation alone; told: what the error is measured
+    against, or what the program said.
     """
 
     group: str
