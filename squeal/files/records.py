@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, Self, TypeVar, Union
@@ -52,6 +53,26 @@ def read_json(kind: type[T], file: Path) -> T:
     except (OSError, ValueError) as error:
         raise InputError(f"{file}: {error}; a JSON file written by squeal is allowed") from None
     return from_dict(kind, value, str(file))
+
+
+def call(function: Callable[..., T], words: Sequence[str]) -> T:
+    """What a function makes of some words, each as its parameter's annotation wants it.
+
+    A class with a method `read` reads the file of that name; others, Path or str, take the word.
+    Raises InputError where there are too many words or too few, or a file is refused.
+    """
+    signature = inspect.signature(function, eval_str=True)
+    try:
+        signature.bind(*words)
+    except TypeError:
+        wanted = ", ".join(signature.parameters) or "nothing"
+        raise InputError(
+            f"{len(words)} arguments are not allowed; it is made from {wanted}"
+        ) from None
+    kinds = [parameter.annotation for parameter in signature.parameters.values()]
+    kinds += kinds[-1:] * (len(words) - len(kinds))
+    given = zip(kinds, words, strict=False)
+    return function(*(k.read(Path(w)) if hasattr(k, "read") else k(w) for k, w in given))
 
 
 @cache
@@ -152,3 +173,11 @@ class Result(Record):
     def read(cls, file: Path) -> Self:
         """The result that a JSON file holds. Raises InputError where it is of another kind."""
         return read_json(cls, file)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Plain(Result):
+    """A result that needs no class of its own: numbers and words by key, curves by name."""
+
+    values: dict[str, float | int | str]
+    curves: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)

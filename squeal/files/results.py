@@ -51,6 +51,26 @@ class Summary:
     steps: int
     provenance: Provenance
 
+    @classmethod
+    def read(cls, file: Path) -> Summary:
+        """What `squeal simulate --json` printed.
+
+        Raises InputError if it lacks what the scene's outputs must have asked for.
+        """
+        found = json.loads(file.read_text(encoding="utf-8"))
+        for key in ("events", "shares", "extrema"):
+            if key not in found:
+                raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
+        same = {key: found[key] for key in ("model", "shares", "method", "tolerance", "steps")}
+        return cls(
+            name=file.stem,
+            stop=found["final"]["t"],
+            events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
+            extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
+            provenance=Provenance.from_dict(found["provenance"]),
+            **same,
+        )
+
     @property
     def scene(self) -> str:
         """Name of the scene's file."""
@@ -85,29 +105,6 @@ class Run:
     history: dict[str, np.ndarray] = field(repr=False)
 
 
-def read_summary(file: Path) -> Summary:
-    """Read the JSON that `squeal simulate` prints.
-
-    Raises InputError if it lacks what the scene's outputs must have asked for.
-    """
-    found = json.loads(file.read_text(encoding="utf-8"))
-    for key in ("events", "shares", "extrema"):
-        if key not in found:
-            raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
-    return Summary(
-        name=file.stem,
-        model=found["model"],
-        stop=found["final"]["t"],
-        events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
-        shares=found["shares"],
-        extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
-        method=found["method"],
-        tolerance=found["tolerance"],
-        steps=found["steps"],
-        provenance=Provenance.from_dict(found["provenance"]),
-    )
-
-
 def read_run(summary_file: Path, history_file: Path) -> Run:
     """Read the JSON summary and the CSV history of `squeal simulate`.
 
@@ -122,4 +119,4 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
         else np.array([float(v) if v else np.nan for v in column])
         for name, column in zip(names, zip(*rows, strict=True), strict=True)
     }
-    return Run(read_summary(summary_file), history)
+    return Run(Summary.read(summary_file), history)

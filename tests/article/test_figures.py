@@ -130,8 +130,8 @@ def drawings(runs):
     yield histories.drawing(runs["b1-a"])
     yield histories.drawing(runs["b2-c"])
     yield charts.draw("B1")
-    yield sketch.drawing(read_scene(SCENES / "b2-c.yaml"))
-    yield quasi_static.drawing(found, {"a": (1.0, 2.0)})
+    yield sketch.draw(SCENES / "b2-c.yaml")
+    yield quasi_static.draw(found, {"a": (1.0, 2.0)})
 
 
 def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):

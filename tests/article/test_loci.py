@@ -210,7 +210,7 @@ def test_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
 
 @pytest.mark.parametrize("figure", [loci, coupling, modes])
 def test_texts_name_every_case_shown(found, figure):
-    made = figure.drawing(found)
+    made = figure.draw(found)
     for one in found.scenes:
         if figure is coupling or (figure is modes and one.model == "B2"):
             assert title(one.name) in made.alternative

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import math
 import re
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import number, typeset
+from squeal.article.report.latex import number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows
 from squeal.article.report.statements import agreement
@@ -30,7 +31,7 @@ from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.eigenvalues import EquilibriumPoles
 from squeal.article.studies.eigenvalues import examined, poles
 from squeal.files.provenance import provenance
-from squeal.files.records import Missing
+from squeal.files.records import Missing, Result
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise
 from squeal.model.pad import PARAMETERS
@@ -137,6 +138,37 @@ def test_agreement_counts_what_is_reproduced():
 )
 def test_typeset(plain, latex):
     assert typeset(plain) == latex
+
+
+@dataclasses.dataclass(frozen=True)
+class Inner:
+    share: Annotated[float, ".1%"]
+    kinds: dict[str, Annotated[float, "power"]]
+    rows: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Outer(Result):
+    inner: Inner | Missing
+    error: Annotated[float, ".2g"]
+    mu: float
+    n: int
+    word: str
+
+
+def test_plain_values_of_a_result_by_dotted_name():
+    inner = Inner(0.1234, {"as is": 1e-9}, (1.0, 2.0))
+    found = Outer(inner=inner, error=1.26e-7, mu=0.77756, n=5, word="a_b")
+    assert plain_values("x", found) == {
+        "x.inner.share": r"12.3\,\%",
+        "x.inner.kinds.as-is": "$10^{-9}$",
+        "x.error": r"$1.3 \times 10^{-7}$",
+        "x.mu": "$0.7776$",
+        "x.n": "5",
+        "x.word": r"a\_b",
+    }
+    missing = plain_values("x", dataclasses.replace(found, inner=Missing("none")))
+    assert missing["x.inner.reason"] == "none"
 
 
 def test_numbers_in_math():

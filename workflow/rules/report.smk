@@ -10,9 +10,7 @@ for chapter in CHAPTERS:
             f"tables_{chapter.name}"
         input:
             files=chapter.reads,
-            package=sources(
-                "squeal.article.report.__main__", f"squeal.article.report.{chapter.name}"
-            ),
+            package=sources(*chapter.modules),
         output:
             expand("{folder}/{name}", folder=GENERATED, name=chapter.generated),
         log:

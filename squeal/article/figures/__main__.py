@@ -6,7 +6,6 @@ Beside the PDF stands a text file with the figure's alternative text, in ASCII s
 from __future__ import annotations
 
 import argparse
-import inspect
 import pkgutil
 import sys
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from pathlib import Path
 
 from squeal.article import figures
 from squeal.errors import InputError
+from squeal.files.records import call
 from squeal.plots.style import save, save_png
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")
@@ -30,11 +30,8 @@ def main(given: Sequence[str] | None = None) -> int:
     wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
     chosen = parser.parse_args(given)
     draw = import_module(f"{figures.__name__}.{chosen.module}").draw
-    expected = inspect.signature(draw).parameters
-    if len(expected) != len(chosen.arguments):
-        parser.error(f"{chosen.module} is drawn from {', '.join(expected)}")
     try:
-        drawing = draw(*chosen.arguments)
+        drawing = call(draw, chosen.arguments)
     except InputError as error:
         print(f"{chosen.module}: {error}", file=sys.stderr)
         return 2

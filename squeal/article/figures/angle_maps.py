@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -108,7 +107,7 @@ def angle_figure(found: Angles, printed: QuasiStatic) -> Figure:
     return figure
 
 
-def drawing(found: Angles, printed: QuasiStatic) -> Drawing:
+def draw(found: Angles, printed: QuasiStatic) -> Drawing:
     """The figure, ready to be saved."""
     holds, share = printed.share, found.share
     b2, b3 = (
@@ -125,8 +124,3 @@ def drawing(found: Angles, printed: QuasiStatic) -> Drawing:
     )
     made = origin(__name__, found.provenance, printed.provenance)
     return Drawing(angle_figure(found, printed), text, "Maps over the spring angles", made)
-
-
-def draw(angles: str, quasi_static: str) -> Drawing:
-    """From the files of these studies."""
-    return drawing(Angles.read(Path(angles)), QuasiStatic.read(Path(quasi_static)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -151,7 +150,7 @@ def alternative_text(found: Loci) -> str:
     )
 
 
-def drawing(found: Loci) -> Drawing:
+def draw(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     return Drawing(
         coupling_figure(found),
@@ -159,8 +158,3 @@ def drawing(found: Loci) -> Drawing:
         "Mode coupling over the coefficient of friction",
         origin(__name__, found.provenance),
     )
-
-
-def draw(loci: str) -> Drawing:
-    """From the file of the study `loci`."""
-    return drawing(Loci.read(Path(loci)))

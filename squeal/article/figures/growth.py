@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -36,7 +34,7 @@ def growth_figure(found: Stability) -> Figure:
     return figure
 
 
-def drawing(found: Stability) -> Drawing:
+def draw(found: Stability) -> Drawing:
     """The figure, ready to be saved."""
     text = (
         "Growth rate and frequency over friction: crosses are predicted, open marks fitted to the "
@@ -44,8 +42,3 @@ def drawing(found: Stability) -> Drawing:
     )
     made = origin(__name__, found.provenance)
     return Drawing(growth_figure(found), text, "Growth rates fitted to simulations", made)
-
-
-def draw(stability: str) -> Drawing:
-    """From the file of the study `stability`."""
-    return drawing(Stability.read(Path(stability)))

@@ -9,6 +9,6 @@ from squeal.plots.histories import drawing
 from squeal.plots.style import Drawing
 
 
-def draw(summary: str, history: str) -> Drawing:
+def draw(summary: Path, history: Path) -> Drawing:
     """From what `squeal simulate` wrote: the JSON summary and the CSV history."""
-    return drawing(read_run(Path(summary), Path(history)))
+    return drawing(read_run(summary, history))

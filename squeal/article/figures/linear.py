@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from matplotlib.figure import Figure
 
@@ -53,14 +52,9 @@ def alternative(timings: Sequence[Timing]) -> str:
     return "Error against run time of eigenvalue programs. " + "; ".join(parts) + "."
 
 
-def drawing(found: Precision) -> Drawing:
+def draw(found: Precision) -> Drawing:
     """The figure, ready to be saved."""
     with style():
         figure = linear(found.linear)
     title = "Error against run time of eigenvalue programs"
     return Drawing(figure, alternative(found.linear), title, origin(__name__, found.provenance))
-
-
-def draw(precision: str) -> Drawing:
-    """From the file of the study `precision`."""
-    return drawing(Precision.read(Path(precision)))

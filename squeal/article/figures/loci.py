@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -123,7 +122,7 @@ def growths(found: Loci) -> str:
     return f"a mode grows in {'; '.join(growing)}" if growing else "no mode grows"
 
 
-def drawing(found: Loci) -> Drawing:
+def draw(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     text = (
         "One panel for each model and case: eigenvalues of the upper half plane along the "
@@ -134,8 +133,3 @@ def drawing(found: Loci) -> Drawing:
     )
     made = origin(__name__, found.provenance)
     return Drawing(loci_figure(found), text, "Root loci over the coefficient of friction", made)
-
-
-def draw(loci: str) -> Drawing:
-    """From the file of the study `loci`."""
-    return drawing(Loci.read(Path(loci)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -133,7 +131,7 @@ def alternative_text(found: Loci) -> str:
     )
 
 
-def drawing(found: Loci) -> Drawing:
+def draw(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     return Drawing(
         modes_figure(found),
@@ -141,8 +139,3 @@ def drawing(found: Loci) -> Drawing:
         f"Mode shapes of model {MODEL}",
         origin(__name__, found.provenance),
     )
-
-
-def draw(loci: str) -> Drawing:
-    """From the file of the study `loci`."""
-    return drawing(Loci.read(Path(loci)))

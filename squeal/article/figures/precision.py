@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -90,14 +89,9 @@ def alternative(points: Sequence[Point]) -> str:
     return f"Work-precision diagrams of {cases} cases. " + "; ".join(parts) + "."
 
 
-def drawing(found: Precision) -> Drawing:
+def draw(found: Precision) -> Drawing:
     """The figure, ready to be saved."""
     with style():
         figure = precision(found.points)
     made = origin(__name__, found.provenance)
     return Drawing(figure, alternative(found.points), "Work-precision diagrams", made)
-
-
-def draw(precision: str) -> Drawing:
-    """From the file of the study `precision`."""
-    return drawing(Precision.read(Path(precision)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -72,13 +71,8 @@ def alternative_text(found: QuasiStatic) -> str:
     )
 
 
-def drawing(found: QuasiStatic, marks: Marks = CASES) -> Drawing:
+def draw(found: QuasiStatic, marks: Marks = CASES) -> Drawing:
     """The figure, ready to be saved."""
     title = "Map of the quasi-static sliding motion, model B3"
     made = origin(__name__, found.provenance)
     return Drawing(quasi_static_figure(found, marks), alternative_text(found), title, made)
-
-
-def draw(quasi_static: str) -> Drawing:
-    """From the file of the study `quasi_static`, with the article's cases marked."""
-    return drawing(QuasiStatic.read(Path(quasi_static)))

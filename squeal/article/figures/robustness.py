@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -90,14 +89,9 @@ def alternative(found: Robustness) -> str:
     return text
 
 
-def drawing(found: Robustness) -> Drawing:
+def draw(found: Robustness) -> Drawing:
     """The figure, ready to be saved."""
     with style():
         figure = robustness(found)
     made = origin(__name__, found.provenance)
     return Drawing(figure, alternative(found), "Robustness of the claims", made)
-
-
-def draw(robustness: str) -> Drawing:
-    """From the file of the study `robustness`."""
-    return drawing(Robustness.read(Path(robustness)))

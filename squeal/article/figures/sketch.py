@@ -237,13 +237,8 @@ def alternative_text(scene: Scene) -> str:
     )
 
 
-def drawing(scene: Scene) -> Drawing:
-    """The sketch, ready to be saved."""
-    made = provenance([scene.source], "squeal.model.mechanics")
+def draw(file: Path) -> Drawing:
+    """The sketch of a scene file."""
+    scene, made = read_scene(file), provenance([file], "squeal.model.mechanics")
     title = f"Model {scene.model}"
     return Drawing(sketch(scene), alternative_text(scene), title, origin(__name__, made))
-
-
-def draw(scene: str) -> Drawing:
-    """From the file of a scene."""
-    return drawing(read_scene(Path(scene)))

@@ -1,7 +1,8 @@
 """`python -m squeal.article.report CHAPTER FILE ... --out FOLDER`: what a chapter's text reads.
 
-The function `generated` of the chapter's module takes the files that the table of chapters names
-and gives the texts of the generated files; CHAPTER-values holds the values for \\val{key}.
+CHAPTER-values holds what \\val{key} stands for: all plain numbers and words in the results of the
+chapter's own studies. The function `generated` of the chapter's module, if there is one, takes what
+the table of chapters names, read as its annotations say, and gives more values, and the tables.
 """
 
 from __future__ import annotations
@@ -12,8 +13,27 @@ from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
+from squeal.article.report.chapters import CHAPTERS
+from squeal.article.report.latex import definitions, plain_values
+from squeal.article.results import record_of
 from squeal.errors import InputError
+from squeal.files.records import call
 from squeal.files.writing import write_text
+
+
+def written(name: str, files: Sequence[str]) -> dict[str, str]:
+    """Texts of a chapter's generated files by name, from the files that it reads."""
+    (chapter,) = (one for one in CHAPTERS if one.name == name)
+    values: dict[str, str] = {}
+    tables: dict[str, str] = {}
+    for study in chapter.studies:
+        (file,) = (Path(file) for file in files if Path(file).stem == study.name)
+        values |= plain_values(study.name, record_of(study.name).read(file))
+    module = f"squeal.article.report.{name}"
+    if module in chapter.modules:
+        more, tables = call(import_module(module).generated, files)
+        values |= more
+    return {f"{name}-values": definitions(values), **tables}
 
 
 def main(given: Sequence[str] | None = None) -> int:
@@ -23,15 +43,14 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="*", metavar="FILE")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     chosen = parser.parse_args(given)
-    module = import_module(f"squeal.article.report.{chosen.chapter}")
     try:
-        texts = {f"{name}.tex": text for name, text in module.generated(*chosen.files).items()}
+        texts = written(chosen.chapter, chosen.files)
     except InputError as error:
         print(f"{chosen.chapter}: {error}", file=sys.stderr)
         return 2
     chosen.out.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
-        write_text(chosen.out / name, text)
+        write_text(chosen.out / f"{name}.tex", text)
     return 0
 
 

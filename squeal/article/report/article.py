@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from squeal.article.report.contact_states import table_1, table_2
 from squeal.article.report.latex import (
-    definitions,
+    Generated,
     escape,
     number,
     percent,
@@ -17,7 +16,7 @@ from squeal.article.report.latex import (
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.files.records import Missing
-from squeal.files.results import Summary, read_summary
+from squeal.files.results import Summary
 
 
 def simulated(run: Summary) -> dict[str, str]:
@@ -36,16 +35,6 @@ def simulated(run: Summary) -> dict[str, str]:
         values[f"{stem}.min.{signal}"] = number(low, 3)
         values[f"{stem}.max.{signal}"] = number(high, 3)
     return values
-
-
-def map_values(found: QuasiStatic) -> dict[str, str]:
-    """Values of the map of Fig. 13."""
-    return {
-        "map.as_printed": percent(found.share.as_printed),
-        "map.sign_aware": percent(found.share.sign_aware),
-        "map.mu": number(found.mu, 4),
-        "map.n": str(found.n),
-    }
 
 
 def eigenvalue_values(found: Eigenvalues) -> dict[str, str]:
@@ -91,19 +80,12 @@ def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)
 
 
-def generated(*files: str) -> dict[str, str]:
-    """Texts by name, from the summaries of the simulations, `quasi_static` and `eigenvalues`."""
-    *summaries, mapped, spectra = map(Path, files)
-    runs = [read_summary(file) for file in summaries]
-    found = Eigenvalues.read(spectra)
-    values = map_values(QuasiStatic.read(mapped)) | eigenvalue_values(found)
+def generated(_: QuasiStatic, found: Eigenvalues, *runs: Summary) -> Generated:
+    """Values and tables, from the studies and the summaries of the simulations."""
+    values = eigenvalue_values(found)
     for run in runs:
         values |= simulated(run)
     values["method"] = escape(runs[0].method)
     values["tolerance"] = number(runs[0].tolerance, 3)
-    return {
-        "article-values": definitions(values),
-        "table-1": table_1(),
-        "table-2": table_2(),
-        "eigenvalues": eigenvalue_table(found.scenes),
-    }
+    tables = {"table-1": table_1(), "table-2": table_2()}
+    return values, tables | {"eigenvalues": eigenvalue_table(found.scenes)}

@@ -7,6 +7,7 @@ in this order. Light on purpose: the workflow imports it each time.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 
@@ -62,9 +63,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Chapter:
-    """paper/NAME.tex; `squeal.article.report.NAME` writes what it reads from paper/generated.
+    """paper/NAME.tex, which reads NAME-values.tex and the tables in paper/generated.
 
-    That are NAME-values.tex and the tables, made from the files in `reads`.
+    They are made from the files in `reads`: plain values from the results of the chapter's studies,
+    others and tables by `squeal.article.report.NAME`.
     """
 
     name: str
@@ -78,6 +80,13 @@ class Chapter:
         """Names of the generated files, the values first."""
         return (f"{self.name}-values.tex", *(f"{table}.tex" for table in self.tables))
 
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """What makes them: its own module if there is one, the records of its results, the rest."""
+        names = [f"report.{self.name}", *(f"results.{study.name}" for study in self.studies)]
+        found = [name for name in (f"squeal.article.{n}" for n in names) if find_spec(name)]
+        return (*found, "squeal.article.report.__main__")
+
 
 _B2 = tuple(stem("B2", case) for case in CASES)
 _SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
@@ -85,7 +94,7 @@ _SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
 _PARTS = (
     Chapter(
         "article",
-        reads=_results(*HISTORY_FIGURES, "quasi_static", "eigenvalues"),
+        reads=_results("quasi_static", "eigenvalues", *HISTORY_FIGURES),
         tables=("table-1", "table-2", "eigenvalues"),
         studies=(
             Study("quasi_static", _scenes("b3")),
@@ -105,8 +114,8 @@ _PARTS = (
     ),
     Chapter(
         "stability",
-        reads=_results("stability", "loci", "angles", "quasi_static"),
-        tables=("literature", "advice", "thresholds"),
+        reads=_results("stability", "loci", "angles"),
+        tables=("literature", "thresholds"),
         studies=(
             Study("stability", _scenes(*HISTORY_FIGURES)),
             Study("loci", _scenes(*HISTORY_FIGURES)),

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from squeal.article.report.latex import (
-    definitions,
+    Generated,
     long_table,
     number,
-    percent,
-    power,
     tabular,
     typeset,
 )
@@ -81,15 +78,7 @@ def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
     }
 
 
-def generated(extreme: str, accuracy: str) -> dict[str, str]:
-    """Texts by name, from the files of these studies."""
-    suite, found = Extreme.read(Path(extreme)), Accuracy.read(Path(accuracy))
-    told = values(suite.cases) | accuracy_values(found.scenes)
-    told["extreme.limit"] = power(suite.limit)
-    told["extreme.reference"] = power(suite.reference)
-    told["accuracy.lost"] = percent(found.lost, 0)
-    return {
-        "extreme-values": definitions(told),
-        "extreme": extreme_table(suite.cases),
-        "accuracy": accuracy_table(found.scenes),
-    }
+def generated(suite: Extreme, found: Accuracy) -> Generated:
+    """Values and tables, from the files of these studies."""
+    tables = {"extreme": extreme_table(suite.cases), "accuracy": accuracy_table(found.scenes)}
+    return values(suite.cases) | accuracy_values(found.scenes), tables

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from squeal.article.identify.space import DIMENSIONS
 from squeal.article.report.latex import (
-    definitions,
+    Generated,
     long_table,
     number,
-    percent,
     tabular,
     typeset,
 )
@@ -68,10 +66,8 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
     """Values that the section's text refers to."""
     best = found[0]
     told = {
-        "identified.kept": str(best.reproduced),
+        "identified.numbers": str(len(best.numbers)),
         "identified.pads": f"{sum(e.pads for e in found):,}".replace(",", r"\,"),
-        "identified.best-pads": f"{best.pads:,}".replace(",", r"\,"),
-        "identified.seed": str(best.seed),
         "identified.changed": "no verdict" if not best.changed else f"{len(best.changed)}",
         "identified.failing": "; ".join(typeset(f"{c.id} ({c.measured})") for c in best.failing),
     }
@@ -87,18 +83,8 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
     return told
 
 
-def generated(verify: str, robustness: str) -> dict[str, str]:
-    """Texts by name, from the files of these studies."""
-    checked, robust = Verify.read(Path(verify)), Robustness.read(Path(robustness))
+def generated(checked: Verify, robust: Robustness) -> Generated:
+    """Values and tables, from the files of these studies."""
     found = checked.formulations
-    told = values(found, robust) | {
-        "identified.ceiling": str(checked.ceiling),
-        "identified.horizon": number(checked.horizon),
-        "identified.numbers": str(len(found[0].numbers)),
-        "ranges.confidence": percent(robust.confidence, 0),
-    }
-    return {
-        "identification-values": definitions(told),
-        "formulations": formulation_table(found),
-        "ranges": range_table(found[0].numbers),
-    }
+    tables = {"formulations": formulation_table(found), "ranges": range_table(found[0].numbers)}
+    return values(found, robust), tables

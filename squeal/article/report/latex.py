@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
+import typing
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 _SYMBOLS = {
     "theta0": r"\theta_0",
@@ -107,6 +110,35 @@ def percent(share: float, digits: int = 1) -> str:
     return rf"{100 * share:.{digits}f}\,\%"
 
 
+def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
+    """The numbers and words of a result by dotted name, those of records and mappings in it too.
+
+    Numbers have four digits; Annotated[float, ".1%"] asks for a percentage, ".2g" for other digits
+    and "power" for a power of ten. Lists are left to tables, lengths of them to the text's module.
+    """
+    inner: dict[str, tuple[Any, Any]] = {}
+    if dataclasses.is_dataclass(value):
+        hints = typing.get_type_hints(type(value), include_extras=True)
+        names = [f.name for f in dataclasses.fields(value) if f.name != "provenance"]
+        inner = {name: (getattr(value, name), hints[name]) for name in names}
+    elif isinstance(value, Mapping):
+        each = typing.get_args(kind)[1]
+        inner = {name.replace(" ", "-"): (entry, each) for name, entry in value.items()}
+    elif isinstance(value, float):
+        form = getattr(kind, "__metadata__", [".4g"])[0]
+        if form == "power":
+            return {key: power(value)}
+        if form.endswith("%"):
+            return {key: format(value, form).replace("%", r"\,\%")}
+        return {key: number(value, int(form[1:-1]))}
+    elif isinstance(value, (int, str)):
+        return {key: typeset(str(value))}
+    found: dict[str, str] = {}
+    for name, (entry, hint) in inner.items():
+        found |= plain_values(f"{key}.{name}", entry, hint)
+    return found
+
+
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
@@ -129,6 +161,10 @@ def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
     body = "\n".join(" & ".join(row) + r" \\" for row in rows)
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
+
+
+Generated = tuple[dict[str, str], dict[str, str]]
+"""What a chapter's module gives: texts of values by key, and of tables by the file's name."""
 
 
 def definitions(values: Mapping[str, str]) -> str:

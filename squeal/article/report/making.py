@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from squeal.article.report.chapters import CHAPTERS
-from squeal.article.report.latex import definitions, escape, tabular
+from squeal.article.report.latex import Generated, escape, tabular
 from squeal.files.provenance import Provenance
 
 
@@ -41,14 +41,10 @@ def chapter_list() -> str:
     return f"{values}\\newcommand{{\\chapters}}{{%\n{texts}}}\n"
 
 
-def generated(*results: str) -> dict[str, str]:
-    """Texts by name, from all result files."""
+def generated(*results: Path) -> Generated:
+    """Values and tables, from all result files."""
     made = {}
-    for file in map(Path, results):
+    for file in results:
         found = json.loads(file.read_text(encoding="utf-8"))
         made[file.stem] = Provenance.from_dict(found["provenance"])
-    return {
-        "making-values": definitions(versions(made.values())),
-        "origin": origin_table(made),
-        "chapters": chapter_list(),
-    }
+    return versions(made.values()), {"origin": origin_table(made), "chapters": chapter_list()}

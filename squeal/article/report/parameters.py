@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from squeal.article.cases import CASES
-from squeal.article.report.latex import definitions, escape, long_table, number, typeset
+from squeal.article.report.latex import Generated, escape, long_table, number, typeset
 from squeal.model.contact import models_with
 from squeal.model.pad import PARAMETERS
 from squeal.scene import COORDINATES, Scene, read_scene
@@ -81,11 +81,8 @@ def angle(value: float) -> str:
 
 def values(b1: Sequence[Scene], b2: Sequence[Scene]) -> dict[str, str]:
     """Angles of the cases, and what the scenes have in common."""
-    pad, formulation = b1[0].pad, b2[0].formulation
+    formulation = b2[0].formulation
     told = {
-        "pad.w": number(1e3 * pad.w),
-        "pad.mu": number(pad.mu),
-        "pad.F_n": number(pad.F_n),
         "formulation": escape(
             f"line force {formulation.line_force}, delta from the {formulation.delta_from}, "
             f"moment of the reaction with the sign {formulation.delta_moment}"
@@ -97,12 +94,9 @@ def values(b1: Sequence[Scene], b2: Sequence[Scene]) -> dict[str, str]:
     return told
 
 
-def generated(*files: str) -> dict[str, str]:
-    """Texts by name, from the four scenes of B1 and the four of B2."""
-    scenes = [read_scene(Path(file)) for file in files]
+def generated(*files: Path) -> Generated:
+    """Values and the table, from the four scenes of B1 and the four of B2."""
+    scenes = [read_scene(file) for file in files]
     b1, b2 = scenes[: len(CASES)], scenes[len(CASES) :]
     head = ["symbol", "meaning", "unit", "B1", "B2", "origin"]
-    return {
-        "parameters-values": definitions(values(b1, b2)),
-        "parameters": long_table(head, parameter_rows(b1, b2)),
-    }
+    return values(b1, b2), {"parameters": long_table(head, parameter_rows(b1, b2))}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from squeal.article.report.latex import definitions, number, power, tabular, typeset
+from squeal.article.report.latex import Generated, number, power, tabular, typeset
 from squeal.article.results.precision import Check, Point, Precision, Timing, time_at
 
 ERROR = 1e-10  # at which the paths are compared
@@ -85,10 +84,6 @@ def setting_values(found: Precision) -> dict[str, str]:
         "precision.loosest-tolerance": power(max(tolerances)),
         "precision.tightest-tolerance": power(min(tolerances)),
         "precision.compared": power(ERROR),
-        "precision.stiff": power(found.stiff),
-        "precision.near": number(found.near),
-        "precision.digits": str(found.digits),
-        "precision.finest": str(found.finest),
         "precision.coarse": str(min(sizes("map"))),
         "precision.fine": str(max(sizes("map"))),
         "precision.halvings": str(max(sizes("threshold"))),
@@ -132,13 +127,8 @@ def values(points: Sequence[Point]) -> dict[str, str]:
     }
 
 
-def generated(precision: str) -> dict[str, str]:
-    """Texts by name, from the file of the study `precision`."""
-    found = Precision.read(Path(precision))
+def generated(found: Precision) -> Generated:
+    """Values and tables, from the file of the study."""
     told = values(found.points) | linear_values(found.linear) | check_values(found.checks)
-    told |= setting_values(found)
-    return {
-        "precision-values": definitions(told),
-        "speed": speed_table(found.points),
-        "linear-speed": linear_table(found.linear),
-    }
+    tables = {"speed": speed_table(found.points), "linear-speed": linear_table(found.linear)}
+    return told | setting_values(found), tables

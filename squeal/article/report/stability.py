@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
 from squeal.article.cases import title
 from squeal.article.report.latex import (
-    definitions,
+    Generated,
     long_table,
     number,
-    percent,
     tabular,
     typeset,
 )
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
-from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.stability import Comparison, Stability, Thresholds
 from squeal.files.records import Missing
 
@@ -84,40 +81,23 @@ def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
     return tabular("lllll", head, list(groups.values()))
 
 
-def advice_list(advice: Mapping[str, str]) -> str:
-    """The sentences on each of the article's configurations."""
-    lines = [r"\begin{description}"]
-    for name, told in advice.items():
-        text = typeset(told.replace("%", " %").replace("  %", " %"))
-        lines.append(rf"\item[{title(name)}] {text}")
-    return "\n".join([*lines, r"\end{description}", ""])
-
-
-def values(found: Stability, loci: Loci, angles: Angles, printed: QuasiStatic) -> dict[str, str]:
+def values(found: Stability, loci: Loci) -> dict[str, str]:
     """Values that the chapter's text refers to."""
-    told = {f"share.{k}": percent(v) for k, v in (vars(angles.share) | vars(printed.share)).items()}
-    for model, shares in (("b2", angles.share_b2), ("b3", angles.share_b3)):
-        for name, share in shares.items():
-            told[f"share.{model}.{name.replace(' ', '-')}"] = percent(share)
-    told["growth.apart"] = number(max(g.apart for g in found.growth), 2)
-    told["growth.simulations"] = str(sum(len(g.mu) for g in found.growth))
     loops = [scene.loop for scene in loci.scenes if isinstance(scene.loop, SingleLoop)]
-    told["loop.rank-one"] = str(len(loops))
-    told["loop.scenes"] = str(len(loci.scenes))
-    told["loop.locus-apart"] = number(max((one.locus_apart for one in loops), default=0.0), 2)
-    told["loop.mu-max"] = f"{loci.margin_max:g}"
-    told["literature.rows"] = str(len(found.literature))
-    told["literature.agree"] = str(sum(row.agrees for row in found.literature))
-    return told
-
-
-def generated(stability: str, loci: str, angles: str, quasi_static: str) -> dict[str, str]:
-    """Texts by name, from the files of these studies."""
-    found, swept = Stability.read(Path(stability)), Loci.read(Path(loci))
-    maps = Angles.read(Path(angles)), QuasiStatic.read(Path(quasi_static))
     return {
-        "stability-values": definitions(values(found, swept, *maps)),
+        "growth.apart": number(max(g.apart for g in found.growth), 2),
+        "growth.simulations": str(sum(len(g.mu) for g in found.growth)),
+        "loop.rank-one": str(len(loops)),
+        "loop.scenes": str(len(loci.scenes)),
+        "loop.locus-apart": number(max((one.locus_apart for one in loops), default=0.0), 2),
+        "literature.rows": str(len(found.literature)),
+        "literature.agree": str(sum(row.agrees for row in found.literature)),
+    }
+
+
+def generated(found: Stability, loci: Loci, _: Angles) -> Generated:
+    """Values and tables, from the files of these studies."""
+    return values(found, loci), {
         "literature": literature_table(found.literature),
-        "advice": advice_list(found.advice),
-        "thresholds": threshold_table(swept, found.fluttering),
+        "thresholds": threshold_table(loci, found.fluttering),
     }

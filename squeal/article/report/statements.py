@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.report.latex import definitions, long_table, typeset
+from squeal.article.report.latex import Generated, long_table, typeset
 from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.findings import Findings, MeasuredFinding
 
@@ -67,12 +66,8 @@ def findings_table(findings: Sequence[MeasuredFinding]) -> str:
     return long_table(["", "place", "finding", "measured"], rows)
 
 
-def generated(claims: str, findings: str) -> dict[str, str]:
-    """Texts by name, from the files of these studies."""
-    judgements, measured = Claims.read(Path(claims)).claims, Findings.read(Path(findings)).findings
-    values = judged(judgements) | {"findings.total": str(len(measured))}
-    return {
-        "statements-values": definitions(values),
-        "claims": claims_table(judgements),
-        "findings": findings_table(measured),
-    }
+def generated(claims: Claims, findings: Findings) -> Generated:
+    """Values and tables, from the files of these studies."""
+    values = judged(claims.claims) | {"findings.total": str(len(findings.findings))}
+    tables = {"claims": claims_table(claims.claims), "findings": findings_table(findings.findings)}
+    return values, tables

@@ -20,6 +20,7 @@ from squeal.article.report.captions import Caption, captions, plain, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.errors import InputError
 from squeal.files.provenance import Provenance, version
+from squeal.files.records import call
 from squeal.files.sources import digest
 from squeal.files.writing import to_json, write_csv, write_text
 
@@ -161,7 +162,7 @@ def _figure(caption: Caption, build: Path, made: Path) -> None:
     reads = _built(build, figure.reads)
     arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
     module = f"squeal.article.figures.{figure.module}"
-    drawing = import_module(module).draw(*arguments)
+    drawing = call(import_module(module).draw, arguments)
     for kind in ("pdf", "svg", "png"):
         save(drawing, made / f"{caption.name}.{kind}", text=False)
     write_text(made / "alternative.txt", drawing.alternative + "\n")
@@ -184,11 +185,8 @@ def _table(caption: Caption, build: Path, made: Path) -> None:
     write_text(made / f"{caption.name}.tex", text)
     head, *body = table_rows(text)
     write_csv(made / f"{caption.name}.csv", head, body)
-    module = f"squeal.article.report.{chapter.name}"
-    reads = _built(build, chapter.reads)
-    _belongings(
-        Origin(caption.name, caption.place, f"snakemake {file}", reads, module), "table", made
-    )
+    made_from = _built(build, chapter.reads), chapter.modules[0]
+    _belongings(Origin(caption.name, caption.place, f"snakemake {file}", *made_from), "table", made)
 
 
 def _number(key: str, value: str, build: Path, made: Path) -> None:
@@ -199,9 +197,8 @@ def _number(key: str, value: str, build: Path, made: Path) -> None:
             break
     write_text(made / "value.txt", plain(value) + "\n")
     write_text(made / "value.tex", value + "\n")
-    module = f"squeal.article.report.{chapter.name}"
-    reads = _built(build, chapter.reads)
-    _belongings(Origin(key, f"\\val{{{key}}}", f"snakemake {file}", reads, module), "number", made)
+    made_from = _built(build, chapter.reads), chapter.modules[0]
+    _belongings(Origin(key, f"\\val{{{key}}}", f"snakemake {file}", *made_from), "number", made)
 
 
 def _belongings(

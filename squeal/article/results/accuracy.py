@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from squeal.files.records import Record, Result
 
@@ -34,4 +35,4 @@ class Accuracy(Result):
     """By name of the scene; lost: the share at which a motion is no longer foretold."""
 
     scenes: dict[str, SceneAccuracy]
-    lost: float
+    lost: Annotated[float, ".0%"]

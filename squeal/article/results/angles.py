@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -19,12 +20,12 @@ class Shares(Record):
     them where nothing quiet is.
     """
 
-    exists: float
-    full: float
-    partial: float
-    quiet: float
-    denied: float
-    wrongly_allowed: float
+    exists: Annotated[float, ".1%"]
+    full: Annotated[float, ".1%"]
+    partial: Annotated[float, ".1%"]
+    quiet: Annotated[float, ".1%"]
+    denied: Annotated[float, ".1%"]
+    wrongly_allowed: Annotated[float, ".1%"]
 
 
 @dataclass(frozen=True)
@@ -77,5 +78,5 @@ class Angles(Result):
     b2: Outline
     b3: Outline
     share: Shares
-    share_b2: dict[str, float]
-    share_b3: dict[str, float]
+    share_b2: dict[str, Annotated[float, ".1%"]]
+    share_b3: dict[str, Annotated[float, ".1%"]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from squeal.files.records import Missing, Record, Result
 
@@ -30,7 +31,7 @@ class EquilibriumPoles(Record):
     theta: float
     poles: tuple[Pole, ...]
     verdict: str
-    apart: float
+    apart: Annotated[float, ".2g"]
 
 
 @dataclass(frozen=True)

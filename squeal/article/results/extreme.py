@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from squeal.files.records import Record, Result
 
@@ -38,8 +38,8 @@ class Extreme(Result):
     """
 
     cases: tuple[Outcome, ...]
-    limit: float
-    reference: float
+    limit: Annotated[float, "power"]
+    reference: Annotated[float, "power"]
 
     @property
     def wrong(self) -> str:

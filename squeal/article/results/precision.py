@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 from squeal.files.records import Record, Result
 
@@ -65,7 +66,7 @@ class Precision(Result):
     points: tuple[Point, ...]
     checks: tuple[Check, ...]
     linear: tuple[Timing, ...]
-    stiff: float
+    stiff: Annotated[float, "power"]
     near: float
     finest: int
     digits: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from squeal.files.records import Record, Result
 from squeal.numerics.outline import Outline
@@ -12,8 +13,8 @@ from squeal.numerics.outline import Outline
 class Readings(Record):
     """Share of the map where (23a, b) hold as printed, and with signs followed."""
 
-    as_printed: float
-    sign_aware: float
+    as_printed: Annotated[float, ".1%"]
+    sign_aware: Annotated[float, ".1%"]
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from squeal.files.records import Record, Result
 
@@ -64,4 +65,4 @@ class Robustness(Result):
 
     samples: tuple[Sample, ...]
     breaks: tuple[Break, ...]
-    confidence: float
+    confidence: Annotated[float, ".0%"]
