@@ -9,7 +9,9 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
+from squeal.article.report.plain import plain
 from squeal.files.sources import sources
 
 LOCK = "requirements/environment.txt"
@@ -36,3 +38,4 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/shown.smk"

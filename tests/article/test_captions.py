@@ -4,8 +4,9 @@ import re
 
 import pytest
 
-from squeal.article.report.captions import captions, plain, sections, values
+from squeal.article.report.captions import captions, sections, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES
+from squeal.article.report.plain import plain
 from tests.conftest import ROOT
 
 PAPER = ROOT / "paper"
@@ -27,6 +28,7 @@ def test_titles_are_plain_and_hold_no_result():
     for caption in FOUND.values():
         assert not re.search(r"[\\$]|\.\.\.|Fig\. \.|  ", caption.title), caption.title
         assert 8 < len(caption.title) < 300
+        assert not re.search(r"\b(for|at|of|on|both)\.$", caption.title), caption.title
 
 
 def test_macros_of_the_report_are_filled_in():

@@ -9,7 +9,8 @@ from collections import defaultdict
 import pytest
 
 from squeal.article.report.contact_states import table_1
-from squeal.article.report.taking import ORIGIN, table_rows, take
+from squeal.article.report.plain import table_rows
+from squeal.article.report.taking import ORIGIN, take
 from squeal.commands.cli import main
 from squeal.commands.simulate import COMMAND as SIMULATE
 from squeal.errors import InputError

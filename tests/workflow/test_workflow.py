@@ -1,5 +1,7 @@
 """The workflow: what a target needs, what a change reruns, and the profile. Nothing is built."""
 
+import html
+import json
 import os
 import re
 import shutil
@@ -13,12 +15,14 @@ from inspect import signature
 import pytest
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
+from squeal.article.report.captions import captions
 from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
 from squeal.files.sources import sources
 from tests.conftest import ROOT
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 TIMED = {"precision"}
+SHOWN_TABLES = {table for chapter in CHAPTERS for table in chapter.tables} - {"advice", "chapters"}
 MAPS = {"results/quasi_static.json", "results/angles.json", "figures/fig13.pdf", "figures/maps.pdf"}
 
 
@@ -110,6 +114,55 @@ def test_everything_runs_once():
     assert found["figure"] == len(FIGURES)
     assert {f"tables_{chapter.name}" for chapter in CHAPTERS} < set(found)
     assert "paper" not in found
+
+
+def test_what_the_report_of_snakemake_shows_is_drawn_for_it_alone():
+    found = counts(jobs(ROOT, "--forceall", "shown"))
+    assert found["picture"] == len(FIGURES)
+    assert found["screen_table"] == len(SHOWN_TABLES)
+    assert not {"picture", "screen_table"} & set(counts(jobs(ROOT, "--forceall", "all")))
+
+
+@pytest.fixture(scope="module")
+def shown(built):
+    """What `snakemake --report` lists: file, caption, category and labels of each entry."""
+    shutil.copytree(built, folder := built.parent / "shown", symlinks=True)
+    found = captions(folder / "paper")
+    for name, one in found.items():
+        figure = one.kind == "figure"
+        file = f"figures/{name}.svg" if figure else f"paper/generated/{name}.html"
+        (folder / file).write_text("<svg/>" if figure else "<html></html>")
+    (folder / "paper/generated/article-values.tex").write_text("\\setval{b1-a.changes}{17}\n")
+    snakemake(folder, "--touch", "--cores", "1", "shown")
+    text = snakemake(folder, "shown", "--report", "report.html")
+    assert "Report created" in text, text
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    entries, _ = json.JSONDecoder().raw_decode(page.rpartition("var results = ")[2])
+    return found, entries.values()
+
+
+def test_the_report_of_snakemake_shows_every_figure_and_table(shown):
+    found, entries = shown
+    assert len(entries) == len(found) == len(FIGURES) + len(SHOWN_TABLES)
+    by_title = {entry["labels"]["title"]: entry for entry in entries}
+    for one in found.values():
+        entry = by_title[one.title]
+        assert entry["labels"]["number"].split() == one.place.split()
+        assert entry["labels"]["chapter"] == one.chapter
+        assert entry["mime_type"] == ("image/svg+xml" if one.kind == "figure" else "text/html")
+        # the caption begins as the title does
+        text = re.sub(r"<[^>]*>|\s+", " ", html.unescape(entry["caption"]))
+        assert " ".join(one.title[:-1][:40].split()) in text, (one.title, text)
+    assert any("17 changes" in entry["caption"] for entry in entries)
+
+
+def test_no_category_of_that_report_has_a_column_of_two_values(shown):
+    """Snakemake's page makes a switch of such a column, and ends in an empty page."""
+    found, _ = shown
+    for kind in ("figure", "table"):
+        ones = [one for one in found.values() if one.kind == kind]
+        for column in ("place", "chapter", "title"):
+            assert len({getattr(one, column) for one in ones}) > 2
 
 
 def test_one_figure_runs_one_scene():

@@ -27,6 +27,7 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("arguments", nargs="*", metavar="ARGUMENT", help="what it is drawn from")
     wanted = parser.add_mutually_exclusive_group(required=True)
     wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
+    wanted.add_argument("--svg", type=Path, metavar="FILE", help="the same for a page")
     wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
     chosen = parser.parse_args(given)
     draw = import_module(f"{figures.__name__}.{chosen.module}").draw
@@ -38,6 +39,8 @@ def main(given: Sequence[str] | None = None) -> int:
     drawing.alternative.encode("ascii")
     if chosen.pdf is not None:
         save(drawing, chosen.pdf)
+    elif chosen.svg is not None:
+        save(drawing, chosen.svg, text=False)
     else:
         save_png(drawing, chosen.png)
     return 0

@@ -9,18 +9,14 @@ from pathlib import Path
 from typing import Literal
 
 from squeal.article.report.chapters import CHAPTERS
+from squeal.article.report.plain import plain
 
 Kind = Literal["figure", "table"]
 _SPECIAL = {"setval", "rows", "figurefile"}  # macros that are no text
 _FLOAT = re.compile(r"\\begin\{(figure|table|minipage|longtable)\}.*?\\end\{\1\}", re.DOTALL)
 _SHOWN = re.compile(r"\\(?:figurefile|rows)\{([\w-]+)\}|\\input\{generated/([\w-]+)\}")
 _LABEL = re.compile(r"\\label\{([\w:-]+)\}")
-_SYMBOLS = {
-    **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ"},
-    **{"theta": "θ", "mu": "μ", "pi": "π", "lambda": "λ", "pm": "±", "le": "≤", "ge": "≥"},
-    **{"times": "×", "cdot": "·", "infty": "∞", "cdots": "...", "dots": "...", "quad": " "},
-    **{"checkmark": "yes", "sqrt": "√", "to": "→", "mathrm": "", "vec": "", "ldots": "..."},
-}
+_RESULT = re.compile(r"(?:,? both)?(?: for| at| of| on|,)(?:(?![,:;]| for\b).)*\\val")
 
 
 @dataclass(frozen=True)
@@ -39,9 +35,11 @@ class Caption:
 
     @property
     def title(self) -> str:
-        """The first sentence, up to the first result in it."""
+        """The first sentence, up to the phrase with the first result in it."""
         first = re.split(r"(?<=[\w)$}])\.(?=\s|$)", self.tex, maxsplit=1)[0]
-        return plain(re.sub(r"(?: at| of|,)? *(?:\$[^$]*=\s*\$)? *\\val.*", "", first)) + "."
+        if (cut := _RESULT.search(first)) is not None:
+            first = re.sub(r":? *\(a\)[^(]*$", "", first[: cut.start()])
+        return plain(first) + "."
 
     @property
     def place(self) -> str:
@@ -119,23 +117,3 @@ def values(generated: Path) -> dict[str, str]:
         text = file.read_text(encoding="utf-8")
         found |= dict(re.findall(r"^\\setval\{(.*?)\}\{(.*)\}$", text, re.MULTILINE))
     return found
-
-
-def plain(tex: str, values: Mapping[str, str] | None = None) -> str:
-    r"""TeX as text without marks; \val by what is given, else as dots."""
-    known = values or {}
-    tex = re.sub(r"\\val\{([^}]*)\}", lambda m: known.get(m[1], "..."), tex)
-    tex = re.sub(r"~?\\cite\w*\{[^}]*\}", "", tex)
-    tex = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), tex)
-    tex = tex.replace("\\,", " ").replace("~", " ").replace("---", " - ").replace("--", "-")
-    tex = re.sub(r"\\(?:\w+(?={)|footnotesize\b|small\b)\s*", "", tex)
-    tex = tex.replace("\\textbar", "|").replace("``", '"').replace("''", '"')
-    return re.sub(r"\\([%&#_$])", r"\1", tex).replace("{", "").replace("}", "").strip()
-
-
-def _formula(tex: str) -> str:
-    """A formula in a line: Greek letters and signs, numbers with an e."""
-    tex = re.sub(r"\s*\\times 10\^\{?(-?\d+)\}?", r"e\1", tex)
-    tex = re.sub(r"(?<![\d.])10\^\{(-?\d+)\}", r"1e\1", tex)
-    tex = tex.replace("\\,", " ").replace("\\{", "{").replace("^{\\mathsf T}", "'")
-    return re.sub(r"\\([A-Za-z]+)(?: (?=[A-Za-z]))?", lambda m: _SYMBOLS.get(m[1], m[1]), tex)

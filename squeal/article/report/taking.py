@@ -8,7 +8,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -16,8 +16,9 @@ from typing import Any
 
 from squeal import __version__
 from squeal.article.report.bibliography import behind, references
-from squeal.article.report.captions import Caption, captions, plain, values
+from squeal.article.report.captions import Caption, captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES
+from squeal.article.report.plain import plain, table_rows
 from squeal.errors import InputError
 from squeal.files.provenance import Provenance, version
 from squeal.files.records import call
@@ -211,23 +212,3 @@ def _belongings(
     write_text(made / "references.bib", "\n\n".join(texts) + "\n")
     write_text(made / "LICENCE.txt", _LICENCE.format(kind=kind, version=__version__))
     write_text(made / "command.txt", origin.command + "\n")
-
-
-_RULE = re.compile(r"\\(?:top|mid|bottom)rule|\\end(?:firsthead|head|foot|lastfoot)\b")
-_SPAN = re.compile(r"\\multicolumn\{(\d+)\}\{[^}]*\}\{(.*)\}$", re.DOTALL)
-
-
-def table_rows(tex: str) -> Sequence[list[str]]:
-    """The rows of a generated table as text, its head first and once."""
-    inside = re.sub(r"\\begin\{tabular\}\{(?:[^{}]|\{[^{}]*\})*\}|\\end\{tabular\}", "", tex)
-    found: list[list[str]] = []
-    for row in re.split(r"\\\\", _RULE.sub("", inside)):
-        if not row.strip():
-            continue
-        cells: list[str] = []
-        for cell in re.split(r"(?<!\\)&", row):
-            span = _SPAN.match(cell.strip())
-            cells += [plain(span[2]), *[""] * (int(span[1]) - 1)] if span else [plain(cell)]
-        if not (found and cells == found[0]):
-            found.append(cells)
-    return found
