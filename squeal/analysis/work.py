@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import Loads, pose
+from squeal.model.mechanics import Loads, pose, spring_energy
 from squeal.model.states import State
+from squeal.model.units import Units
 from squeal.scene import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
@@ -23,13 +24,45 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
 @dataclass(frozen=True)
+class Course:
+    """Energies and works so far in J at times t (k,) in s, the ends of the integration steps.
+
+    kinetic; springs, contact: elastic energy of the inclined springs and of the contact; load,
+    normal, friction: work done so far by the brake force, the normal reaction and friction.
+    """
+
+    t: np.ndarray
+    kinetic: np.ndarray
+    springs: np.ndarray
+    contact: np.ndarray
+    load: np.ndarray
+    normal: np.ndarray
+    friction: np.ndarray
+
+    @property
+    def fed(self) -> np.ndarray:
+        """What the normal reaction has done beyond what its potential gave back."""
+        return np.asarray(self.normal + self.contact - self.contact[0])
+
+
+@dataclass(frozen=True)
+class Excursion:
+    """A stay in partial contact from start to stop (s), and what was fed in during it (J)."""
+
+    start: float
+    stop: float
+    fed: float
+
+
+@dataclass(frozen=True)
 class Works:
     """Works in J over a run.
 
     normal, friction: of the normal reaction and of friction; cycles (n,): of the normal reaction
     from each loss of the surfaces to the next; fed: what the normal reaction did beyond what its
     potential (of the integral law in model B2) gave back; kinetic: the greatest kinetic energy;
-    gained: the rise of the energy of motion, springs and brake force.
+    gained: the rise of the energy of motion, springs and brake force; course: all that over time;
+    excursions: in order; what they feed in adds up to `fed`.
     """
 
     normal: float
@@ -38,6 +71,8 @@ class Works:
     fed: float
     kinetic: float
     gained: float
+    course: Course
+    excursions: tuple[Excursion, ...]
 
 
 class _Power(Observer):
@@ -51,19 +86,23 @@ class _Power(Observer):
         self.work = np.zeros(2)  # of the normal reaction, of friction
         self.at_loss: list[float] = []
         self.kinetic = 0.0
-        # energy without and with that of the contact, at the start and at the end so far
-        self.energies = np.full((2, 2), np.nan)
+        self._columns: list[np.ndarray] = []  # as in `Course`, of a leg each
+        self._rows = 0
+        self.stays: list[list[int]] = []  # in partial contact: their first and last row
+        self._stays_on = False
 
     def _contact(self, model: PadModel, q: np.ndarray, state: State) -> np.ndarray:
         load: Loads = model.law.loads(model.c, pose(np, tuple(q)), state)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])
 
-    def _energies(self, scaled: np.ndarray, state: State) -> list[float]:
-        q, rates = self._split(scaled[None])
-        return [
-            float(self._model.energy(q, rates, contact)[0])
-            for contact in (self._model.apart, state)
-        ]
+    def _energies(self, scaled: np.ndarray, state: State) -> list[np.ndarray]:
+        """Kinetic energy, those of springs and contact, and the work of the load, (n,) each."""
+        model, (q, rates) = self._model, self._split(scaled)
+        at = pose(np, tuple(q))
+        mass = np.array([model.pad.m, model.pad.m, model.pad.I])[:, None]
+        kinetic = (0.5 * mass * rates**2).sum(axis=0)
+        contact = model.law.energy(model.c, at, state) + 0.0 * q[1]
+        return [kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]]
 
     def _split(self, scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         turn = np.array([1.0, 1.0, 1.0 / self._model.pad.w])[:, None]
@@ -72,9 +111,6 @@ class _Power(Observer):
     def leg(self, leg: Leg) -> None:
         assert leg.dense is not None
         assert leg.nodes is not None
-        if leg.t0 == 0.0:
-            self.energies[0] = self._energies(leg.dense(np.zeros(1))[0], leg.contact)
-        self.energies[1] = self._energies(leg.end, leg.contact)
         half = 0.5 * np.diff(leg.nodes)
         t = (leg.nodes[:-1] + half)[:, None] + half[:, None] * _NODES
         q, rates = self._split(leg.dense(t.ravel()))
@@ -82,14 +118,34 @@ class _Power(Observer):
         both = self._contact(self._model, q, leg.contact)
         weights = (half[:, None] * _WEIGHTS).ravel()
         power = np.array([(normal * rates).sum(axis=0), ((both - normal) * rates).sum(axis=0)])
-        self.work += power @ weights
-        pad = self._model.pad
-        mass = np.array([pad.m, pad.m, pad.I])[:, None]
-        self.kinetic = max(self.kinetic, float((0.5 * mass * rates**2).sum(axis=0).max()))
+        done = (power * weights).reshape(len(power), -1, len(_NODES)).sum(axis=2).cumsum(axis=1)
+        # the first leg has a row more, for the start
+        after = leg.nodes[1:] if self._columns else leg.nodes
+        works = np.pad(done, ((0, 0), (len(after) - done.shape[1], 0))) + self.work[:, None]
+        self.work = works[:, -1]
+        self._columns.append(
+            np.array([after, *self._energies(leg.dense(after), leg.contact), *works])
+        )
+        if any(leg.contact) and not all(leg.contact):
+            if not self._stays_on:
+                self.stays.append([max(self._rows - 1, 0), 0])
+            self.stays[-1][1] = self._rows + len(after) - 1
+            self._stays_on = True
+        self._rows += len(after)
+        self.kinetic = max(
+            self.kinetic, float(self._energies(leg.dense(t.ravel()), leg.contact)[0].max())
+        )
 
     def change(self, t: float, source: State, target: State) -> None:
         if not any(target):
             self.at_loss.append(float(self.work[0]))
+        self._stays_on &= any(target) and not all(target)
+
+    def course(self, units: Units) -> Course:
+        """What was seen, in SI units; the work of the load counts from the start."""
+        t, *energies = np.concatenate(self._columns, axis=1)
+        kinetic, springs, contact, load, *works = (e * units.energy for e in energies)
+        return Course(t * units.time, kinetic, springs, contact, load - load[0], *works)
 
 
 def contact_work(scene: Scene) -> Works:
@@ -100,13 +156,18 @@ def contact_work(scene: Scene) -> Works:
     units, model, start, stop = in_natural_units(scene)
     watch = _Power(model)
     integrate(model, make_integrator(model, scene.tolerance, "auto"), units, start, stop, [watch])
-    joule = units.energy
-    bare, whole = watch.energies[1] - watch.energies[0]
+    joule, course = units.energy, watch.course(units)
+    bare = course.kinetic + course.springs - course.load
     return Works(
-        normal=float(watch.work[0]) * joule,
-        friction=float(watch.work[1]) * joule,
+        normal=float(course.normal[-1]),
+        friction=float(course.friction[-1]),
         cycles=np.array([b - a for a, b in itertools.pairwise(watch.at_loss)]) * joule,
-        fed=float(watch.work[0] + whole - bare) * joule,
+        fed=float(course.fed[-1]),
         kinetic=watch.kinetic * joule,
-        gained=float(bare) * joule,
+        gained=float(bare[-1] - bare[0]),
+        course=course,
+        excursions=tuple(
+            Excursion(float(course.t[i]), float(course.t[j]), float(course.fed[j] - course.fed[i]))
+            for i, j in watch.stays
+        ),
     )
