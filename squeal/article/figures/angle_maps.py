@@ -32,13 +32,7 @@ TICKS = ([0.0, np.pi / 2, np.pi], ["$0$", r"$\pi/2$", r"$\pi$"])
 Marks = Mapping[str, tuple[float, float]]
 
 
-def _panel(
-    axes: Axes,
-    found: Outline,
-    marks: Marks,
-    colours: tuple[str, ...],
-    title: str,
-) -> None:
+def _panel(axes: Axes, found: Outline, marks: Marks, colours: tuple[str, ...], title: str) -> None:
     areas.draw(axes, found, colours)
     for case, (a, b) in marks.items():
         axes.text(

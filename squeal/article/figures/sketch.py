@@ -35,10 +35,7 @@ def corners(c: Coefficients) -> dict[str, Vector]:
 
 def towards_ground(c: Coefficients) -> dict[str, Vector]:
     """Unit vectors from the pad's corners along springs 1 and 2 to their fixed ends."""
-    return {
-        "1": -np.array([c.D1x, c.D1y]) / c.L1,
-        "2": -np.array([c.D2x, c.D2y]) / c.L2,
-    }
+    return {"1": -np.array([c.D1x, c.D1y]) / c.L1, "2": -np.array([c.D2x, c.D2y]) / c.L2}
 
 
 def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> Vector:

@@ -63,10 +63,7 @@ FINDINGS = (
         motion.static_balance,
     ),
     Finding(
-        "E8",
-        "Fig. 7",
-        "Caption and key disagree on whether state 2 occurs.",
-        motion.states_met,
+        "E8", "Fig. 7", "Caption and key disagree on whether state 2 occurs.", motion.states_met
     ),
     Finding(
         "E9",

@@ -11,14 +11,7 @@ import numpy as np
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, Judged, case_of, judge_claims, judge_scenes
 from squeal.article.claims.measures import Linear, linear_measures
-from squeal.article.identify.space import (
-    MODELS,
-    SPEED_LIMIT,
-    STOP,
-    Numbers,
-    pad_of,
-    scenes_of,
-)
+from squeal.article.identify.space import MODELS, SPEED_LIMIT, STOP, Numbers, pad_of, scenes_of
 from squeal.model.contact import Formulation
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 

@@ -36,11 +36,7 @@ BICYCLE_SPEEDS = (
     ("weave speed, flutter ends", "restabilised", 4.29238253634111),
     ("capsize speed", "divergence", 6.02426201538837),
 )
-WING = (
-    0.09472173 + 2.52287659j,
-    -0.88483025 + 8.44151216j,
-    -0.91799817 + 1.7605842j,
-)
+WING = (0.09472173 + 2.52287659j, -0.88483025 + 8.44151216j, -0.91799817 + 1.7605842j)
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from squeal.article.report.contact_states import table_1, table_2
-from squeal.article.report.latex import (
-    Generated,
-    escape,
-    number,
-    percent,
-    tabular,
-    typeset,
-)
+from squeal.article.report.latex import Generated, escape, number, percent, tabular, typeset
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.files.records import Missing

@@ -96,10 +96,7 @@ _PARTS = (
         "article",
         reads=_results("quasi_static", "eigenvalues", *HISTORY_FIGURES),
         tables=("table-1", "table-2", "eigenvalues"),
-        studies=(
-            Study("quasi_static", _scenes("b3")),
-            Study("eigenvalues", _scenes(*_B2)),
-        ),
+        studies=(Study("quasi_static", _scenes("b3")), Study("eigenvalues", _scenes(*_B2))),
         figures=(
             Figure("fig01", "sketch", _scenes("b1-c")),
             Figure("fig02", "sketch", _scenes("b2-c")),
@@ -147,10 +144,7 @@ _PARTS = (
         "extreme",
         reads=_results("extreme", "accuracy"),
         tables=("extreme", "accuracy"),
-        studies=(
-            Study("extreme"),
-            Study("accuracy", _scenes(*HISTORY_FIGURES)),
-        ),
+        studies=(Study("extreme"), Study("accuracy", _scenes(*HISTORY_FIGURES))),
     ),
     Chapter(
         "precision",

@@ -5,16 +5,7 @@ from __future__ import annotations
 from squeal.article.report.latex import tabular
 from squeal.model.contact import contact_law
 from squeal.model.law import FACE_STATES, face_state
-from squeal.model.states import (
-    EDGE_NAMES,
-    FULL,
-    LEAD,
-    NONE,
-    TRAIL,
-    Condition,
-    State,
-    conditions,
-)
+from squeal.model.states import EDGE_NAMES, FULL, LEAD, NONE, TRAIL, Condition, State, conditions
 
 _SPRINGS = ("3", "4")  # contact spring of the leading and of the trailing edge
 

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from squeal.article.report.latex import (
-    Generated,
-    long_table,
-    number,
-    tabular,
-    typeset,
-)
+from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
 

@@ -5,24 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from squeal.article.identify.space import DIMENSIONS
-from squeal.article.report.latex import (
-    Generated,
-    long_table,
-    number,
-    tabular,
-    typeset,
-)
+from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
 from squeal.article.results.robustness import SYMBOLS, Robustness
 from squeal.article.results.verify import Switches, VerifiedPad, Verify
 from squeal.model.contact import FORMULATION_CHOICES
 
 
 def _words(formulation: Switches) -> list[str]:
-    return [
-        formulation.line_force,
-        formulation.delta_from,
-        f"${formulation.delta_moment}$",
-    ]
+    return [formulation.line_force, formulation.delta_from, f"${formulation.delta_moment}$"]
 
 
 def formulation_table(found: Sequence[VerifiedPad]) -> str:

@@ -86,7 +86,7 @@ def values(b1: Sequence[Scene], b2: Sequence[Scene]) -> dict[str, str]:
         "formulation": escape(
             f"line force {formulation.line_force}, delta from the {formulation.delta_from}, "
             f"moment of the reaction with the sign {formulation.delta_moment}"
-        ),
+        )
     }
     for case, scene in zip(CASES, b1, strict=True):
         told[f"case.{case}.alpha1"] = angle(scene.pad.alpha1)

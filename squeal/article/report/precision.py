@@ -44,11 +44,7 @@ def speed_table(points: Sequence[Point]) -> str:
 def linear_table(timings: Sequence[Timing]) -> str:
     """Error and time of a spectrum in a sweep, by program."""
     rows = [
-        [
-            rf"\texttt{{{typeset(t.program)}}}",
-            number(t.error, 2),
-            number(1e6 * t.seconds, 3),
-        ]
+        [rf"\texttt{{{typeset(t.program)}}}", number(t.error, 2), number(1e6 * t.seconds, 3)]
         for t in timings
         if t.task == "sweep"
     ]

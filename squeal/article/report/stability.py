@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from squeal.article.cases import title
-from squeal.article.report.latex import (
-    Generated,
-    long_table,
-    number,
-    tabular,
-    typeset,
-)
+from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
 from squeal.article.results.stability import Comparison, Stability, Thresholds
