@@ -32,7 +32,7 @@ def verdict(claim, linear=LINEAR, **changed):
     """Verdict on a claim if all cases are quiet but some, given as b1_a and the like."""
     measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b3": linear}
     measured |= {name.replace("_", "-"): measures for name, measures in changed.items()}
-    return next(j.verdict for j in judge_claims(measured) if j.claim.id == claim)
+    return next(j.verdict for j in judge_claims(measured) if j.id == claim)
 
 
 def case(**changes):

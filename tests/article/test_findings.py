@@ -28,14 +28,14 @@ def study() -> Study:
 
 @pytest.fixture(scope="module")
 def found():
-    return {f.id: (f, m) for f, m in measure_findings(study())}
+    return {measured.id: measured for measured in measure_findings(study())}
 
 
 def test_all_sixteen_are_measured(found):
     assert [f.id for f in FINDINGS] == [f"E{i}" for i in range(1, 17)]
-    for finding, measured in found.values():
-        assert measured.outcome.endswith(".")
-        assert all(math.isfinite(v) for v in measured.numbers.values()), finding.id
+    for name, finding in found.items():
+        assert finding.outcome.endswith(".")
+        assert all(math.isfinite(v) for v in finding.measured.values()), name
 
 
 @pytest.mark.parametrize("model", ["B1", "B2"])
@@ -85,7 +85,7 @@ def test_energy_on_a_closed_path_vanishes_with_a_potential():
 
 def test_numbers_with_known_values(found):
     def numbers(key: str) -> dict[str, float]:
-        return found[key][1].numbers
+        return found[key].measured
 
     # Eq. (22) is a sum of two rank-one matrices: no determinant but with the printed K33
     assert numbers("E2")["exact_greatest"] < 1e-14 < 1e-4 < numbers("E2")["printed_median"]

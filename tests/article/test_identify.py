@@ -56,7 +56,7 @@ def outcome():
 def test_many_pads_are_judged_as_one_is(outcome):
     alone = judge_one(START, MEAN)
     for many, one in zip(outcome.judged, alone, strict=True):
-        assert (many.claim, many.verdict) == (one.claim, one.verdict)
+        assert (many.id, many.verdict) == (one.id, one.verdict)
         # peaks from coarser samples, the map from 40 points a side, calm to some per cent
         assert many.margin == pytest.approx(one.margin, rel=0.02, abs=0.02)
 
@@ -152,7 +152,7 @@ def test_the_report_says_truly_which_formulations_keep_most(stored):
     others = [n for f, n in kept.items() if (f.line_force, f.delta_moment) != ("mean", "+")]
     assert printed > max(others)
     for one in stored:
-        verdicts = {j.claim.id: j.verdict for j in judge_one(one.numbers, one.formulation)}
+        verdicts = {j.id: j.verdict for j in judge_one(one.numbers, one.formulation)}
         f = one.formulation
         if f.delta_moment == "-" or f == Formulation("integral", "centre", "+"):
             assert verdicts["B2-c-hammer"] != "reproduced"
@@ -160,7 +160,7 @@ def test_the_report_says_truly_which_formulations_keep_most(stored):
             assert verdicts["B2-c-hammer"] == "reproduced"
             assert "reproduced" not in (verdicts["B2-b-trailing"], verdicts["B2-d-trailing"])
     judged = judge_one(stored[0].numbers, stored[0].formulation)
-    held = {j.claim.id for j in judged if j.verdict == "reproduced"}
+    held = {j.id for j in judged if j.verdict == "reproduced"}
     assert len(held) == stored[0].kept
     assert "B2-d-trailing" not in held
 
@@ -169,11 +169,11 @@ def test_hammering_and_the_statement_on_case_d_do_not_exclude_each_other():
     # as the report says of the statement that the best pad does not keep
     pad = START | {"h": 0.13389, "inertia": 1.9912, "k2": 2.4945, "k_c": 2.9869, "L": 1.0146}
     pad |= {"mu": 0.32352, "F_n": 0.001901, "preload": 3.1418, "lift": 2.9909}
-    held = {j.claim.id for j in judge_one(pad, MEAN) if j.verdict == "reproduced"}
+    held = {j.id for j in judge_one(pad, MEAN) if j.verdict == "reproduced"}
     assert {"B2-c-hammer", "B2-c-loss", "B2-d-contact", "B2-d-trailing"} <= held
 
 
 def test_a_tilted_start_keeps_the_statement_on_case_d_and_loses_the_one_on_case_a():
     numbers = json.loads(TILTED.read_text())
-    failing = {j.claim.id for j in judge_one(numbers, MEAN) if j.verdict != "reproduced"}
+    failing = {j.id for j in judge_one(numbers, MEAN) if j.verdict != "reproduced"}
     assert failing == {"B2-a-leading", "B2-b-theta"}

@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import math
 import re
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import numpy as np
 import pytest
@@ -112,10 +112,13 @@ def test_penetrations_decide_table_2_as_eq_12_does():
 def test_agreement_counts_what_is_reproduced():
     claims = [
         JudgedClaim(name, verdict, measured, "Sec. 4", "words", "a", ("b1-a",), 0.1)
-        for name, verdict, measured in (
-            ("B1-a-x", "reproduced", "1"),
-            ("B1-a-y", "not reproduced", "theta 2 %"),
-            ("B2-a-x", "reproduced", "3"),
+        for name, verdict, measured in cast(
+            Any,
+            (
+                ("B1-a-x", "reproduced", "1"),
+                ("B1-a-y", "not reproduced", "theta 2 %"),
+                ("B2-a-x", "reproduced", "3"),
+            ),
         )
     ]
     text = agreement(claims, "B1", "a")

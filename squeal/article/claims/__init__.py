@@ -1,14 +1,13 @@
 """The article's statements about its results, each as a measurement with a margin and a verdict."""
 
 from squeal.article.claims.catalogue import CLAIMS, Claim
-from squeal.article.claims.judging import Judged, judge_claims, judge_scenes
+from squeal.article.claims.judging import judge_claims, judge_scenes
 from squeal.article.claims.measures import Case, case_of, measure
 
 __all__ = [
     "CLAIMS",
     "Case",
     "Claim",
-    "Judged",
     "case_of",
     "judge_claims",
     "judge_scenes",

@@ -3,35 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 from squeal.article.cases import stem
-from squeal.article.claims.catalogue import CLAIMS, Claim
+from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
+from squeal.article.results.claims import JudgedClaim, Verdict
 from squeal.scene import Scene
 
-Verdict = Literal["reproduced", "not reproduced", "contradicted"]
 Measured = Mapping[str, Case | Linear]
 """Measures by name of the scene: b1-a to b2-d, and b3 for the linear model."""
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A claim with what was measured, its margin and the verdict."""
-
-    claim: Claim
-    measured: str
-    margin: float
-    verdict: Verdict
-
-    @property
-    def holds(self) -> bool:
-        """Whether the statement is reproduced."""
-        return self.verdict == "reproduced"
-
-
-def judge_claims(measured: Measured) -> list[Judged]:
+def judge_claims(measured: Measured) -> list[JudgedClaim]:
     """Judge all claims, in catalogue order.
 
     A claim that fails while the one it conflicts with holds is contradicted.
@@ -40,15 +24,14 @@ def judge_claims(measured: Measured) -> list[Judged]:
     for claim in CLAIMS:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
         verdict: Verdict = "reproduced" if outcome.margin > 0.0 else "not reproduced"
-        judged.append(Judged(claim, outcome.measured, outcome.margin, verdict))
-    holding = {j.claim.id for j in judged if j.holds}
-    return [
-        replace(j, verdict="contradicted") if not j.holds and j.claim.conflicts in holding else j
-        for j in judged
-    ]
+        told = claim.where, claim.statement, claim.case, claim.scenes
+        judged.append(JudgedClaim(claim.id, verdict, outcome.measured, *told, outcome.margin))
+    holding = {j.id for j in judged if j.holds}
+    lost = {c.id for c in CLAIMS if c.conflicts in holding} - holding
+    return [replace(j, verdict="contradicted") if j.id in lost else j for j in judged]
 
 
-def judge_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> list[Judged]:
+def judge_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> list[JudgedClaim]:
     """Simulate and judge the four cases of each model. Raises ComputationError where one ends."""
     measured: dict[str, Case | Linear] = {
         stem(model, case): measure(scene)

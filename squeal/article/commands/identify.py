@@ -57,9 +57,7 @@ def data(found: Found) -> dict[str, Any]:
         "reproduced": found.reproduced,
         "starts": found.starts,
         "pads": found.pads,
-        "claims": [
-            {"id": j.claim.id, "verdict": j.verdict, "margin": j.margin} for j in found.judged
-        ],
+        "claims": [{"id": j.id, "verdict": j.verdict, "margin": j.margin} for j in found.judged],
     }
 
 
@@ -67,7 +65,7 @@ def text(found: Found) -> str:
     """The same for people."""
     rows = [(f"  {name}", f"{value:.6g}") for name, value in found.numbers.items()]
     failing = [
-        (f"  {j.claim.id}", f"{j.margin:+.3g}", j.measured)
+        (f"  {j.id}", f"{j.margin:+.3g}", j.measured)
         for j in found.judged
         if j.verdict != "reproduced"
     ]

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES, stem
-from squeal.article.claims import CLAIMS, Case, Judged, case_of, judge_claims, judge_scenes
+from squeal.article.claims import CLAIMS, Case, case_of, judge_claims, judge_scenes
 from squeal.article.claims.measures import Linear, linear_measures
 from squeal.article.identify.space import MODELS, SPEED_LIMIT, STOP, Numbers, pad_of, scenes_of
+from squeal.article.results.claims import JudgedClaim
 from squeal.model.contact import Formulation
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 
@@ -21,13 +22,14 @@ FAILED = 100.0  # cost of a pad whose motion leaves the model
 # Below this cost at the horizon the doubled one counts as well, and the dearer of the two rules.
 PROMISING = 3.5
 DEEPEST = 0.5  # of the half height: how far the line contact may be pressed in at the start
+BY_ID = {claim.id: claim for claim in CLAIMS}
 CONFLICTS = {tuple(sorted((c.id, c.conflicts))) for c in CLAIMS if c.conflicts}
 
 
 class Outcome(NamedTuple):
     """A pad judged: its claims, and the greatest x_dot of its eight motions (w sqrt(k1/m))."""
 
-    judged: list[Judged]
+    judged: list[JudgedClaim]
     fastest: float
 
 
@@ -69,7 +71,7 @@ def judge_many(
 
 def judge_one(
     numbers: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
-) -> list[Judged]:
+) -> list[JudgedClaim]:
     """All claims judged on one pad, at a tight tolerance and with dense samples.
 
     Raises ComputationError where a motion leaves the model.
@@ -78,9 +80,9 @@ def judge_one(
     return judge_scenes(scenes["B1"], scenes["B2"])
 
 
-def _price(judged: Judged, numbers: Numbers) -> float:
+def _price(judged: JudgedClaim, numbers: Numbers) -> float:
     """1 to 2 for a failing claim, by how far it fails; up to 1/2 for a thin margin, 0 for room."""
-    claim = judged.claim
+    claim = BY_ID[judged.id]
     room = judged.margin / (claim.ample * (numbers["F_n"] if claim.by_load else 1.0))
     if not math.isfinite(room):
         return 2.0
@@ -94,7 +96,7 @@ def cost_of(outcome: Outcome | None, numbers: Numbers) -> float:
     """
     if outcome is None:
         return FAILED
-    prices = {j.claim.id: _price(j, numbers) for j in outcome.judged}
+    prices = {j.id: _price(j, numbers) for j in outcome.judged}
     total = sum(prices.values())
     total -= sum(max(prices[a], prices[b]) for a, b in CONFLICTS)
     depth = numbers["preload"] * numbers["F_n"] / (numbers["k_c"] * numbers["h"])

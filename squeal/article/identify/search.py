@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.article.claims import Judged
 from squeal.article.identify.objective import costs, judge_one
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, encode
+from squeal.article.results.claims import JudgedClaim
 from squeal.errors import InputError
 from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json, write_text
@@ -34,7 +34,7 @@ class Found:
 
     numbers: dict[str, float]
     cost: float
-    judged: list[Judged]
+    judged: list[JudgedClaim]
     starts: int
     pads: int
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
 
+from squeal.article.results.stability import Comparison
 from squeal.scene.system import PlainSystem, read_plain
 from squeal.stability.eigen import complex_eigenvalues
 from squeal.stability.thresholds import CriticalPoint, critical_points
@@ -39,29 +41,35 @@ BICYCLE_SPEEDS = (
 WING = (0.09472173 + 2.52287659j, -0.88483025 + 8.44151216j, -0.91799817 + 1.7605842j)
 
 
-@dataclass(frozen=True)
-class LiteratureRow:
-    """One number of the literature and what the toolkit makes of it."""
+def shown(value: Number) -> str:
+    """A number as text, complex ones included."""
+    if value is None:
+        return "none"
+    value = complex(value)
+    if value.imag == 0.0:
+        return f"{value.real:.9g}"
+    return f"{value.real:.8g}{value.imag:+.8g}i"
 
-    name: str  # of the system
-    quantity: str
-    expected: Number  # None: there is no such point
-    computed: Number
-    tolerance: float  # relative; the last printed digit where the number is printed
-    provenance: str
-    reference: str
 
-    @property
-    def error(self) -> float:
-        """Relative difference; infinite where only one of the two exists."""
-        if self.expected is None or self.computed is None:
-            return 0.0 if self.expected is self.computed else math.inf
-        return abs(self.computed - self.expected) / (abs(self.expected) or 1.0)
+def compare(
+    system: PlainSystem,
+    quantity: str,
+    expected: Number,
+    computed: Number,
+    tolerance: float = 1e-12,
+    provenance: str = DERIVED,
+) -> Comparison:
+    """A number of a system (None: there is none) and what the toolkit makes of it.
 
-    @property
-    def agrees(self) -> bool:
-        """True within the tolerance."""
-        return self.error <= self.tolerance
+    tolerance: relative; the last printed digit where the number is printed.
+    """
+    if expected is None or computed is None:
+        error = 0.0 if expected is computed else None
+    else:
+        error = abs(computed - expected) / (abs(expected) or 1.0)
+    agrees = error is not None and error <= tolerance
+    told = quantity, shown(expected), shown(computed)
+    return Comparison(system.name, *told, error, agrees, provenance)
 
 
 def literature_system(name: str) -> PlainSystem:
@@ -70,22 +78,9 @@ def literature_system(name: str) -> PlainSystem:
         return read_plain(path)
 
 
-def literature_rows() -> list[LiteratureRow]:
+def literature_rows() -> list[Comparison]:
     """All comparisons, system by system."""
     return [*_mode_coupling(), *_drum_brake(), *_ziegler(), *_wing(), *_bicycle()]
-
-
-def _row(
-    system: PlainSystem,
-    quantity: str,
-    expected: Number,
-    computed: Number,
-    tolerance: float = 1e-12,
-    provenance: str = DERIVED,
-) -> LiteratureRow:
-    return LiteratureRow(
-        system.name, quantity, expected, computed, tolerance, provenance, system.reference
-    )
 
 
 def _first(points: list[CriticalPoint], kind: str, attribute: str = "mu") -> float | None:
@@ -98,37 +93,30 @@ def _nearest(system: PlainSystem, mu: float, expected: complex) -> complex:
     return complex(values[np.argmin(np.abs(values - expected))])
 
 
-def _mode_coupling() -> list[LiteratureRow]:
+def _mode_coupling() -> Iterator[Comparison]:
     system = literature_system("mode_coupling")
     points = critical_points(system, 2.0)
-    rows = [
-        _row(system, "critical mu (flutter)", 0.75, _first(points, "flutter")),
-        _row(
-            system,
-            "frequency at critical mu, Hz",
-            math.sqrt(2) / (2 * math.pi),
-            _first(points, "flutter", "frequency_hz"),
-        ),
-    ]
+    frequency = _first(points, "flutter", "frequency_hz")
+    yield compare(system, "critical mu (flutter)", 0.75, _first(points, "flutter"))
+    yield compare(system, "frequency at critical mu, Hz", math.sqrt(2) / (2 * math.pi), frequency)
     for mu in (0.5, 0.8, 1.0):
         for sign in (1, -1):
             expected = cmath.sqrt(-(2 + sign * cmath.sqrt(1 - 4 * mu / 3)))
             expected = -expected if expected.imag < 0 else expected
             computed = _nearest(system, mu, expected)
-            rows.append(_row(system, f"eigenvalue at mu = {mu:g}, 1/s", expected, computed))
+            yield compare(system, f"eigenvalue at mu = {mu:g}, 1/s", expected, computed)
     reverse = replace(system, K=(system.K[0], -system.K[1]))
     other = critical_points(reverse, 10.0)
-    rows.append(_row(system, "flutter, sliding reversed", None, _first(other, "flutter")))
-    rows.append(_row(system, "divergence, sliding reversed", 2.25, _first(other, "divergence")))
-    return rows
+    yield compare(system, "flutter, sliding reversed", None, _first(other, "flutter"))
+    yield compare(system, "divergence, sliding reversed", 2.25, _first(other, "divergence"))
 
 
-def _drum_brake() -> list[LiteratureRow]:
+def _drum_brake() -> Iterator[Comparison]:
     system = literature_system("drum_brake")
     w1, w2 = (math.sqrt(system.K[0][i, i]) for i in (0, 1))
     expected = abs(w1**2 - w2**2) / (2 * w1 * w2)
     computed = _first(critical_points(system, 1.0), "flutter")
-    rows = [_row(system, "critical mu, undamped", expected, computed)]
+    yield compare(system, "critical mu, undamped", expected, computed)
     for e1, e2 in ((0.02, 0.02), (0.02, 0.04)):
         c1, c2 = e1 * w1, e2 * w2
         # Routh-Hurwitz conditions of the quartic
@@ -136,42 +124,36 @@ def _drum_brake() -> list[LiteratureRow]:
         mu = math.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
         points = critical_points(replace(system, C=(np.diag([c1, c2]),)), 1.0)
         label = f"damping ratios {e1 / 2:g} and {e2 / 2:g}"
-        rows.append(_row(system, f"critical mu, {label}", mu, _first(points, "flutter"), 1e-10))
+        yield compare(system, f"critical mu, {label}", mu, _first(points, "flutter"), 1e-10)
         frequency = math.sqrt(a1 / a3) / (2 * math.pi)
         found = _first(points, "flutter", "frequency_hz")
-        rows.append(_row(system, f"frequency, {label}, Hz", frequency, found, 1e-10))
-    return rows
+        yield compare(system, f"frequency, {label}, Hz", frequency, found, 1e-10)
 
 
-def _ziegler() -> list[LiteratureRow]:
+def _ziegler() -> Iterator[Comparison]:
     system = literature_system("ziegler")
     undamped = _first(critical_points(system, 4.0), "flutter")
-    rows = [_row(system, "critical load, undamped", 3.5 - math.sqrt(2), undamped)]
+    yield compare(system, "critical load, undamped", 3.5 - math.sqrt(2), undamped)
     for c in (0.01, 0.1, 1.0):
         damped = replace(system, C=(c * np.array([[2.0, -1.0], [-1.0, 1.0]]),))
         found = _first(critical_points(damped, 4.0), "flutter")
-        rows.append(_row(system, f"critical load, damping {c:g}", 41 / 28 + c**2 / 2, found, 1e-10))
-    return rows
+        yield compare(system, f"critical load, damping {c:g}", 41 / 28 + c**2 / 2, found, 1e-10)
 
 
-def _wing() -> list[LiteratureRow]:
+def _wing() -> Iterator[Comparison]:
     system = literature_system("wing")
     # matrices read in the collection's file; the eigenvalues follow from them, to 8 decimals
-    return [
-        _row(system, "eigenvalue, 1/s", value, _nearest(system, 0.0, value), 1e-8) for value in WING
-    ]
+    for value in WING:
+        yield compare(system, "eigenvalue, 1/s", value, _nearest(system, 0.0, value), 1e-8)
 
 
-def _bicycle() -> list[LiteratureRow]:
+def _bicycle() -> Iterator[Comparison]:
     system = literature_system("bicycle")
     points = critical_points(system, 10.0)
-    rows = [
-        _row(system, f"{label}, m/s", speed, _first(points, kind), 1e-11, READ)
-        for label, kind, speed in BICYCLE_SPEEDS
-    ]
+    for label, kind, speed in BICYCLE_SPEEDS:
+        yield compare(system, f"{label}, m/s", speed, _first(points, kind), 1e-11, READ)
     for speed, values in BICYCLE.items():
         for value in values:
             computed = _nearest(system, speed, value)
             quantity = f"eigenvalue at {speed:g} m/s, 1/s"
-            rows.append(_row(system, quantity, value, computed, 1e-11, READ))
-    return rows
+            yield compare(system, quantity, value, computed, 1e-11, READ)

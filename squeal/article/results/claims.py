@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from squeal.files.records import Record, Result
+
+Verdict = Literal["reproduced", "not reproduced", "contradicted"]
 
 
 @dataclass(frozen=True)
@@ -15,13 +18,18 @@ class JudgedClaim(Record):
     """
 
     id: str
-    verdict: str
+    verdict: Verdict
     measured: str
     where: str
     statement: str
     case: str
     scenes: tuple[str, ...]
     margin: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the statement is reproduced."""
+        return self.verdict == "reproduced"
 
 
 @dataclass(frozen=True)

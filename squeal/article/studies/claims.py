@@ -7,7 +7,7 @@ from pathlib import Path
 
 from squeal.article.claims import judge_scenes
 from squeal.article.identify.stored import read_searches
-from squeal.article.results.claims import Claims, JudgedClaim, SearchedFormulation
+from squeal.article.results.claims import Claims, SearchedFormulation
 from squeal.article.scenes import read_cases
 from squeal.model.contact import FORMULATION_CHOICES
 
@@ -17,19 +17,7 @@ def study(files: Sequence[Path]) -> Claims:
     stored = [file for file in files if file.suffix == ".json"]
     judged = judge_scenes(*(read_cases(files, model, "simulate") for model in ("B1", "B2")))
     return Claims(
-        tuple(
-            JudgedClaim(
-                id=j.claim.id,
-                verdict=j.verdict,
-                measured=j.measured,
-                where=j.claim.where,
-                statement=j.claim.statement,
-                case=j.claim.case,
-                scenes=j.claim.scenes,
-                margin=j.margin,
-            )
-            for j in judged
-        ),
+        tuple(judged),
         tuple(
             SearchedFormulation(
                 **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES},

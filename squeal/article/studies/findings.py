@@ -7,23 +7,11 @@ from pathlib import Path
 
 from squeal.article.findings import measure_findings
 from squeal.article.findings.motion import Study
-from squeal.article.results.findings import Findings, MeasuredFinding
+from squeal.article.results.findings import Findings
 from squeal.article.scenes import read_cases, read_scenes
 
 
 def study(files: Sequence[Path]) -> Findings:
     """Measure the findings on the article's nine scenes."""
     b1, b2 = (read_cases(files, model, "simulate") for model in ("B1", "B2"))
-    measured = measure_findings(Study(b1, b2, read_scenes(files, ["b3"])["b3"]))
-    return Findings(
-        tuple(
-            MeasuredFinding(
-                id=finding.id,
-                where=finding.where,
-                statement=finding.statement,
-                outcome=found.outcome,
-                measured=found.numbers,
-            )
-            for finding, found in measured
-        )
-    )
+    return Findings(measure_findings(Study(b1, b2, read_scenes(files, ["b3"])["b3"])))

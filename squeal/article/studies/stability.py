@@ -6,7 +6,6 @@ fitted to simulations; and the comparison with the literature.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,7 @@ from squeal.analysis.growth import fits
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.literature.comparison import literature_rows
-from squeal.article.results.stability import Comparison, Growth, Stability, Thresholds
+from squeal.article.results.stability import Growth, Stability, Thresholds
 from squeal.article.scenes import read_scenes
 from squeal.article.studies.loci import MU_MAX, branch, loop
 from squeal.equilibrium import sliding_equilibrium
@@ -64,32 +63,6 @@ def growth(name: str, scene: Scene) -> Growth:
     )
 
 
-def shown(value: complex | float | None) -> str:
-    """A number of the literature as text, complex ones included."""
-    if value is None:
-        return "none"
-    value = complex(value)
-    if value.imag == 0.0:
-        return f"{value.real:.9g}"
-    return f"{value.real:.8g}{value.imag:+.8g}i"
-
-
-def literature() -> tuple[Comparison, ...]:
-    """The comparison with the literature."""
-    return tuple(
-        Comparison(
-            name=row.name,
-            quantity=row.quantity,
-            expected=shown(row.expected),
-            computed=shown(row.computed),
-            error=row.error if math.isfinite(row.error) else None,
-            agrees=row.agrees,
-            provenance=row.provenance,
-        )
-        for row in literature_rows()
-    )
-
-
 def study(files: Sequence[Path]) -> Stability:
     """All of the chapter's numbers for the scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES)
@@ -101,5 +74,5 @@ def study(files: Sequence[Path]) -> Stability:
         advice={name: advise(scene, critical_friction(scene)) for name, scene in scenes.items()},
         fluttering=None if other is None else held(other),
         growth=tuple(growth(name, scene) for name, scene in tried),
-        literature=literature(),
+        literature=tuple(literature_rows()),
     )

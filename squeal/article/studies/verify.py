@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.claims import CLAIMS, Judged
+from squeal.article.claims import CLAIMS
 from squeal.article.identify.objective import CONFLICTS, judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
+from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
 from squeal.errors import ComputationError
 from squeal.model.contact import FORMULATION_CHOICES
@@ -21,8 +22,8 @@ VARIATIONS = {
 }
 
 
-def _verdicts(judged: list[Judged]) -> dict[str, str]:
-    return {j.claim.id: j.verdict for j in judged}
+def _verdicts(judged: list[JudgedClaim]) -> dict[str, str]:
+    return {j.id: j.verdict for j in judged}
 
 
 def verified(search: Search) -> VerifiedPad:
@@ -51,7 +52,7 @@ def verified(search: Search) -> VerifiedPad:
         pads=search.pads,
         numbers=search.numbers,
         reproduced=len(judged) - len(failing),
-        failing=tuple(Failing(j.claim.id, j.verdict, j.margin, j.measured) for j in failing),
+        failing=tuple(Failing(j.id, j.verdict, j.margin, j.measured) for j in failing),
         changed=tuple(changed),
     )
 
