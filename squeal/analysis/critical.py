@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Path
+from squeal.equilibrium.damping import damped_model
 from squeal.model.linear import about_origin
 from squeal.scene import Scene, takes_scene
 from squeal.stability import CriticalPoint, Crossing, Matrices, System, thresholds, verdict
@@ -61,18 +61,18 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
     B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
     there is no equilibrium without friction.
     """
-    C = damping_matrix(scene)
-    if scene.pad_model.linear:
+    model = damped_model(scene)
+    if model.linear:
 
         def at_origin(mu: float) -> Matrices:
-            matrices = about_origin(scene.pad_model.replace(mu=mu))
-            return matrices.M, C, matrices.K
+            matrices = about_origin(model.replace(mu=mu))
+            return matrices.M, matrices.C, matrices.K
 
         return at_origin, None
-    path = Path.of(scene.pad_model, mu_max)
+    path = Path.of(model, mu_max)
 
     def on_branch(mu: float) -> Matrices:
         matrices = path.linearisation(mu)
-        return matrices.M, C, matrices.K
+        return matrices.M, matrices.C, matrices.K
 
     return on_branch, path

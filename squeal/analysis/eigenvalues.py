@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.analysis.damping import damping_matrix
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.place import Place
 from squeal.model.contact import contact_law, contact_model
@@ -46,7 +46,7 @@ class Analysis:
 
 
 def at_equilibrium(model: PadModel, found: Equilibrium) -> Linearisation:
-    """The linearisation of a model about one of its equilibria, undamped."""
+    """The linearisation of a model about one of its equilibria."""
     return linearise(model, np.array(found.q), found.state)
 
 
@@ -56,13 +56,13 @@ def analyse(scene: Scene) -> Analysis:
 
     Raises ComputationError, with the reason, if no steady sliding exists.
     """
-    C = damping_matrix(scene)
-    if scene.pad_model.linear:
-        return _about_origin(scene, scene.pad.mu, C)
-    found, how = sliding_equilibrium(scene.pad_model)
+    model = damped_model(scene)
+    if model.linear:
+        return _about_origin(model)
+    found, how = sliding_equilibrium(model)
     if found is None:
         raise ComputationError(how)
-    return dataclasses.replace(_about(scene, found, how, C), on_branch=found.on_branch)
+    return dataclasses.replace(_about(model, found, how), on_branch=found.on_branch)
 
 
 @takes_scene
@@ -71,19 +71,17 @@ def article_linearisation(scene: Scene) -> Analysis:
 
     For model B1, of which the article has no linearisation, both edges touch at the origin.
     """
-    return _about_origin(scene, scene.pad.mu, damping_matrix(scene))
+    return _about_origin(damped_model(scene))
 
 
-def _about_origin(scene: Scene, mu: float, C: np.ndarray) -> Analysis:
-    model = scene.pad_model.replace(mu=mu)
-    matrices = dataclasses.replace(about_origin(model), C=C)
+def _about_origin(model: PadModel) -> Analysis:
+    matrices = about_origin(model)
     return _analysis(model.name, (0.0, 0.0, 0.0), None, model.full, _AT_ORIGIN, matrices)
 
 
-def _about(scene: Scene, found: Equilibrium, how: str, C: np.ndarray) -> Analysis:
-    model = scene.pad_model.replace(mu=found.mu)
-    matrices = dataclasses.replace(at_equilibrium(model, found), C=C)
-    return _analysis(scene.model, found.q, found.R_n, found.state, how, matrices)
+def _about(model: PadModel, found: Equilibrium, how: str) -> Analysis:
+    matrices = at_equilibrium(model.replace(mu=found.mu), found)
+    return _analysis(model.name, found.q, found.R_n, found.state, how, matrices)
 
 
 def _analysis(
@@ -104,13 +102,13 @@ def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | Non
 
     Raises ComputationError if there is no equilibrium without friction.
     """
-    C = damping_matrix(scene)
-    if scene.pad_model.linear:
-        return [(mu, _about_origin(scene, mu, C)) for mu in mus]
-    path = Path.of(scene.pad_model, max(mus))
+    model = damped_model(scene)
+    if model.linear:
+        return [(mu, _about_origin(model.replace(mu=mu))) for mu in mus]
+    path = Path.of(model, max(mus))
     how = "on the branch continued from mu = 0"
     places = [(mu, path.equilibrium(mu)) for mu in mus]
-    return [(mu, None if e is None else _about(scene, e, how, C)) for mu, e in places]
+    return [(mu, None if e is None else _about(model, e, how)) for mu, e in places]
 
 
 @takes_scene
@@ -123,9 +121,9 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
         raise Place("judged_equilibria").refuse(
             f"{scene.model} is not allowed; a linearisation has no equilibria of its own"
         )
-    C, model = damping_matrix(scene), scene.pad_model
+    model = damped_model(scene)
     judged = []
     for found in find_all(model):
         matrices = at_equilibrium(model, found)
-        judged.append((found, judge(matrices.M, C, matrices.K)))
+        judged.append((found, judge(matrices.M, matrices.C, matrices.K)))
     return judged

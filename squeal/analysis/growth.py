@@ -9,6 +9,7 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium, Path
+from squeal.equilibrium.damping import damped_model
 from squeal.scene import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
@@ -58,7 +59,7 @@ def fit(scene: Scene, at: Equilibrium) -> Fit | None:
     the linear motion u, so log a is fitted by a line. None if a contact change ends the motion
     too early or no mode vibrates.
     """
-    model = scene.pad_model.replace(mu=at.mu)
+    model = damped_model(scene).replace(mu=at.mu)
     matrices = at_equilibrium(model, at)
     mode = complex_eigenvalues(matrices.M, matrices.C, matrices.K).dominant
     if mode.value.imag == 0.0:

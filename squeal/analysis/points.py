@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.damping import UNSTABLE, modal_damping
+from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
 from squeal.equilibrium.many import branch_ends, moved_little, solved, subset
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
@@ -54,7 +54,10 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
         solved(rest, names, z, 40)
         touching = rest.gaps(z) < 0.0
     A = normalised(rest.model.pad, _stiffness(rest.model, names, rest.place(z), touching))
-    assert scene.damping.ratios is not None
+    if scene.damping.ratios is None:
+        assert scene.damping.rayleigh is not None
+        alpha, beta = scene.damping.rayleigh
+        return rayleigh_damping(A, (alpha * units.time, beta / units.time))
     B, stable = modal_damping(A, scene.damping.ratios)
     if not stable.all():
         at = zip(names, values[:, np.argmin(stable)], strict=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.analysis.critical import CriticalFriction
-from squeal.analysis.damping import damping_matrix
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
+from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads

@@ -28,7 +28,8 @@ class Course:
     """Energies and works so far in J at times t (k,) in s, the ends of the integration steps.
 
     kinetic; springs, contact: elastic energy of the inclined springs and of the contact; load,
-    normal, friction: work done so far by the brake force, the normal reaction and friction.
+    normal, friction, damping: work done so far by the brake force, the normal reaction, friction
+    and damping.
     """
 
     t: np.ndarray
@@ -38,6 +39,7 @@ class Course:
     load: np.ndarray
     normal: np.ndarray
     friction: np.ndarray
+    damping: np.ndarray
 
     @property
     def fed(self) -> np.ndarray:
@@ -58,15 +60,16 @@ class Excursion:
 class Works:
     """Works in J over a run.
 
-    normal, friction: of the normal reaction and of friction; cycles (n,): of the normal reaction
-    from each loss of the surfaces to the next; fed: what the normal reaction did beyond what its
-    potential (of the integral law in model B2) gave back; kinetic: the greatest kinetic energy;
-    gained: the rise of the energy of motion, springs and brake force; course: all that over time;
-    excursions: in order; what they feed in adds up to `fed`.
+    normal, friction, damping: of the normal reaction, of friction and of damping; cycles (n,): of
+    the normal reaction from each loss of the surfaces to the next; fed: what the normal reaction
+    did beyond what its potential (of the integral law in model B2) gave back; kinetic: the greatest
+    kinetic energy; gained: the rise of the energy of motion, springs and brake force, the sum of
+    the works; course: all that over time; excursions: in order; what they feed in adds up to `fed`.
     """
 
     normal: float
     friction: float
+    damping: float
     cycles: np.ndarray
     fed: float
     kinetic: float
@@ -83,7 +86,7 @@ class _Power(Observer):
     def __init__(self, model: PadModel) -> None:
         self._model = model
         self._without_friction = model.replace(mu=0.0)
-        self.work = np.zeros(2)  # of the normal reaction, of friction
+        self.work = np.zeros(3)  # of the normal reaction, of friction, of damping
         self.at_loss: list[float] = []
         self.kinetic = 0.0
         self._columns: list[np.ndarray] = []  # as in `Course`, of a leg each
@@ -117,7 +120,9 @@ class _Power(Observer):
         normal = self._contact(self._without_friction, q, leg.contact)
         both = self._contact(self._model, q, leg.contact)
         weights = (half[:, None] * _WEIGHTS).ravel()
-        power = np.array([(normal * rates).sum(axis=0), ((both - normal) * rates).sum(axis=0)])
+        C = self._model.damping
+        damping = np.zeros_like(rates) if C is None else -np.array(C) @ rates
+        power = (np.array([normal, both - normal, damping]) * rates).sum(axis=1)
         done = (power * weights).reshape(len(power), -1, len(_NODES)).sum(axis=2).cumsum(axis=1)
         # the first leg has a row more, for the start
         after = leg.nodes[1:] if self._columns else leg.nodes
@@ -161,6 +166,7 @@ def contact_work(scene: Scene) -> Works:
     return Works(
         normal=float(course.normal[-1]),
         friction=float(course.friction[-1]),
+        damping=float(course.damping[-1]),
         cycles=np.array([b - a for a, b in itertools.pairwise(watch.at_loss)]) * joule,
         fed=float(course.fed[-1]),
         kinetic=watch.kinetic * joule,

@@ -58,7 +58,7 @@ class Group:
             if name not in self.keys:
                 raise (at / name).refuse(f"unknown key; allowed are {listed(self.keys)}")
         if self.only_one and len(value) != 1:
-            each = " and ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
+            each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
         found: dict[str, Any] = {}
         for name, key in self.keys.items():

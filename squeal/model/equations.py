@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import operator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -31,6 +33,8 @@ from squeal.model.states import State, states
 from squeal.numerics.newton import complex_step
 
 Coordinates = tuple[Number, Number, Number]
+MOST_TERMS = 9  # numbers of all terms with velocities
+Rows = tuple[tuple[float, ...], ...]
 
 
 def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
@@ -44,6 +48,8 @@ def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: To
 class PadModel:
     """A pad under one of the contact models; positions are q = (x, y, theta).
 
+    `damping` holds the rows of a damping matrix C (3, 3) in (x, y, theta), None without.
+
     Raises InputError for an unknown model or a pad without a parameter that the model needs; what
     it does not use plays no part.
     """
@@ -51,6 +57,7 @@ class PadModel:
     name: Model
     pad: Pad
     formulation: Formulation = CONSISTENT
+    damping: Rows | None = None
 
     def __post_init__(self) -> None:
         check_pad(self.name, self.pad, Place("PadModel"))
@@ -62,7 +69,7 @@ class PadModel:
 
     def replace(self, **changes: Any) -> PadModel:
         """The same model of a pad with some parameters changed."""
-        return PadModel(self.name, self.pad.replace(**changes), self.formulation)
+        return dataclasses.replace(self, pad=self.pad.replace(**changes))
 
     @cached_property
     def law(self) -> ContactLaw:
@@ -74,17 +81,21 @@ class PadModel:
         """Coefficients of the equations as plain numbers."""
         return coefficients(np, self.pad, self.law.absolute_gap)
 
-    def loads(self, q: Any, state: State) -> np.ndarray:
+    def loads(self, q: Any, state: State, rates: Any = None) -> np.ndarray:
         """Net force and moment (Fx, Fy, M) in a given state; q of shape (3, ...), real or complex.
 
         The state is taken as given, so the result is smooth in q; it is the physical load where
-        `state_at(q)` is that state.
+        `state_at(q)` is that state. At rest without `rates` (3, ...), the velocities.
         """
-        return np.array(np.broadcast_arrays(*net_loads(np, self.c, self.law, tuple(q), state)))
+        f = net_loads(np, self.c, self.law, tuple(q), state)
+        if rates is not None and self.damping is not None:
+            drag = (sum(map(operator.mul, row, rates)) for row in self.damping)
+            f = Loads(*map(operator.sub, f, drag))
+        return np.array(np.broadcast_arrays(*f))
 
-    def physical_loads(self, q: Any) -> np.ndarray:
+    def physical_loads(self, q: Any, rates: Any = None) -> np.ndarray:
         """Net force and moment (3,) with the contact state that the gaps of q tell."""
-        return self.loads(q, self.state_at(q))
+        return self.loads(q, self.state_at(q), rates)
 
     def gaps(self, q: Any) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
@@ -97,6 +108,39 @@ class PadModel:
     def jacobian(self, q: Any, state: State) -> np.ndarray:
         """Derivative of the loads by q, shape (3, 3), exact to rounding (complex step)."""
         return complex_step(lambda q: self.loads(q, state), q)
+
+    def rate_jacobian(self, q: Any, state: State) -> np.ndarray:
+        """Derivative of the loads by the velocities about rest at q (3,), shape (3, 3)."""
+        if not self.terms:
+            return np.zeros((3, 3))
+        return complex_step(lambda rates: self.loads(q, state, rates), np.zeros(3))
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Which terms with velocities the equations have, by name."""
+        return ("damping",) if self.damping is not None else ()
+
+    @property
+    def term_values(self) -> np.ndarray:
+        """The numbers of all terms with velocities, (`MOST_TERMS`, ...), none without terms."""
+        return self.decay.reshape(9, *self.decay.shape[2:]) if self.terms else np.empty(0)
+
+    @property
+    def decay(self) -> np.ndarray:
+        """D (3, 3): damping takes D v from the rates of the velocities v of (x, y, w theta).
+
+        Of many pads, whose parameters and entries of C are arrays (n,), it is (3, 3, n).
+        """
+        if self.damping is None:
+            return np.zeros((3, 3))
+        pad = self.pad
+        turn, mass = (1.0, 1.0, pad.w), (pad.m, pad.m, pad.I)
+        entries = [
+            c * turn[i] / (mass[i] * turn[j])
+            for i, row in enumerate(self.damping)
+            for j, c in enumerate(row)
+        ]
+        return np.array(np.broadcast_arrays(*entries)).reshape(3, 3, *np.shape(entries[0]))
 
     def signals(self, q: Any, state: State) -> np.ndarray:
         """The plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""

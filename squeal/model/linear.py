@@ -24,10 +24,12 @@ class Linearisation:
 def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
     """Matrices about q = (x, y, theta) in a contact state, contact and friction included.
 
-    K is minus the derivative of the loads of Eqs. (4)-(6) or (8)-(10), exact to rounding; C is
-    zero, since the article's pad has no damping.
+    K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by place and
+    velocity, exact to rounding; C is zero for the article's pad, which has no damping.
     """
-    return Linearisation(model.mass_matrix, np.zeros((3, 3)), -model.jacobian(q, state))
+    return Linearisation(
+        model.mass_matrix, 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
+    )
 
 
 def about_origin(model: PadModel) -> Linearisation:

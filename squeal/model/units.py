@@ -46,7 +46,15 @@ class Units:
 
     def scaled(self, model: PadModel) -> PadModel:
         """A model in SI units measured in these."""
-        return dataclasses.replace(model, pad=model.pad.scaled(self.mass, self.length, self.time))
+        pad = model.pad.scaled(self.mass, self.length, self.time)
+        if model.damping is None:
+            return dataclasses.replace(model, pad=pad)
+        turn, rate = (1.0, 1.0, self.length), self.time / self.mass
+        C = tuple(
+            tuple(c * rate / (turn[i] * turn[j]) for j, c in enumerate(row))
+            for i, row in enumerate(model.damping)
+        )
+        return dataclasses.replace(model, pad=pad, damping=C)
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""

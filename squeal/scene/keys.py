@@ -48,6 +48,10 @@ DAMPING = Group(
             Row(3, Number(low=0.0, low_allowed=True)),
             "1",
         ),
+        "rayleigh": Key(
+            "alpha (1/s) and beta (s) of C = alpha M + beta K, K without friction",
+            Row(2, Number(low=0.0, low_allowed=True)),
+        ),
     },
     only_one=True,
 )
@@ -96,7 +100,11 @@ SCENE = Group(
             default=", ".join(DEFAULT_OUTPUTS),
         ),
         "damping": Key(
-            "damping of the stability queries; refused by `simulate`", DAMPING, default="none"
+            "linear damping -C q', in stability queries and simulations alike; ratios and rayleigh "
+            "make C from the pad about its equilibrium without friction, and it is then the same "
+            "in every contact state",
+            DAMPING,
+            default="none",
         ),
     },
     owner="every scene",

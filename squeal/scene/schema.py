@@ -30,14 +30,16 @@ AT_REST = (0.0,) * 6
 
 @dataclass(frozen=True)
 class Damping:
-    """Optional damping of the stability queries: one of a C matrix and three modal ratios.
+    """Optional damping: one of a C matrix, three modal ratios and Rayleigh's two factors.
 
     matrix: rows of C (3, 3) in (x, y, theta), SI units; ratios: damping ratios of the three modes
-    without friction, by rising frequency. Raises InputError for anything else.
+    without friction, by rising frequency; rayleigh: alpha (1/s) and beta (s) of alpha M + beta K,
+    K that without friction. Raises InputError for anything else.
     """
 
     matrix: tuple[tuple[float, ...], ...] | None = None
     ratios: tuple[float, ...] | None = None
+    rayleigh: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         DAMPING.read(self.to_dict(), Place("Damping"))
@@ -178,11 +180,6 @@ def check_simulation(scene: Scene, at: Place) -> None:
         raise (at / "model").refuse(
             f"{scene.model} is not allowed; only {', '.join(CONTACT_MODELS)} can be simulated, "
             f"{scene.model} is a linearisation"
-        )
-    if scene.damping is not None:
-        raise (at / "damping").refuse(
-            f"{shown(scene.damping.to_dict())} is not allowed in a simulation, whose equations "
-            "have no damping; it belongs to the stability queries, leave it out"
         )
     if scene.stop is None:
         raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")

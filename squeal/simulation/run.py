@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.place import Place
 from squeal.files.values import Word
@@ -76,9 +77,9 @@ def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Inte
     return SciPyIntegrator(model, tolerance)
 
 
-def _accelerations(model: PadModel, q: np.ndarray) -> np.ndarray:
+def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Rates of the scaled velocities with the contact that the gaps tell."""
-    loads = model.physical_loads(_place(model, q))
+    loads = model.physical_loads(_place(model, q), _place(model, v))
     pad = model.pad
     return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
 
@@ -101,9 +102,9 @@ def first_state(model: PadModel, state: np.ndarray) -> State:
         return State(*(bool(g < 0.0) for g in heights))
     step = 1e-3
     q, v = state[:3], state[3:]
-    a1 = _accelerations(model, q)
-    a2 = _accelerations(model, q + step / 2 * v)
-    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1)
+    a1 = _accelerations(model, q, v)
+    a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
+    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
     moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
     # the change of the gap, not the gap: an offset of rounding size must not decide
     change = model.gaps(_place(model, moved)) - heights
@@ -204,7 +205,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     if scene.stop is None:
         raise ValueError("the scene names no time")
     units = natural_units(scene.pad_model, scene.initial)
-    model = units.scaled(scene.pad_model)
+    model = units.scaled(damped_model(scene))
     return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
 
 

@@ -39,13 +39,17 @@ class Variations(Observer):
         assert leg.dense is not None
         pad = self._model.pad
         lever = np.array([1.0, 1.0, pad.w])
-        q = np.array(self._model.c.place(leg.dense(t).T))
+        states = leg.dense(t).T
+        q, rates = (np.array(self._model.c.place(part)) for part in (states[:3], states[3:]))
         loads = partial(self._model.loads, state=leg.contact)
-        slopes = np.moveaxis(complex_step(loads, q), -1, 0)
+        slopes = np.moveaxis(complex_step(partial(loads, rates=rates), q), -1, 0)
         mass = np.array([pad.m, pad.m, pad.I])
         A = np.zeros((len(t), 6, 6))
         A[:, :3, 3:] = np.eye(3)
         A[:, 3:, :3] = slopes * (lever / mass)[:, None] / lever
+        if self._model.terms:
+            damping = np.moveaxis(complex_step(lambda v: loads(q, rates=v), rates), -1, 0)
+            A[:, 3:, 3:] = damping * (lever / mass)[:, None] / lever
         return A
 
     def leg(self, leg: Leg) -> None:

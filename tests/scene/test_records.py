@@ -1,6 +1,5 @@
 """Records made in Python refuse what a scene file is refused for, with the same sentence."""
 
-import dataclasses
 import math
 from typing import Any
 
@@ -182,8 +181,6 @@ def test_simulate_refuses_what_cannot_be_simulated():
     assert "'foo'" in sentence(lambda: simulate(scene, backend=word("foo")))
     assert "B3 is not allowed" in sentence(lambda: simulate(Scene("B3", B3)))
     assert "time: missing" in sentence(lambda: simulate(Scene("B1", B1)))
-    damped = dataclasses.replace(scene, damping=Damping(ratios=(0.0, 0.0, 0.0)))
-    assert "damping" in sentence(lambda: simulate(damped))
     assert "F_n" in sentence(lambda: simulate(scene.replace(F_n=0.0)))
     check_simulation(scene, Place("here"))
     check_simulation(scene.replace(F_n=0.0, outputs=("shares",)), Place("here"))

@@ -207,7 +207,7 @@ def test_simulation_needs_a_time_and_a_nonlinear_model(read):
     read(without)
     refusal(read, without, "time", "missing", purpose="simulate")
     refusal(read, text("B3"), "model", "B3", purpose="simulate")
-    refusal(read, text(more="damping: {ratios: [0, 0, 0]}\n"), "damping", purpose="simulate")
+    assert read(text(more="damping: {ratios: [0, 0, 0]}\n"), purpose="simulate").damping
 
 
 def test_forces_over_a_zero_brake_force_are_refused(read):

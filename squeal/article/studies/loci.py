@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.critical import critical_friction
-from squeal.analysis.damping import damping_matrix
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.results.loci import (
     Branch,
@@ -25,6 +24,7 @@ from squeal.article.results.loci import (
     Threshold,
 )
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
+from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.scene import Scene, read_scene

@@ -99,4 +99,5 @@ def measure_alone(scene: Scene) -> Measures:
     units, model, state, stop = in_natural_units(scene)
     motion = run_alone(model, scene.tolerance, "auto", units, state, stop, True)
     c = Coefficients(**{name: np.array([value]) for name, value in vars(model.c).items()})
-    return measures(seen(model.law, c, motion), np.array([scene.pad.theta0]))
+    terms = model.term_values[:, None]
+    return measures(seen(model.law, c, motion, terms), np.array([scene.pad.theta0]))

@@ -14,6 +14,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
+from squeal.model.equations import MOST_TERMS
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients
 from squeal.simulation.batch.motion import Motion
@@ -42,13 +43,16 @@ class _Log:
 
 
 class Lanes:
-    """The batch integrator of a law at a tolerance; its compiled code serves every pad."""
+    """The batch integrator of a law at a tolerance; its compiled code serves every pad.
 
-    def __init__(self, law: ContactLaw, tolerance: float) -> None:
+    `terms` are those with velocities, see `PadModel.terms`.
+    """
+
+    def __init__(self, law: ContactLaw, tolerance: float, terms: tuple[str, ...] = ()) -> None:
         self._points = law.points
         self._touching = slice(_N, _N + law.points)
         on = state_parameters(law)
-        system, heights, limits = equations(law, on)
+        system, heights, limits = equations(law, on, terms)
         self._log = _Log()
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         # No cooldown: once the state has changed, the same gap passes zero in the other sense.
@@ -66,7 +70,7 @@ class Lanes:
         self._ta = hy.taylor_adaptive_batch(
             system,
             np.zeros((6, LANES)),
-            pars=np.ones((_N + law.points, LANES)),
+            pars=np.ones((_N + law.points + (MOST_TERMS if terms else 0), LANES)),
             tol=max(tolerance, float(np.finfo(float).eps)),
             t_events=events,
         )
@@ -104,13 +108,15 @@ class Lanes:
         state: np.ndarray,
         stop: np.ndarray,
         samples: int,
+        terms: np.ndarray,
     ) -> Motion:
         """Integrate `LANES` pads: coefficients (len(NAMES), n), touching (points, n) of 0 or 1,
-        state (6, n)."""
+        state (6, n), terms (`MOST_TERMS` or 0, n): the numbers of terms with velocities."""
         log, ta = self._log, self._ta
         log.clear()
         self._pars[:_N] = coefficients
         self._pars[self._touching] = touching
+        self._pars[_N + self._points :] = terms
         self._state[:] = state
         ta.set_time(np.zeros(LANES))
         ta.reset_cooldowns()
@@ -149,6 +155,6 @@ class Lanes:
 
 
 @lru_cache(maxsize=32)
-def lanes(law: ContactLaw, tolerance: float) -> Pool[Lanes]:
+def lanes(law: ContactLaw, tolerance: float, terms: tuple[str, ...] = ()) -> Pool[Lanes]:
     """The integrators of a law and a tolerance; one serves all pads of a thread in turn."""
-    return Pool(lambda: Lanes(law, tolerance))
+    return Pool(lambda: Lanes(law, tolerance, terms))

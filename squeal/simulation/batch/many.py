@@ -49,11 +49,13 @@ def _part(pads: Pad, chosen: Any, count: int) -> Pad:
 
 @dataclasses.dataclass(frozen=True)
 class _Task:
-    """A chunk of pads with all that a process needs; `pads` is a stack, `initial` (n, 6) in SI."""
+    """A chunk of pads with all that a process needs; `pads` is a stack, `initial` (n, 6) in SI,
+    `damping` (3, 3, n) or None."""
 
     model: Model
     formulation: Formulation
     pads: Pad
+    damping: np.ndarray | None
     initial: np.ndarray
     stop: np.ndarray
     tolerance: float
@@ -63,10 +65,12 @@ class _Task:
 
 @dataclasses.dataclass(frozen=True)
 class _Natural:
-    """A chunk in natural units: stacked units and pads, coefficients (names, n), states (6, n)."""
+    """A chunk in natural units: stacked units and pads, coefficients (names, n), states (6, n),
+    numbers of the terms with velocities (`MOST_TERMS` or 0, n)."""
 
     units: Units
-    pads: Pad
+    model: PadModel
+    terms: np.ndarray
     coefficients: np.ndarray
     touching: np.ndarray
     state: np.ndarray
@@ -81,24 +85,32 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
     from squeal.simulation.batch.lanes import NAMES
 
     count = len(task.stop)
-    model = PadModel(task.model, task.pads, task.formulation)
+    rows = None if task.damping is None else tuple(map(tuple, task.damping))
+    model = PadModel(task.model, task.pads, task.formulation, rows)
     each = vars(natural_units(model, task.initial.T)).values()
     units = Units(*(np.broadcast_to(v, count) for v in each))  # type: ignore[arg-type]
-    pads = units.scaled(model).pad
-    c = coefficients(np, pads, law.absolute_gap)
+    scaled = units.scaled(model)
+    c = coefficients(np, scaled.pad, law.absolute_gap)
     numbers = np.array([np.broadcast_to(getattr(c, name), count) for name in NAMES])
     state = units.to_scaled(task.initial.T)
     heights = np.array(law.gaps(c, pose(np, c.place(state))))
     touching = (heights < 0.0).astype(int)
     # on the switching surface, or too near to tell, the first motion decides
     for i in np.flatnonzero((np.abs(heights) < 1e-9 * (1.0 + c.w + c.h)).any(axis=0)):
-        touching[:, i] = first_state(_single(task, pads, int(i)), state[:, i])
-    return _Natural(units, pads, numbers, touching, state, task.stop / units.time)
+        touching[:, i] = first_state(_single(scaled, count, int(i)), state[:, i])
+    terms = np.array(np.broadcast_arrays(*scaled.term_values, state[0])[:-1]).reshape(-1, count)
+    return _Natural(units, scaled, terms, numbers, touching, state, task.stop / units.time)
 
 
-def _single(task: _Task, scaled: Pad, i: int) -> PadModel:
-    row = {n: np.broadcast_to(v, len(task.stop))[i].item() for n, v in scaled.given().items()}
-    return PadModel(task.model, scaled.replace(**row), task.formulation)
+def _single(scaled: PadModel, count: int, i: int) -> PadModel:
+    """One of `count` pads."""
+
+    def own(value: Any) -> Any:
+        return np.broadcast_to(value, count)[i].item()
+
+    rows = scaled.damping and tuple(tuple(map(own, row)) for row in scaled.damping)
+    numbers = {name: own(value) for name, value in scaled.pad.given().items()}
+    return dataclasses.replace(scaled, pad=scaled.pad.replace(**numbers), damping=rows)
 
 
 class _Results:
@@ -151,7 +163,7 @@ class _Results:
 
 def _samples(task: _Task, natural: _Natural) -> np.ndarray:
     """How many samples each pad needs, (n,); also a guess of how long it takes."""
-    p = natural.pads
+    p = natural.model.pad
     speed = np.sqrt(p.m * (p.w**2 + p.h**2) / p.I)
     needed = np.ceil(natural.stop * np.maximum(speed, 1.0) / PHASE).astype(int) + 2
     if task.measured and needed.max() > MOST_SAMPLES:
@@ -170,7 +182,7 @@ def _work(task: _Task) -> Arrays:
 
     law = contact_law(task.model, task.formulation)
     natural = _in_natural_units(task, law)
-    machines = lanes(law, task.tolerance)
+    machines = lanes(law, task.tolerance, natural.model.terms)
     results = _Results(task, natural)
     needed = _samples(task, natural)
     margin = max(1e-6, 100.0 * task.tolerance)
@@ -187,12 +199,13 @@ def _work(task: _Task) -> Arrays:
                 natural.state[:, full],
                 natural.stop[full],
                 samples,
+                natural.terms[:, full],
             )
-        there = seen(law, natural.of(full), motion)
+        there = seen(law, natural.of(full), motion, natural.terms[:, full])
         doubt = doubtful(there, margin)
         results.add(full, ~doubt & (motion.limit < 0), there)
         for i in pads[doubt[: len(pads)]].tolist():
-            one, model = np.array([i]), _single(task, natural.pads, i)
+            one, model = np.array([i]), _single(natural.model, len(task.stop), i)
             units = Units(*(float(v[i]) for v in vars(natural.units).values()))
             state, stop = natural.state[:, i], float(natural.stop[i])
             try:
@@ -202,7 +215,9 @@ def _work(task: _Task) -> Arrays:
             except ComputationError:
                 results.refuse(i)
             else:
-                results.add(one, motion.whole, seen(law, natural.of(one), motion))
+                results.add(
+                    one, motion.whole, seen(law, natural.of(one), motion, natural.terms[:, one])
+                )
     arrays = results.arrays
     arrays["final"] = natural.units.to_si(arrays["final"].T).T
     return arrays
@@ -227,15 +242,17 @@ def simulate_many(
     measured: bool = False,
     events: bool = False,
     workers: int = 1,
+    damping: np.ndarray | None = None,
 ) -> Arrays:
     """Simulate n pads of a model; all units follow those of the pads.
 
     pads: a `Pad` whose parameters are numbers or arrays (n,), see `stack`; initial (n, 6);
-    stop: a number or (n,). Arrays over the pads come back: outcome (`DONE`, 1 + the index into
-    `LIMITS`, or `REFUSED`), ended (time), final (n, 6), steps, changes (number of contact changes),
-    with `events` also events (arrays (changes, 2) of time and contact point), with `measured` also
-    those of `squeal.simulation.batch.measures.measures`. Values of pads that did not reach the end
-    are NaN, their measures None or 0 where there is no NaN. A pad whose batch run may have missed
+    stop: a number or (n,); damping: a matrix C (3, 3) for all pads or (n, 3, 3). Arrays over the
+    pads come back: outcome (`DONE`, 1 + the index into `LIMITS`, or `REFUSED`), ended (time), final
+    (n, 6), steps, changes (number of contact changes), with `events` also events (arrays
+    (changes, 2) of time and contact point), with `measured` also those of
+    `squeal.simulation.batch.measures.measures`. Values of pads that did not reach the end are NaN,
+    their measures None or 0 where there is no NaN. A pad whose batch run may have missed
     a contact change is run again alone.
 
     With `workers` above 1 chunks of pads go to that many processes, which start anew by import:
@@ -256,7 +273,10 @@ def simulate_many(
     count = len(initial)
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
     numbers = [np.broadcast_to(v, count) for v in pads.given().values()]
-    wrong = np.flatnonzero(~np.isfinite([*numbers, stops, *np.transpose(initial)]).all(axis=0))
+    C = None if damping is None else np.moveaxis(np.zeros((count, 3, 3)) + damping, 0, -1)
+    drags = [] if C is None else [*C.reshape(9, count)]
+    every = [*numbers, *drags, stops, *np.transpose(initial)]
+    wrong = np.flatnonzero(~np.isfinite(every).all(axis=0))
     if wrong.size:
         raise ComputationError(f"the numbers of pad {wrong[0]} of the batch are not finite")
     size = min(CHUNK, -(-count // workers)) if count else 1
@@ -265,6 +285,7 @@ def simulate_many(
             model,
             formulation,
             _part(pads, slice(i, i + size), count),
+            None if C is None else C[..., i : i + size],
             np.asarray(initial, dtype=float)[i : i + size],
             stops[i : i + size],
             tolerance,

@@ -28,7 +28,8 @@ class Seen(NamedTuple):
 
     row (e,): the first sample at or after each contact change; on (points, k, n) of 0 or 1:
     contact at the samples; changes (k, n): how many so far; at: poses of the samples (k, n);
-    there: coefficients of the pad of each change (e,); there_at: poses there.
+    there: coefficients of the pad of each change (e,); there_at: poses there; terms (m, n): numbers
+    of the terms with velocities, m = 0 without.
     """
 
     law: ContactLaw
@@ -40,9 +41,10 @@ class Seen(NamedTuple):
     at: Pose
     there: Coefficients
     there_at: Pose
+    terms: np.ndarray
 
 
-def seen(law: ContactLaw, c: Coefficients, motion: Motion) -> Seen:
+def seen(law: ContactLaw, c: Coefficients, motion: Motion, terms: np.ndarray) -> Seen:
     """Prepare n motions for `doubtful` and `measures`; all coefficients are arrays (n,)."""
     count = len(motion.samples)
     row = np.empty(len(motion.t), dtype=int)
@@ -65,6 +67,7 @@ def seen(law: ContactLaw, c: Coefficients, motion: Motion) -> Seen:
         pose(np, c.place(motion.samples.swapaxes(0, 1))),
         there,
         pose(np, there.place(motion.state)),
+        terms,
     )
 
 
@@ -251,7 +254,11 @@ def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     """Greatest acceleration of a corner late in the run over that of the whole run."""
     m, c = s.motion, s.c
     x, y, moment = springs(np, c, s.at) + s.law.loads(c, s.at, s.on)
-    size = (x / c.m) ** 2 + ((y - c.F_n) / c.m) ** 2 + (c.w * moment / c.I) ** 2
+    rates = np.array([x / c.m, (y - c.F_n) / c.m, c.w * moment / c.I])
+    if len(s.terms):
+        D = s.terms.reshape(3, 3, -1)
+        rates -= np.einsum("ijn,kjn->ikn", D, m.samples[:, 3:])
+    size = (rates**2).sum(axis=0)
     late = np.where(m.times >= m.stop - LATE * duration, size, 0.0)
     return np.asarray(np.sqrt(late.max(axis=0) / size.max(axis=0)))
 

@@ -16,7 +16,7 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.equations import PadModel, net_loads
+from squeal.model.equations import MOST_TERMS, PadModel, net_loads
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, facing, pose, spring_vectors
 from squeal.model.states import State
@@ -45,10 +45,14 @@ def coefficient_names() -> list[str]:
     return _NAMES
 
 
-def equations(law: ContactLaw, on: Touching) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
+def equations(
+    law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
+) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
     """Symbolic equations of motion, the gaps of the contact points and the model's limits.
 
-    `on` is the contact state, as constants or as symbols.
+    `on` is the contact state, as constants or as symbols; `terms` are those with velocities, see
+    `PadModel.terms`, whose numbers are the last runtime parameters, see
+    `PadModel.term_values`.
 
     The limits are positive as long as the model holds, in the order of `LIMITS`.
 
@@ -67,6 +71,11 @@ def equations(law: ContactLaw, on: Touching) -> tuple[list[tuple[Any, Any]], lis
         (v, total.y / c.m),
         (r, c.w * total.moment / c.I),
     ]
+    if "damping" in terms:
+        first, v3 = len(_NAMES) + law.points, (u, v, r)
+        for i in range(3):
+            drag = sum(hy.par[first + 3 * i + j] * v3[j] for j in range(3))
+            system[3 + i] = (system[3 + i][0], system[3 + i][1] - drag)
     at = pose(hy, q)
     limits = [facing(c, at)] + [
         hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
@@ -88,7 +97,12 @@ def rising(heights: list[Any], on: Touching) -> list[Any]:
 
 @lru_cache(maxsize=64)
 def compiled(
-    law: ContactLaw, contact: State | None, tolerance: float, fp_type: Any, **options: Any
+    law: ContactLaw,
+    contact: State | None,
+    tolerance: float,
+    fp_type: Any,
+    terms: tuple[str, ...] = (),
+    **options: Any,
 ) -> Any:
     """The integrator of one contact state, or of any (None) that its parameters then tell.
 
@@ -96,13 +110,13 @@ def compiled(
     compiles in another way then.
     """
     on = state_parameters(law) if contact is None else contact
-    system, heights, limits = equations(law, on)
+    system, heights, limits = equations(law, on, terms)
     upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
     events = [_event(fp_type)(e, direction=upwards) for e in rising(heights, on)]
     events += [_event(fp_type)(limit, direction=downwards) for limit in limits]
     expressions = [rhs for _, rhs in system] + heights + limits
     used = hy.get_params(expressions)
-    highest = max(i for i in range(len(_NAMES) + law.points) if hy.par[i] in used)
+    highest = max(i for i in range(len(_NAMES) + law.points + MOST_TERMS) if hy.par[i] in used)
     return hy.taylor_adaptive(
         system,
         [fp_type(0.0)] * 6,
@@ -115,9 +129,15 @@ def compiled(
 
 
 @lru_cache(maxsize=64)
-def _pool(law: ContactLaw, contact: State | None, tolerance: float, fp_type: Any) -> Pool[Any]:
+def _pool(
+    law: ContactLaw,
+    contact: State | None,
+    tolerance: float,
+    fp_type: Any,
+    terms: tuple[str, ...],
+) -> Pool[Any]:
     """Integrators of one kind, copies of the compiled one, which itself never runs."""
-    return Pool(lambda: copy.copy(compiled(law, contact, tolerance, fp_type)))
+    return Pool(lambda: copy.copy(compiled(law, contact, tolerance, fp_type, terms)))
 
 
 def _event(fp_type: Any) -> Any:
@@ -182,13 +202,18 @@ class TaylorIntegrator:
         self._fp = fp_type
         eps = float(np.finfo(float).eps) if fp_type is float else 0.0
         self._tolerance = max(tolerance, eps)
+        self._terms = model.terms
         self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in _NAMES])
+        self._last = np.array([fp_type(value) for value in model.term_values.tolist()])
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
         own = contact if len(contact) <= OWN_CODE else None
-        with _pool(self._law, own, self._tolerance, self._fp).lease() as ta:
-            pars = self._pars if own else np.append(self._pars, [self._fp(on) for on in contact])
+        with _pool(self._law, own, self._tolerance, self._fp, self._terms).lease() as ta:
+            pars = self._pars
+            if own is None or self._terms:
+                touching = [self._fp(on) for on in contact]
+                pars = np.concatenate([pars, touching, self._last])
             ta.pars[:] = pars[: len(ta.pars)]
             ta.time = self._fp(t)
             ta.state[:] = state

@@ -38,13 +38,19 @@ class SciPyIntegrator:
     def _rhs(self, contact: State) -> Any:
         c, law = self._model.c, self._model.law
         inverse_m, turn = 1.0 / c.m, c.w / c.I
+        D = self._model.decay
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
             f = net_loads(math, c, law, c.place(state), contact)
             return [*state[3:], f.x * inverse_m, f.y * inverse_m, f.moment * turn]
 
-        return rhs
+        def damped(t: float, s: np.ndarray) -> list[float]:
+            rates = rhs(t, s)
+            taken = D @ s[3:]
+            return [*rates[:3], *(rates[3:] - taken).tolist()]
+
+        return damped if "damping" in self._model.terms else rhs
 
     def _events(self, contact: State) -> list[Any]:
         c, law = self._model.c, self._model.law

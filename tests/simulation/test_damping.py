@@ -1,0 +1,199 @@
+"""Damped simulations against equations written out again, matrix exponentials and energy."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.fields import most_unstable
+from squeal.analysis.points import points_at
+from squeal.analysis.work import contact_work
+from squeal.equilibrium.damping import damped_model, damping_matrix
+from squeal.model.contact import CONSISTENT, contact_law
+from squeal.model.pad import Pad
+from squeal.model.states import FULL
+from squeal.scene import Damping, Scene, read_scene
+from squeal.simulation import simulate
+from squeal.simulation.batch.alone import measure_alone
+from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.integrators.taylor import coefficient_names, compiled, equations
+from squeal.simulation.reference import reference
+from squeal.simulation.run import in_natural_units
+from squeal.simulation.variations import variations
+from tests.conftest import SCENES
+from tests.direct import motion
+
+# every entry its own, not symmetric: nothing may be mixed up
+C = np.array([[40.0, 6.0, 0.3], [-9.0, 55.0, -0.4], [0.2, 0.5, 0.05]])
+DAMPED = Damping(matrix=tuple(map(tuple, C.tolist())))
+
+
+def scene(name, **more):
+    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    plain: dict[str, Any] = {"formulation": CONSISTENT, "damping": DAMPED}
+    return dataclasses.replace(one, **(plain | more))
+
+
+def at_equilibrium(one, deviation):
+    q = np.array([*analyse(one).q, 0.0, 0.0, 0.0])
+    return dataclasses.replace(one, initial=tuple(q + deviation))
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+@pytest.mark.parametrize("backend", ["heyoka", "scipy"])
+def test_motion_is_that_of_the_equations_written_out(name, backend):
+    one = scene(name, outputs=("history",), samples=6, tolerance=1e-13)
+    one = dataclasses.replace(one, stop=0.2 * one.stop)
+    found = simulate(one, backend)
+    assert found.contact_changes > 0
+    assert found.history is not None
+    expected = motion(one.model, one.pad, one.initial, found.history["t"], C)
+    undamped = motion(one.model, one.pad, one.initial, found.history["t"])
+    for i, column in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
+        size = np.abs(expected[:, i]).max()
+        assert np.abs(found.history[column] - expected[:, i]).max() < 1e-8 * size
+        assert np.abs(undamped - expected)[:, i].max() > 1e-3 * size
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [DAMPED, Damping(ratios=(0.01, 0.03, 0.02)), Damping(rayleigh=(30.0, 2e-7))],
+)
+def test_small_motion_follows_the_matrices_of_eigenvalues(damping):
+    one = scene("b2-d", damping=damping, outputs=("history",), samples=5, stop=2e-3)
+    kick = 1e-9 * np.array([1.0, -0.5, 20.0, 3e3, 2e3, -5e4])
+    one = at_equilibrium(one, kick)
+    m = analyse(one).matrices
+    A = np.zeros((6, 6))
+    A[:3, 3:] = np.eye(3)
+    A[3:, :3], A[3:, 3:] = -np.linalg.solve(m.M, m.K), -np.linalg.solve(m.M, m.C)
+    found = simulate(one)
+    assert found.history is not None
+    rest = np.array(one.initial) - kick
+    for i, t in enumerate(found.history["t"]):
+        columns = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
+        state = np.array([found.history[column][i] for column in columns])
+        expected = expm(t * A) @ kick
+        scale = np.abs(expected).max()
+        assert np.abs(state - rest - expected).max() < 2e-4 * scale
+
+
+def test_ratios_are_those_of_the_modes_without_friction():
+    one = scene("b2-d", damping=Damping(ratios=(0.01, 0.03, 0.02)))
+    found = analyse(one.replace(mu=0.0))
+    ratios = [e.damping_ratio for e in found.spectrum.eigenvalues[::2]]
+    assert ratios == pytest.approx([0.01, 0.03, 0.02], rel=1e-9)
+    # and the matrix is the same with friction, in every contact state
+    assert pytest.approx(found.matrices.C, rel=1e-12) == analyse(one).matrices.C
+    assert damping_matrix(one) == pytest.approx(found.matrices.C, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["b2-d", "b3"])
+def test_rayleigh_damping_has_the_ratios_of_its_formula(name):
+    alpha, beta = 50.0, 3e-7
+    one = read_scene(SCENES / f"{name}.yaml").replace(
+        mu=0.0, damping=Damping(rayleigh=(alpha, beta))
+    )
+    plain = analyse(dataclasses.replace(one, damping=None)).spectrum.eigenvalues[::2]
+    damped = analyse(one).spectrum.eigenvalues[::2]
+    w = np.array([abs(e.value.imag) for e in plain])
+    expected = (alpha / w + beta * w) / 2
+    assert [e.damping_ratio for e in damped] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "damping", [DAMPED, Damping(ratios=(0.01, 0.03, 0.02)), Damping(rayleigh=(30.0, 2e-7))]
+)
+@pytest.mark.parametrize("name", ["b2-d", "b3"])
+def test_maps_damp_as_eigenvalues_do(name, damping):
+    one = dataclasses.replace(read_scene(SCENES / f"{name}.yaml"), damping=damping)
+    mus = np.array([0.1, 0.3])
+    fastest = most_unstable(points_at(one, ("mu",), mus[None]))
+    for mu, value in zip(mus, fastest, strict=True):
+        mode = analyse(one.replace(mu=float(mu))).spectrum.dominant.value
+        assert value.real == pytest.approx(mode.real, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+def test_works_balance(name):
+    one = scene(name, tolerance=1e-14)
+    found = contact_work(one)
+    assert found.damping < -1e-3 * found.kinetic
+    total = found.normal + found.friction + found.damping
+    assert total == pytest.approx(found.gained, abs=1e-9 * found.kinetic)
+    assert contact_work(dataclasses.replace(one, damping=None)).damping == 0.0
+
+
+def test_double_precision_is_that_of_quad_precision():
+    one = scene("b2-c", tolerance=1e-15)
+    exact = reference(one)
+    units, *_ = in_natural_units(one)
+    final = units.to_scaled(np.array(simulate(one).final[1:]))
+    assert final == pytest.approx(exact.state, abs=1e-9 * np.abs(exact.state).max())
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+def test_batches_damp_each_pad_with_its_own_matrix(name):
+    one = scene(name, tolerance=1e-12)
+    factors = np.array([0.0, 0.5, 1.0, 3.0, 10.0])
+    pads = stack([one.pad] * len(factors))
+    found = simulate_many(
+        one.model,
+        pads,
+        np.tile(one.initial, (len(factors), 1)),
+        one.stop,
+        one.tolerance,
+        measured=True,
+        damping=factors[:, None, None] * C,
+    )
+    assert (found["outcome"] == DONE).all()
+    for i, factor in enumerate(factors):
+        damping = Damping(matrix=tuple(map(tuple, (factor * C).tolist())))
+        single = simulate(dataclasses.replace(one, damping=damping))
+        assert found["changes"][i] == single.contact_changes
+        scale = np.abs(single.final[1:]).max()
+        assert found["final"][i] == pytest.approx(single.final[1:], abs=1e-6 * scale)
+        alone = measure_alone(dataclasses.replace(one, damping=damping))
+        assert found["calm"][i] == pytest.approx(alone["calm"][0], rel=1e-2)
+
+
+def test_phase_space_shrinks_by_the_trace_of_damping():
+    one = scene("b1-c")
+    one = dataclasses.replace(one, stop=0.2 * one.stop)
+    found = variations(one)
+    _, logarithm = np.linalg.slogdet(found.matrix)
+    mass = np.array([one.pad.m, one.pad.m, one.pad.I])
+    rate = float(np.sum(np.diag(C) / mass))
+    total = logarithm + 6 * found.logarithm
+    assert total == pytest.approx(-rate * one.stop, rel=1e-3)
+
+
+def test_what_is_not_damped_is_the_equations_of_before():
+    law = contact_law("B2")
+    assert equations(law, FULL) == equations(law, FULL, ())
+    plain, damped = compiled(law, FULL, 1e-9, float), compiled(law, FULL, 1e-9, float, ("damping",))
+    assert len(plain.pars) <= len(coefficient_names()) < len(damped.pars)
+    model = damped_model(scene("b2-c", damping=None))
+    assert model.terms == ()
+    assert model.term_values.size == 0
+
+
+def test_a_damped_pad_of_upright_springs_in_closed_form():
+    # one degree of freedom, never apart: y'' + 2 d y' + w^2 y = 0 about the sag
+    k, m, c, F = 4e5, 2.0, 90.0, 400.0
+    upright = {"alpha1": np.pi / 2, "alpha2": np.pi / 2, "L1": 0.4, "L2": 0.4, "mu": 0.0}
+    pad = Pad(m=m, w=0.05, h=0.02, k1=k, k2=k, k3=k, k4=k, F_n=F, **upright)
+    d, w = c / (2 * m), np.sqrt(4 * k / m)
+    turn = np.sqrt(w * w - d * d)
+    rows = ((0.0, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, 0.0))
+    one = Scene(
+        "B1", pad, stop=0.05, samples=101, outputs=("history",), damping=Damping(matrix=rows)
+    )
+    found = simulate(one)
+    assert found.history is not None
+    t, sag = found.history["t"], F / (4 * k)
+    y = -sag + sag * np.exp(-d * t) * (np.cos(turn * t) + d / turn * np.sin(turn * t))
+    assert np.abs(found.history["y"] - y).max() < 1e-12 * sag * 10
