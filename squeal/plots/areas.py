@@ -14,15 +14,15 @@ from squeal.numerics.outline import Outline
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C")
 """Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold."""
 
-_QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
-_NAMES = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
+QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
+OF_PI = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
 
 
 def angle_axes_of_pi(axes: Axes) -> None:
     """Axes of the two spring angles, drawn over pi."""
     axes.set_aspect("equal")
-    axes.set_xticks(_QUARTERS, _NAMES)
-    axes.set_yticks(_QUARTERS, _NAMES)
+    axes.set_xticks(QUARTERS, OF_PI)
+    axes.set_yticks(QUARTERS, OF_PI)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")

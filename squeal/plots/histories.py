@@ -77,10 +77,7 @@ def history_figure(run: Run) -> Figure:
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
         grid = figure.subplots(
-            3,
-            1,
-            sharex=True,
-            gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(states)]},
+            3, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(states)]}
         )
         for axes, signal, letter in zip(grid, law.plotted, "ab", strict=False):
             _trace(axes, run, signal, letter)

@@ -10,10 +10,9 @@ from matplotlib.axes import Axes
 
 from squeal.analysis.maps import Axis
 from squeal.model.pad import PARAMETERS
+from squeal.plots.areas import OF_PI, QUARTERS
 
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
-QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
-OF_PI = ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"]
 
 
 def symbol(name: str) -> str:

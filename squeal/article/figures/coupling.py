@@ -24,6 +24,7 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
 LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
+OWN: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
 WIDTH_OF_LABEL = 0.12  # of the axis of mu
 
 
@@ -77,11 +78,11 @@ def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
         axes.axvline(scene.mu, color="0.7", linewidth=0.6, zorder=0, gid="scene's mu")
     if isinstance(equilibrium, Modes):
         real, imag = np.array(equilibrium.real), np.array(equilibrium.imag)
-        look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7, "gid": "scene"}
+        mark = equilibrium_mark(equilibrium)
         mu = np.full(len(real), scene.mu)
         inside = imag >= 0.0
-        upper.plot(mu[inside], imag[inside] / KILOHERTZ, equilibrium_mark(equilibrium), **look)
-        lower.plot(mu, real / PER_MS, equilibrium_mark(equilibrium), **look)
+        upper.plot(mu[inside], imag[inside] / KILOHERTZ, mark, gid="scene", **OWN)
+        lower.plot(mu, real / PER_MS, mark, gid="scene", **OWN)
     upper.set_title(title(scene.name), pad=3.0)
 
 
@@ -113,24 +114,27 @@ def coupling_figure(found: Loci) -> Figure:
         for axes in grid[-1]:
             axes.set_xlabel(r"friction $\mu$")
         figure.align_ylabels(grid[:, 0])
-        figure.legend(*_legend(found), loc="outside upper center", ncols=6, columnspacing=1.2)
+        figure.legend(
+            handles=_legend(found), loc="outside upper center", ncols=6, columnspacing=1.2
+        )
     return figure
 
 
-def _legend(found: Loci) -> tuple[list[Line2D], list[str]]:
+def _legend(found: Loci) -> list[Line2D]:
+    def mark(label: str, **look: Any) -> Line2D:
+        return Line2D([], [], label=label, **look)
+
     entries = [
-        (Line2D([], [], color=colour, linestyle=line), f"mode {k + 1}")
+        mark(f"mode {k + 1}", color=colour, linestyle=line)
         for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True))
     ]
-    look: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
-    entries.append((Line2D([], [], color="0.7", marker="o", **look), r"the scene's $\mu$"))
+    entries.append(mark(r"the scene's $\mu$", color="0.7", marker="o", **OWN))
     if off_branch(found):
-        entries.append((Line2D([], [], color="0.7", marker="^", **look), "off the branch"))
+        entries.append(mark("off the branch", color="0.7", marker="^", **OWN))
     branches = [s.branch for s in found.scenes if isinstance(s.branch, Branch)]
     if any(branch.contact_changes for branch in branches):
-        entries.append((Line2D([], [], color="k", linestyle=":", linewidth=0.7), "contact change"))
-    handles, names = zip(*entries, strict=True)
-    return list(handles), list(names)
+        entries.append(mark("contact change", color="k", linestyle=":", linewidth=0.7))
+    return entries
 
 
 def alternative_text(found: Loci) -> str:

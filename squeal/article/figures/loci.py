@@ -15,6 +15,7 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 KILOHERTZ, PER_MS = 2e3 * np.pi, 1e3
 """Units of the axes in rad/s and 1/s."""
+RING: dict[str, Any] = {"mfc": "none", "mec": "#C8380E", "ms": 6}
 
 
 def rows(found: Loci) -> list[list[SceneLoci]]:
@@ -57,14 +58,8 @@ def _panel(axes: Axes, scene: SceneLoci) -> None:
         axes.plot(growth[start], frequency[start], "k_", ms=11, mew=0.8, gid="start")
     if isinstance(scene.equilibrium, Modes):
         growth, frequency, _ = upper_half(scene.equilibrium)
-        look: dict[str, Any] = {
-            "mfc": "none",
-            "mec": "#C8380E",
-            "ms": 6,
-            "mew": 0.9,
-            "gid": "scene",
-        }
-        axes.plot(growth, frequency, equilibrium_mark(scene.equilibrium), **look)
+        mark = equilibrium_mark(scene.equilibrium)
+        axes.plot(growth, frequency, mark, mew=0.9, gid="scene", **RING)
     axes.set_title(title(scene.name), pad=3.0)
 
 
@@ -89,25 +84,25 @@ def loci_figure(found: Loci) -> Figure:
         drawn = [c for axes in grid.flat for c in axes.collections]
         if drawn:
             figure.colorbar(drawn[0], ax=grid, label=r"friction $\mu$", aspect=40, pad=0.015)
-        figure.legend(*_legend(found), loc="outside upper center", ncols=4, columnspacing=1.4)
+        figure.legend(
+            handles=_legend(found), loc="outside upper center", ncols=4, columnspacing=1.4
+        )
     return figure
 
 
-def _legend(found: Loci) -> tuple[list[Line2D], list[str]]:
-    def mark(marker: str, **look: Any) -> Line2D:
-        return Line2D([], [], linestyle="", marker=marker, **look)
+def _legend(found: Loci) -> list[Line2D]:
+    def mark(label: str, marker: str, **look: Any) -> Line2D:
+        return Line2D([], [], linestyle="", marker=marker, label=label, **look)
 
-    red: dict[str, Any] = {"mfc": "none", "mec": "#C8380E", "ms": 6}
     entries = [
-        (mark("_", color="k", ms=11, mew=0.8), r"$\mu = 0$"),
-        (mark("o", **red), r"the scene's $\mu$"),
+        mark(r"$\mu = 0$", "_", color="k", ms=11, mew=0.8),
+        mark(r"the scene's $\mu$", "o", **RING),
     ]
     if off_branch(found):
-        entries.append((mark("^", **red), r"the scene's $\mu$, off the branch"))
+        entries.append(mark(r"the scene's $\mu$, off the branch", "^", **RING))
     if any(isinstance(scene.loop, SingleLoop) for scene in found.scenes):
-        entries.append((mark("s", color="0.82", ms=8, mew=0.0), "friction loop, equilibrium held"))
-    handles, names = zip(*entries, strict=True)
-    return list(handles), list(names)
+        entries.append(mark("friction loop, equilibrium held", "s", color="0.82", ms=8, mew=0.0))
+    return entries
 
 
 def growths(found: Loci) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,7 +18,11 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 MODEL = "B2"
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 REAL = 1e-6  # a shape whose imaginary parts are smaller is real: rounding leaves less
-REST, FIRST, SECOND = "0.6", "#C8380E", "#3498DB"
+LOOKS: dict[str, dict[str, Any]] = {
+    "rest": {"color": "0.6"},
+    "first phase": {"color": "#C8380E"},
+    "second phase": {"color": "#3498DB", "linestyle": (0, (3, 1.5))},
+}
 
 
 def phases(mode: ModeShape) -> tuple[float, float]:
@@ -42,13 +48,8 @@ def outlines(scene: SceneLoci, equilibrium: Modes, mode: ModeShape) -> list[np.n
 
 
 def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
-    looks = (
-        ("rest", REST, "-"),
-        ("first phase", FIRST, "-"),
-        ("second phase", SECOND, (0, (3, 1.5))),
-    )
-    for corners, (name, colour, line) in zip(lines, looks, strict=True):
-        axes.plot(*corners.T, color=colour, linestyle=line, linewidth=0.8, gid=name)
+    for corners, (name, look) in zip(lines, LOOKS.items(), strict=True):
+        axes.plot(*corners.T, linewidth=0.8, gid=name, **look)
     growth = mode.growth_rate / 1e3
     rate = f", ${growth:+.2g}$/ms" if growth else ""
     axes.set_title(f"{mode.frequency_hz / 1e3:#.3g} kHz{rate}", pad=2.0)
@@ -100,11 +101,7 @@ def modes_figure(found: Loci) -> Figure:
             axes.set_title(f"{title(scene.name)}\n{axes.get_title()}", pad=2.0)
         grid[0, 0].set_xlim(left, right)
         grid[0, 0].set_ylim(bottom, top)
-        handles = [
-            Line2D([], [], color=REST),
-            Line2D([], [], color=FIRST),
-            Line2D([], [], color=SECOND, linestyle=(0, (3, 1.5))),
-        ]
+        handles = [Line2D([], [], **look) for look in LOOKS.values()]
         complex_too = any(phases(mode)[1] < np.pi for _, _, mode, _ in shown)
         second = "a quarter period later" if complex_too else "half a period later"
         if complex_too and any(phases(mode)[1] == np.pi for _, _, mode, _ in shown):

@@ -40,7 +40,7 @@ def towards_ground(c: Coefficients) -> dict[str, Vector]:
 
 def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> Vector:
     """Points of a zigzag spring from start to stop, shape (n, 2)."""
-    along = stop - start
+    along = np.subtract(stop, start)
     side = np.array([-along[1], along[0]]) / np.hypot(*along) * width
     shares = [0.0, 0.18, *np.linspace(0.22, 0.78, 2 * turns), 0.82, 1.0]
     offsets = [0.0, 0.0, *np.resize([1.0, -1.0], 2 * turns), 0.0, 0.0]
@@ -49,7 +49,7 @@ def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> 
 
 def _line(axes: Axes, points: Vector, **more: Any) -> None:
     given: dict[str, Any] = {"color": "black", "linewidth": 0.8} | more
-    axes.plot(points[:, 0], points[:, 1], **given)
+    axes.plot(*np.transpose(points), **given)
 
 
 def _text(axes: Axes, at: Vector, text: str, **more: Any) -> None:
@@ -66,16 +66,16 @@ def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
     """A dimension line between a and b with its label beside the middle."""
     line = {"arrowstyle": "<->", "linewidth": 0.6, "color": _GREY, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", a, b, arrowprops=line)
-    _text(axes, (a + b) / 2 + shift, text)
+    _text(axes, np.add(a, b) / 2 + shift, text)
 
 
 def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
     """Fixed ground: a line across `normal` with hatching behind it."""
     side = np.array([-normal[1], normal[0]])
-    _line(axes, np.array([at - half * side, at + half * side]), linewidth=1.2)
+    _line(axes, (at - half * side, at + half * side), linewidth=1.2)
     for s in np.linspace(-half, half, 6):
         foot = at + s * side
-        _line(axes, np.array([foot, foot + 0.07 * (normal + 0.6 * side)]), linewidth=0.5)
+        _line(axes, (foot, foot + 0.07 * (normal + 0.6 * side)), linewidth=0.5)
 
 
 def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float) -> None:
@@ -87,14 +87,13 @@ def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float
     _text(axes, corner + 0.5 * SPRING * way + 0.27 * out, f"$k_{number},\\ L_{number}$")
     first = number == "1"  # alpha1 counts from +x, alpha2 from -x the other way round
     reach = np.array([0.36 if first else -0.36, 0.0])
-    _line(axes, np.array([corner, corner + 1.25 * reach]), linewidth=0.5, linestyle=(0, (3, 2)))
+    _line(axes, (corner, corner + 1.25 * reach), linewidth=0.5, linestyle=(0, (3, 2)))
     degrees = math.degrees(angle)
     span = (0.0, degrees) if first else (180.0 - degrees, 180.0)
     axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=span[0], theta2=span[1], linewidth=0.6))
     middle = math.radians(sum(span) / 2 + (-18 if first else 18))
-    _text(
-        axes, corner + 0.43 * np.array([math.cos(middle), math.sin(middle)]), f"$\\alpha_{number}$"
-    )
+    place = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
+    _text(axes, place, f"$\\alpha_{number}$")
 
 
 def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
@@ -103,56 +102,38 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
     centre, corner = np.zeros(2), at["1"]
     axes.plot(0.0, 0.0, "o", color="black", markersize=2.5)
-    _line(axes, np.array([centre, corner]), color=_GREY, linewidth=0.7)
-    _line(axes, np.array([centre, (-0.62, 0.0)]), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
+    _line(axes, (centre, corner), color=_GREY, linewidth=0.7)
+    _line(axes, (centre, (-0.62, 0.0)), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
     _text(axes, 0.62 * corner + (0.05, 0.07), "$d$")
     beta = math.degrees(math.asin(c.h / math.hypot(c.w, c.h)))
     axes.add_patch(Arc((0, 0), 0.8, 0.8, theta1=180.0 - beta, theta2=180.0, linewidth=0.6))
     half = math.radians(180.0 - beta / 2)
     _text(axes, (0.49 * math.cos(half), 0.49 * math.sin(half)), r"$\beta$")
-    _arrow(axes, centre, np.array([0.3, 0.0]), "$x$", np.array([0.36, 0.0]))
-    _arrow(axes, centre, np.array([0.0, 0.24]), "$y$", np.array([0.06, 0.24]))
+    _arrow(axes, centre, (0.3, 0.0), "$x$", (0.36, 0.0))
+    _arrow(axes, centre, (0.0, 0.24), "$y$", (0.06, 0.24))
     turn = {"arrowstyle": "-|>", "linewidth": 0.9, "connectionstyle": "arc3,rad=0.5"}
     axes.annotate("", (0.53, 0.17), (0.53, -0.17), arrowprops=turn)
     _text(axes, (0.7, 0.0), r"$\theta$")
     far = 1.3
-    _size(
-        axes,
-        np.array([far, at["t"][1]]),
-        np.array([far, at["2"][1]]),
-        "$2h$",
-        np.array([0.12, 0.0]),
-    )
+    _size(axes, (far, at["t"][1]), (far, at["2"][1]), "$2h$", (0.12, 0.0))
     for y in (at["t"][1], at["2"][1]):
-        _line(axes, np.array([(1.04, y), (far + 0.04, y)]), color=_GREY, linewidth=0.4)
+        _line(axes, [(1.04, y), (far + 0.04, y)], color=_GREY, linewidth=0.4)
 
 
 def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
     """The sliding surface, its speed, the actuation force and the unit vectors."""
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
-    _line(axes, np.array([(-2.0, level), (2.0, level)]), linewidth=1.2)
-    _arrow(
-        axes,
-        np.array([1.45, level - 0.2]),
-        np.array([1.9, level - 0.2]),
-        "$V$",
-        np.array([1.98, level - 0.2]),
-    )
+    _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)
+    _arrow(axes, (1.45, level - 0.2), (1.9, level - 0.2), "$V$", (1.98, level - 0.2))
     top = at["1"][1]
-    _arrow(
-        axes,
-        np.array([0.0, top + 0.48]),
-        np.array([0.0, top]),
-        "$F_n$",
-        np.array([0.12, top + 0.4]),
-    )
+    _arrow(axes, (0.0, top + 0.48), (0.0, top), "$F_n$", (0.12, top + 0.4))
     base = np.array([-1.95, level + 0.16])
     _arrow(axes, base, base + (0.3, 0.0), r"$\vec{e}_x$", base + (0.4, 0.0))
     _arrow(axes, base, base + (0.0, 0.3), r"$\vec{e}_y$", base + (0.0, 0.39))
     y = level - 0.2
-    _size(axes, np.array([-1.0, y]), np.array([1.0, y]), "$2w$", np.array([0.0, -0.09]))
+    _size(axes, (-1.0, y), (1.0, y), "$2w$", (0.0, -0.09))
     for x in (-1.0, 1.0):
-        _line(axes, np.array([(x, at["l"][1]), (x, y - 0.05)]), color=_GREY, linewidth=0.4)
+        _line(axes, [(x, at["l"][1]), (x, y - 0.05)], color=_GREY, linewidth=0.4)
     _text(axes, (-1.0, level - 0.32), "leading edge", color="0.3")
     _text(axes, (1.0, level - 0.32), "trailing edge", color="0.3")
 
@@ -166,21 +147,15 @@ def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
 
 def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
     for x in np.linspace(-0.94, 0.94, 17):
-        points = _coil(np.array([x, at["l"][1]]), np.array([x, level]), turns=2, width=0.02)
+        points = _coil((x, at["l"][1]), (x, level), turns=2, width=0.02)
         _line(axes, points, color=_GREY, linewidth=0.5)
     _text(axes, (-1.13, (at["l"][1] + level) / 2), "$k_c$")
     foot = np.array([0.36, at["l"][1]])
-    _line(axes, np.array([(0.0, 0.0), (0.0, foot[1] - 0.12)]), color=_GREY, linewidth=0.5)
+    _line(axes, [(0.0, 0.0), (0.0, foot[1] - 0.12)], color=_GREY, linewidth=0.5)
     red = {"color": "#C8380E", "linewidth": 1.2}
     _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.13, -0.33), **red)
     _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, -0.1), **red)
-    _size(
-        axes,
-        np.array([0.0, foot[1] - 0.07]),
-        foot - (0.0, 0.07),
-        r"$\delta$",
-        np.array([0.0, -0.09]),
-    )
+    _size(axes, (0.0, foot[1] - 0.07), foot - (0.0, 0.07), r"$\delta$", (0.0, -0.09))
     for text in axes.texts[-4:]:
         text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5, "alpha": 0.85})
 
