@@ -10,7 +10,7 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, Self, TypeVar, Union
+from typing import Any, Literal, Self, TypeVar, Union, dataclass_transform
 
 from squeal.errors import InputError
 from squeal.files.place import Place, shown
@@ -138,8 +138,12 @@ def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
     return kind(**{key: _from(hints[key], entry, at / key) for key, entry in value.items()})
 
 
+@dataclass_transform(frozen_default=True)
 class Record:
-    """A frozen dataclass that goes to a JSON file and comes back unchanged."""
+    """Its subclasses are frozen dataclasses that go to a JSON file and come back unchanged."""
+
+    def __init_subclass__(cls, kw_only: bool = False) -> None:
+        dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain mappings, lists, numbers and text."""
@@ -151,15 +155,13 @@ class Record:
         return from_dict(cls, value, file)
 
 
-@dataclasses.dataclass(frozen=True)
 class Missing(Record):
     """Stands where something does not exist, and says why."""
 
     reason: str
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Result(Record):
+class Result(Record, kw_only=True):
     """All that a result file holds; the program that writes the file fills in what made it."""
 
     provenance: Provenance | None = None
@@ -175,8 +177,7 @@ class Result(Record):
         return read_json(cls, file)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Plain(Result):
+class Plain(Result, kw_only=True):
     """A result that needs no class of its own: numbers and words by key, curves by name."""
 
     values: dict[str, float | int | str]

@@ -150,8 +150,7 @@ class Inner:
     rows: tuple[float, ...]
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Outer(Result):
+class Outer(Result, kw_only=True):
     inner: Inner | Missing
     error: Annotated[float, ".2g"]
     mu: float

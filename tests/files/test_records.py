@@ -1,7 +1,6 @@
 """Records to JSON and back: nothing lost, nothing of another kind accepted."""
 
 import json
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -14,13 +13,11 @@ from squeal.model.contact import Formulation
 from squeal.numerics.outline import Outline
 
 
-@dataclass(frozen=True)
 class Part(Record):
     length: float
     name: str | None
 
 
-@dataclass(frozen=True)
 class Whole(Result):
     count: int
     flag: bool

@@ -52,7 +52,6 @@ def _to_point(numbers: dict[str, float]) -> np.ndarray:
     return np.clip((encode(numbers) - _LOW) / (_HIGH - _LOW), 0.0, 1.0)
 
 
-@dataclass(frozen=True)
 class Best(Record):
     """A pad with its cost."""
 
@@ -60,7 +59,6 @@ class Best(Record):
     numbers: dict[str, float]
 
 
-@dataclass(frozen=True)
 class SearchState(Record):
     """What a state file keeps: the search (formulation, seed and names of the numbers), its starts
     and pads so far, and its best pads."""

@@ -10,7 +10,6 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from squeal.article.identify.objective import judge_one
@@ -25,7 +24,6 @@ from squeal.model.contact import CONSISTENT, Formulation
 DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
 
 
-@dataclass(frozen=True)
 class Search(Record):
     """A finished search: formulation, seed, starts and pads tried; of its best pad the number of
     claims kept, the cost and the numbers."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Record, Result
 
 
-@dataclass(frozen=True)
 class SceneAccuracy(Record):
     """What a simulated scene is worth.
 
@@ -30,7 +28,6 @@ class SceneAccuracy(Record):
     stop: float
 
 
-@dataclass(frozen=True)
 class Accuracy(Result):
     """By name of the scene; lost: the share at which a motion is no longer foretold."""
 

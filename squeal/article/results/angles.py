@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -11,7 +10,6 @@ from squeal.files.records import Record, Result
 from squeal.numerics.outline import Outline
 
 
-@dataclass(frozen=True)
 class Shares(Record):
     """Shares of the area of B2's map.
 
@@ -28,7 +26,6 @@ class Shares(Record):
     wrongly_allowed: Annotated[float, ".1%"]
 
 
-@dataclass(frozen=True)
 class Coding(Record):
     """One number for verdict, contact and whether (23a, b) hold as printed.
 
@@ -63,7 +60,6 @@ class Coding(Record):
         return self.codes >= self.verdicts * self.contacts
 
 
-@dataclass(frozen=True)
 class Angles(Result):
     """Outlines of the maps over (alpha1, alpha2), with the angles of each case to mark on them.
 

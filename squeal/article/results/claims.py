@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from squeal.files.records import Record, Result
@@ -10,7 +9,6 @@ from squeal.files.records import Record, Result
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]
 
 
-@dataclass(frozen=True)
 class JudgedClaim(Record):
     """A statement with what was measured, its verdict and margin (positive where it holds).
 
@@ -32,7 +30,6 @@ class JudgedClaim(Record):
         return self.verdict == "reproduced"
 
 
-@dataclass(frozen=True)
 class SearchedFormulation(Record):
     """The most claims that one pad was found to keep in a formulation, of so many pads tried."""
 
@@ -43,7 +40,6 @@ class SearchedFormulation(Record):
     kept: int
 
 
-@dataclass(frozen=True)
 class Claims(Result):
     """All statements in the article's order, and what searches of other formulations came to."""
 

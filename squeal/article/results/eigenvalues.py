@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Missing, Record, Result
 
 
-@dataclass(frozen=True)
 class Pole(Record):
     """Real part in 1/s, imaginary part in rad/s; damping_ratio None for a pole at the origin."""
 
@@ -18,7 +16,6 @@ class Pole(Record):
     damping_ratio: float | None
 
 
-@dataclass(frozen=True)
 class EquilibriumPoles(Record):
     """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
 
@@ -34,7 +31,6 @@ class EquilibriumPoles(Record):
     apart: Annotated[float, ".2g"]
 
 
-@dataclass(frozen=True)
 class Eigenvalues(Result):
     """By name of the scene; a scene without steady sliding has the reason."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from squeal.files.records import Record, Result
@@ -10,7 +9,6 @@ from squeal.files.records import Record, Result
 Word = Literal["right", "refused", "warned", "wrong"]
 
 
-@dataclass(frozen=True)
 class Outcome(Record):
     """What became of a case: `right`, `refused` or `warned` as it should be, else `wrong`.
 
@@ -29,7 +27,6 @@ class Outcome(Record):
     told: str
 
 
-@dataclass(frozen=True)
 class Extreme(Result):
     """All cases of the suite, in its order.
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from squeal.files.records import Record, Result
 
 
-@dataclass(frozen=True)
 class MeasuredFinding(Record):
     """A finding: its place in the article, what it says, the numbers measured and their meaning."""
 
@@ -18,7 +15,6 @@ class MeasuredFinding(Record):
     measured: dict[str, float]
 
 
-@dataclass(frozen=True)
 class Findings(Result):
     """All findings, in their order."""
 

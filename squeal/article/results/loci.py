@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from squeal.files.records import Missing, Record, Result
 
 Row = tuple[float, ...]
 
 
-@dataclass(frozen=True)
 class ContactChange(Record):
     """A change of contact along the branch: where, and into which state."""
 
@@ -17,7 +14,6 @@ class ContactChange(Record):
     into: str
 
 
-@dataclass(frozen=True)
 class Threshold(Record):
     """A change of verdict on the way up in mu, see `squeal.stability.CriticalPoint`."""
 
@@ -28,7 +24,6 @@ class Threshold(Record):
     converged: bool
 
 
-@dataclass(frozen=True)
 class Branch(Record):
     """Tracked eigenvalues along the equilibrium branch, and what happens on it.
 
@@ -46,7 +41,6 @@ class Branch(Record):
     thresholds: tuple[Threshold, ...]
 
 
-@dataclass(frozen=True)
 class HeldThreshold(Record):
     """Where a pair (flutter) or real root (divergence) starts (up) or ceases (down) to grow."""
 
@@ -55,7 +49,6 @@ class HeldThreshold(Record):
     direction: str
 
 
-@dataclass(frozen=True)
 class Loop(Record):
     """Whether friction closes a single loop about the held equilibrium (rank one), and why not.
 
@@ -67,7 +60,6 @@ class Loop(Record):
     thresholds: tuple[HeldThreshold, ...]
 
 
-@dataclass(frozen=True)
 class SingleLoop(Loop):
     """The pad as one control loop, by python-control.
 
@@ -88,7 +80,6 @@ class SingleLoop(Loop):
     locus_apart: float
 
 
-@dataclass(frozen=True)
 class ModeShape(Record):
     """Shape (x, y, w theta), its largest part 1, of one pair of eigenvalues."""
 
@@ -98,7 +89,6 @@ class ModeShape(Record):
     imag: Row
 
 
-@dataclass(frozen=True)
 class Modes(Record):
     """The scene's equilibrium: its eigenvalues (1/s, rad/s) and mode shapes.
 
@@ -117,7 +107,6 @@ class Modes(Record):
     modes: tuple[ModeShape, ...]
 
 
-@dataclass(frozen=True)
 class SceneLoci(Record):
     """All of one scene; w, h in m. What does not exist without steady sliding has the reason."""
 
@@ -131,7 +120,6 @@ class SceneLoci(Record):
     equilibrium: Modes | Missing
 
 
-@dataclass(frozen=True)
 class Loci(Result):
     """The scenes in the order given.
 

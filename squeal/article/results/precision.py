@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Record, Result
 
 
-@dataclass(frozen=True)
 class Point(Record):
     """One run of a path: relative error of the final place, greatest error of the contact times in
     natural units (None if none were found), seconds (median), steps, changes missed and made up."""
@@ -25,7 +23,6 @@ class Point(Record):
     extra: int
 
 
-@dataclass(frozen=True)
 class Check(Record):
     """A reference against another method, and against itself at another order if `order` is set.
 
@@ -39,7 +36,6 @@ class Check(Record):
     order: float | None
 
 
-@dataclass(frozen=True)
 class Timing(Record):
     """Error and median time (s) of a program at a task of the linear side.
 
@@ -54,7 +50,6 @@ class Timing(Record):
     seconds: float
 
 
-@dataclass(frozen=True)
 class Precision(Result):
     """Work-precision points of simulations, checks of their references, timings of linear tasks.
 

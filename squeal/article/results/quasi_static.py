@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Record, Result
 from squeal.numerics.outline import Outline
 
 
-@dataclass(frozen=True)
 class Readings(Record):
     """Share of the map where (23a, b) hold as printed, and with signs followed."""
 
@@ -17,7 +15,6 @@ class Readings(Record):
     sign_aware: Annotated[float, ".1%"]
 
 
-@dataclass(frozen=True)
 class QuasiStatic(Result):
     """Map of n x n cells at the scene's mu: regions (code 1) of both readings of (23a, b)."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Record, Result
@@ -25,7 +24,6 @@ SYMBOLS = {
 """Symbols of the searched numbers as LaTeX and figures set them."""
 
 
-@dataclass(frozen=True)
 class Share(Record):
     """Share of pads that keep a claim, with its interval."""
 
@@ -33,7 +31,6 @@ class Share(Record):
     interval: tuple[float, float]
 
 
-@dataclass(frozen=True)
 class Sample(Record):
     """A sample of pads: the shares by claim, and how many claims the median pad keeps."""
 
@@ -43,7 +40,6 @@ class Sample(Record):
     claims: dict[str, Share]
 
 
-@dataclass(frozen=True)
 class Break(Record):
     """The least relative change of one number, more or less, that breaks claims, and which.
 
@@ -56,7 +52,6 @@ class Break(Record):
     claims: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class Robustness(Result):
     """Samples of growing width, the last over the whole ranges; first breaks of each number.
 

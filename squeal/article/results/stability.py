@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from squeal.article.results.loci import Branch, Loop, SingleLoop
 from squeal.files.records import Missing, Record, Result
 
 
-@dataclass(frozen=True)
 class Thresholds(Record):
     """Thresholds of a pad along its branch, and with the equilibrium held."""
 
@@ -17,7 +14,6 @@ class Thresholds(Record):
     loop: SingleLoop | Loop
 
 
-@dataclass(frozen=True)
 class Growth(Record):
     """Growth rates and frequencies fitted to simulations over mu, beside the predicted ones.
 
@@ -34,7 +30,6 @@ class Growth(Record):
     apart: float
 
 
-@dataclass(frozen=True)
 class Comparison(Record):
     """A number of the literature and what the toolkit makes of it, as text.
 
@@ -51,7 +46,6 @@ class Comparison(Record):
     provenance: str
 
 
-@dataclass(frozen=True)
 class Stability(Result):
     """advice: by name of the scene; fluttering: a pad that flutters, None if no angles make one."""
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from squeal.files.records import Record, Result
 
 
-@dataclass(frozen=True)
 class Switches(Record):
     """The formulation of a search, as `squeal.model.contact.Formulation` names it."""
 
@@ -16,7 +13,6 @@ class Switches(Record):
     delta_moment: str
 
 
-@dataclass(frozen=True)
 class Failing(Record):
     """A claim that a pad does not keep."""
 
@@ -26,7 +22,6 @@ class Failing(Record):
     measured: str
 
 
-@dataclass(frozen=True)
 class Changed(Record):
     """A verdict that changes with tolerance or horizon; `claim` is empty where the motion ends."""
 
@@ -35,7 +30,6 @@ class Changed(Record):
     verdict: str
 
 
-@dataclass(frozen=True)
 class VerifiedPad(Record):
     """The best pad of a search: effort of the search, the pad's numbers, the claims it keeps."""
 
@@ -49,7 +43,6 @@ class VerifiedPad(Record):
     changed: tuple[Changed, ...]
 
 
-@dataclass(frozen=True)
 class Verify(Result):
     """One pad a formulation, the best first.
 
