@@ -66,7 +66,12 @@ def fit(scene: Scene, at: Equilibrium) -> Fit | None:
         return None
     period = 2 * np.pi / abs(mode.value.imag)
     task = dataclasses.replace(
-        scene, pad=model.pad, initial=(*at.q, 0.0, 0.0, 0.0), stop=PERIODS * period, samples=2
+        scene,
+        pad=model.pad,
+        initial=(*at.q, 0.0, 0.0, 0.0),
+        start="origin",
+        stop=PERIODS * period,
+        samples=2,
     )
     units, scaled, start, stop = in_natural_units(task)
     shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))

@@ -33,7 +33,7 @@ def options(parser: Parser) -> None:
     )
 
 
-UNITS = {"t": "s"} | {name: key.unit for name, key in INITIAL.keys.items()}
+UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 
 
 def data(scene: Scene, result: Simulation) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from squeal.files.document import parse_document, read_content, scalar
+from squeal.files.keys import Group
 from squeal.files.place import Place
 from squeal.files.provenance import InputFile
 from squeal.scene import PlainSystem, Scene, check_simulation, plain_system
@@ -72,9 +73,11 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
         raise at.refuse("it must be NAME=VALUE")
     value = scalar(text)
     key.kind.read(value, at)
-    inner = document
+    inner, within = document, table
     for step in keys[:-1]:
-        deeper = inner.setdefault(step, {})
+        group = within.keys[step].kind
+        within = group if isinstance(group, Group) else within
+        deeper = inner[step] = within.mapping(inner.get(step, {}))
         if not isinstance(deeper, dict):  # refused when the document is read
             return ".".join(keys), value
         inner = deeper

@@ -39,19 +39,27 @@ class Key:
 class Group:
     """A mapping of known keys. `owner` needs them, the scene's model if it is empty.
 
-    `only_one`: exactly one of the keys must be given.
+    `only_one`: exactly one of the keys must be given; `short`: the key whose word may stand alone
+    for a mapping of it.
     """
 
     keys: Mapping[str, Key]
     owner: str = ""
     only_one: bool = False
+    short: str = ""
 
     def allowed(self) -> str:
-        """A mapping."""
-        return "a mapping"
+        """A mapping, or what may stand for it."""
+        alone = f", or {self.keys[self.short].kind.allowed()}" if self.short else ""
+        return f"a mapping{alone}"
+
+    def mapping(self, value: Any) -> Any:
+        """The mapping that a word alone stands for; any other value as it is."""
+        return {self.short: value} if self.short and isinstance(value, str) else value
 
     def read(self, value: Any, at: Place, model: str = "") -> dict[str, Any]:
         """The values of the keys that are given, in the order of the table. Raises InputError."""
+        value = self.mapping(value)
         if not isinstance(value, dict):
             raise at.must_be(value, self.allowed())
         for name in value:
@@ -105,7 +113,7 @@ class Group:
             found["required"] = needed
         if self.only_one:
             found |= {"minProperties": 1, "maxProperties": 1}
-        return found
+        return {"anyOf": [found, self.keys[self.short].kind.schema()]} if self.short else found
 
 
 def _described(key: Key, model: str) -> dict[str, Any]:

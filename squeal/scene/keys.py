@@ -16,17 +16,25 @@ OUTPUTS = ("events", "shares", "extrema", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")
 DEFAULT_TOLERANCE = 1e-15
 
+STARTS = ("origin", "equilibrium")
 INITIAL = Group(
     {
+        "from": Key(
+            "where the others count from: the origin, or the sliding equilibrium that "
+            "`eigenvalues` takes, which they then kick",
+            Word(STARTS),
+            default="origin",
+        ),
         "x": Key("displacement along the surface", Number(), "m", default="0"),
         "y": Key("displacement normal to the surface", Number(), "m", default="0"),
         "theta": Key("rotation", Angle(), "rad", default="0"),
         "x_dot": Key("velocity along the surface", Number(), "m/s", default="0"),
         "y_dot": Key("velocity normal to the surface", Number(), "m/s", default="0"),
         "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
-    }
+    },
+    short="from",
 )
-COORDINATES = tuple(INITIAL.keys)
+COORDINATES = tuple(INITIAL.keys)[1:]
 
 TIME = Group(
     {
@@ -81,7 +89,12 @@ SCENE = Group(
             default="the consistent one",
             models=tuple(name for name, model in MODELS.items() if model.choices),
         ),
-        "initial": Key("first state", INITIAL, default="0", models=CONTACT_MODELS),
+        "initial": Key(
+            "first state; `equilibrium` alone starts at rest there",
+            INITIAL,
+            default="0",
+            models=CONTACT_MODELS,
+        ),
         "time": Key(
             "what is simulated; needed by `simulate` alone",
             TIME,

@@ -21,6 +21,7 @@ from squeal.scene.keys import (
     DEFAULT_OUTPUTS,
     DEFAULT_TOLERANCE,
     SCENE,
+    STARTS,
 )
 
 P = ParamSpec("P")
@@ -53,9 +54,10 @@ class Damping:
 class Scene:
     """What a scene file asks for; `initial` is (x, y, theta, x_dot, y_dot, theta_dot) in SI units.
 
-    `tolerance` is the relative error tolerance of a step; `stop` (s) and `samples` are None in a
-    scene that names no time. Raises InputError, with the sentence that the same scene file would
-    meet, for whatever is not allowed.
+    It counts from `start`: the origin, or the sliding equilibrium. `tolerance` is the relative
+    error tolerance of a step; `stop` (s) and `samples` are None in a scene that names no time.
+    Raises InputError, with the sentence that the same scene file would meet, for whatever is not
+    allowed.
     """
 
     model: Model
@@ -67,6 +69,7 @@ class Scene:
     tolerance: float = DEFAULT_TOLERANCE
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     damping: Damping | None = None
+    start: str = "origin"
     source: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -82,10 +85,11 @@ class Scene:
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {name: value for name, value in initial if value},
+            "initial": {"from": self.start} if self.start != STARTS[0] else {},
             "time": {name: value for name, value in time.items() if value is not None},
             "damping": {} if self.damping is None else self.damping.to_dict(),
         }
+        found["initial"] |= {name: value for name, value in initial if value}
         found = {name: value for name, value in found.items() if value}
         if self.tolerance != DEFAULT_TOLERANCE:
             found["tolerance"] = self.tolerance
@@ -114,6 +118,7 @@ class Scene:
             tuple(first.get(name, 0.0) for name in COORDINATES),
             **given.get("time", {}),
             **more,
+            start=first.get("from", STARTS[0]),
             source=source,
         )
 
@@ -165,7 +170,8 @@ def check_document(document: Any, at: Place) -> dict[str, Any]:
     model = document.get("model", "") if isinstance(document, dict) else ""
     given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
     tilt = given["parameters"].get("theta0", 0.0)
-    turn = given.get("initial", {}).get("theta", 0.0)
+    first = given.get("initial", {})
+    turn = first.get("theta", 0.0) if first.get("from") in (None, STARTS[0]) else 0.0
     if abs(tilt + turn) >= math.pi / 2:
         raise (at / "initial" / "theta").refuse(
             f"{shown(turn)} is not allowed; theta0 + theta must lie between "

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.place import Place
@@ -200,13 +201,33 @@ def integrate(
     return t, state, steps, changes
 
 
+def first_place(scene: Scene) -> tuple[float, ...]:
+    """(x, y, theta, x_dot, y_dot, theta_dot) in SI units from which a scene's motion starts.
+
+    Raises ComputationError where there is no equilibrium to start from.
+    """
+    if scene.start != "equilibrium":
+        return scene.initial
+    found, how = sliding_equilibrium(scene.pad_model)
+    if found is None:
+        raise ComputationError(f"initial: {how}")
+    x, y, theta = (a + b for a, b in zip(found.q, scene.initial[:3], strict=True))
+    if abs(scene.pad.theta0 + theta) >= math.pi / 2:
+        raise ComputationError(
+            f"initial: theta: {scene.initial[2]:g} turns the pad past 90 degrees from the "
+            f"equilibrium at {found.q[2]:g}"
+        )
+    return (x, y, theta, *scene.initial[3:])
+
+
 def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
     if scene.stop is None:
         raise ValueError("the scene names no time")
-    units = natural_units(scene.pad_model, scene.initial)
+    first = first_place(scene)
+    units = natural_units(scene.pad_model, first)
     model = units.scaled(damped_model(scene))
-    return units, model, units.to_scaled(np.array(scene.initial)), scene.stop / units.time
+    return units, model, units.to_scaled(np.array(first)), scene.stop / units.time
 
 
 @takes_scene

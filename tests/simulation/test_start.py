@@ -1,0 +1,90 @@
+"""Simulations that start at the sliding equilibrium, with or without a kick."""
+
+import dataclasses
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.commands.cli import main
+from squeal.errors import ComputationError
+from squeal.files.place import Place
+from squeal.model.pad import Pad
+from squeal.scene import Scene, read_scene
+from squeal.simulation import simulate
+from squeal.simulation.run import first_place
+from tests.conftest import SCENES
+
+
+def scene(name, **more: Any):
+    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    return dataclasses.replace(one, **({"start": "equilibrium", "initial": (0.0,) * 6} | more))
+
+
+@pytest.mark.parametrize("name", ["b1-a", "b1-c", "b2-a", "b2-c"])
+def test_nothing_moves_from_the_equilibrium(name):
+    one = scene(name, outputs=("history",))
+    one = dataclasses.replace(one, stop=0.05 * one.stop)
+    found, rest = simulate(one), np.array(analyse(one).q)
+    assert found.contact_changes == 0
+    assert found.history is not None
+    for column, place in zip(("x", "y", "theta"), rest, strict=True):
+        assert np.abs(found.history[column] - place).max() < 1e-9 * np.abs(rest).max()
+
+
+def test_a_kick_counts_from_the_equilibrium():
+    kick = (1e-6, -2e-6, 3e-5, 0.01, -0.02, 0.3)
+    one = scene("b2-c", initial=kick)
+    q = analyse(one).q
+    assert first_place(one)[:3] == pytest.approx([a + b for a, b in zip(q, kick, strict=False)])
+    assert first_place(one)[3:] == kick[3:]
+    assert first_place(dataclasses.replace(one, start="origin")) == kick
+
+
+def test_where_there_is_no_equilibrium_one_sentence_says_so():
+    # without springs nothing balances the friction force
+    plain = {"k1": 0.0, "k2": 0.0, "k3": 1.0, "k4": 1.0, "L1": 1.0, "L2": 1.0}
+    plain |= {"m": 1.0, "w": 1.0, "h": 0.2, "alpha1": 1.5, "alpha2": 1.5, "mu": 0.5, "F_n": 0.01}
+    one = Scene("B1", Pad(**plain), stop=1.0, samples=2, start="equilibrium")
+    with pytest.raises(ComputationError, match="initial: no steady sliding exists"):
+        simulate(one)
+    turned = scene("b2-a", initial=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0))
+    with pytest.raises(ComputationError, match="initial: theta: 2 turns the pad past 90 degrees"):
+        simulate(turned)
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "kick"),
+    [
+        ("initial: equilibrium\n", "equilibrium", 0.0),
+        ("initial: origin\n", "origin", 0.0),
+        ("initial: {from: equilibrium, y_dot: 0.01}\n", "equilibrium", 0.01),
+        ("initial: {y_dot: 0.01}\n", "origin", 0.01),
+        ("", "origin", 0.0),
+    ],
+)
+def test_scene_files_name_it(tmp_path, text, start, kick):
+    path = tmp_path / "scene.yaml"
+    path.write_text((SCENES / "b2-c.yaml").read_text() + text)
+    one = read_scene(path)
+    assert (one.start, one.initial[4]) == (start, kick)
+    assert Scene.from_dict(one.to_dict(), Place("here")) == one
+
+
+def test_set_changes_the_start_and_keeps_it(tmp_path, capsys):
+    path = tmp_path / "scene.yaml"
+    path.write_text((SCENES / "b2-c.yaml").read_text() + "initial: equilibrium\n")
+    finals = []
+    for file, changes in (
+        (SCENES / "b2-c.yaml", ["initial.from=equilibrium", "y_dot=0.01"]),
+        (SCENES / "b2-c.yaml", ["initial=equilibrium", "y_dot=0.01"]),
+        (path, ["initial.y_dot=0.01"]),
+    ):
+        more = [word for change in ("stop=1e-4", *changes) for word in ("--set", change)]
+        assert main(["simulate", str(file), "--json", *more]) == 0
+        finals.append(json.loads(capsys.readouterr().out)["final"])
+    assert finals[0] == finals[1] == finals[2]
+    assert main(["simulate", str(path), "--set", "initial=rest"]) == 2
+    assert "one of origin, equilibrium" in capsys.readouterr().err
