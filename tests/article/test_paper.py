@@ -100,8 +100,9 @@ def prose(text):
     text = text.partition(r"\begin{document}")[2] or text
     text = re.sub(r"(?<!\\)%.*", "", text)
     text = re.sub(r"\\begin\{equation\}.*?\\end\{equation\}", "", text, flags=re.S)
-    text = re.sub(r"\\begin\{longtable\}.*", "", text)  # widths of columns
-    names = r"val|ref|label|cite[pt]?|aeqs?|afig|atab|asec|scene|name|figurefile|rows|input|texttt"
+    text = re.sub(r"\\begin\{(longtable|tabular)\}.*", "", text)  # widths of columns
+    names = r"val|ref|label|cite[pt]?|aeqs?(?:to)?|afig|atab|asec|scene|name|figurefile"
+    names += "|rows|input|texttt"
     text = re.sub(rf"\\({names})\{{[^}}]*\}}(\{{\w*\}})?", "", text)
     text = re.sub(r"\\history\{\w+\}\{[\w-]+\}", "", text)
     text = re.sub(r"[_^]\{?\d+\}?", "", text)  # indices of symbols

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import math
 import re
+from types import SimpleNamespace
 from typing import Annotated, Any, cast
 
 import numpy as np
@@ -21,7 +22,7 @@ from squeal.article.findings.equations import (
     stiffness_entries,
 )
 from squeal.article.findings.motion import flipped
-from squeal.article.report import contact_states
+from squeal.article.report import contact_states, verdicts
 from squeal.article.report.article import eigenvalue_table
 from squeal.article.report.latex import number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
@@ -277,3 +278,24 @@ def test_a_switch_turns_over_and_back(scenes):
         other = flipped(scene, switch)
         assert getattr(other.formulation, switch) != getattr(scene.formulation, switch)
         assert flipped(other, switch) == scene
+
+
+def test_a_verdict_turns_with_the_results_behind_it():
+    held = {"B2-c-hammer": True, "B2-only-c": True, "B1-all-separate": True, "B3-singular": True}
+    assert verdicts.hammering(held) == verdicts.exaggeration(held) == "holds for one pad"
+    lost = held | {"B2-only-c": False}
+    assert verdicts.hammering(lost) == verdicts.exaggeration(lost) == "not reproduced"
+    assert verdicts.exaggeration(held | {"B2-c-hammer": False}) == "holds for one pad"
+
+    def maps(printed, quiet, exists):
+        share = SimpleNamespace(quiet=quiet, exists=exists)
+        return SimpleNamespace(share=share), SimpleNamespace(
+            share=SimpleNamespace(as_printed=printed)
+        )
+
+    assert verdicts.region(*maps(0.1, 0.6, 0.7)) == "does not hold"
+    assert verdicts.region(*maps(0.1, 0.1, 0.7)) == "holds"
+    assert verdicts.region(*maps(0.4, 0.6, 0.7)) == "not reproduced"
+    assert verdicts.singular(held, maps(0.1, 0.6, 0.7)[0]) == "does not follow"
+    assert verdicts.singular(held, maps(0.1, 0.0, 0.0)[0]) == "follows"
+    assert verdicts.singular(held | {"B3-singular": False}, maps(0, 0, 0)[0]) == "not reproduced"

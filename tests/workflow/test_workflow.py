@@ -232,7 +232,11 @@ def test_a_line_of_the_table_fits_the_function_that_draws(figure):
     signature(draw).bind(*figure.arguments)
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda chapter: chapter.name)
+@pytest.mark.parametrize(
+    "chapter",
+    [c for c in CHAPTERS if f"squeal.article.report.{c.name}" in c.modules],
+    ids=lambda chapter: chapter.name,
+)
 def test_a_line_of_the_table_fits_the_function_that_writes(chapter):
     generated = import_module(f"squeal.article.report.{chapter.name}").generated
     signature(generated).bind(*chapter.reads)

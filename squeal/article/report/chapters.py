@@ -92,6 +92,10 @@ _B2 = tuple(stem("B2", case) for case in CASES)
 _SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
 
 _PARTS = (
+    Chapter("verdicts", reads=_results("claims", "angles", "quasi_static", "loci")),
+    Chapter("introduction"),
+    Chapter("equations"),
+    Chapter("method"),
     Chapter(
         "article",
         reads=_results("quasi_static", "eigenvalues", *HISTORY_FIGURES),
@@ -140,6 +144,7 @@ _PARTS = (
             Study("findings", _scenes(*STEMS)),
         ),
     ),
+    Chapter("discussion"),
     Chapter(
         "extreme",
         reads=_results("extreme", "accuracy"),

@@ -194,7 +194,8 @@ def _number(key: str, value: str, build: Path, made: Path) -> None:
     """The number as the report prints it, as text and as TeX."""
     for chapter in CHAPTERS:
         file = GENERATED / chapter.generated[0]
-        if f"\\setval{{{key}}}" in (build / file).read_text(encoding="utf-8"):
+        made_here = build / file
+        if made_here.exists() and f"\\setval{{{key}}}" in made_here.read_text(encoding="utf-8"):
             break
     write_text(made / "value.txt", plain(value) + "\n")
     write_text(made / "value.tex", value + "\n")
