@@ -36,7 +36,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Group:
+class Group(Kind):
     """A mapping of known keys. `owner` needs them, the scene's model if it is empty.
 
     `only_one`: exactly one of the keys must be given; `short`: the key whose word may stand alone
@@ -49,7 +49,6 @@ class Group:
     short: str = ""
 
     def allowed(self) -> str:
-        """A mapping, or what may stand for it."""
         alone = f", or {self.keys[self.short].kind.allowed()}" if self.short else ""
         return f"a mapping{alone}"
 
@@ -76,10 +75,8 @@ class Group:
                     raise key.missing(here, self.owner or f"model {model}")
             elif not key.used_by(model):
                 raise here.unused(value[name], f"model {model}")
-            elif isinstance(key.kind, Group):
-                found[name] = key.kind.read(value[name], here, model)
             else:
-                found[name] = key.kind.read(value[name], here)
+                found[name] = key.kind.read(value[name], here, model)
         return found
 
     def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:

@@ -12,7 +12,7 @@ import sys
 import warnings
 from dataclasses import dataclass, field
 from numbers import Integral
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -29,21 +29,31 @@ def _fits(value: Any) -> bool:
     return bool(-sys.float_info.max <= value <= sys.float_info.max)
 
 
-class Kind(Protocol):
-    """What all kinds of values offer."""
+class Kind:
+    """What all kinds of values offer: each says what it allows, and describes and converts it."""
 
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
-
-    def read(self, value: Any, at: Place) -> Any:
-        """The value of a file, converted. Raises InputError."""
+        raise NotImplementedError
 
     def schema(self) -> dict[str, Any]:
         """The JSON schema of the value in a file."""
+        raise NotImplementedError
+
+    def convert(self, value: Any) -> Any:
+        """The value of a file as it is used, None where it is not allowed."""
+        raise NotImplementedError
+
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
+        """The value of a file, converted; `model`: that of the file. Raises InputError."""
+        found = self.convert(value)
+        if found is None:
+            raise at.must_be(value, self.allowed())
+        return found
 
 
 @dataclass(frozen=True)
-class Number:
+class Number(Kind):
     """A finite number in a range whose ends are excluded unless they are allowed."""
 
     low: float = -math.inf
@@ -83,7 +93,6 @@ class Number:
         raise at.must_be(value, self.allowed())
 
     def allowed(self) -> str:
-        """A finite number and its range in words."""
         return f"a finite number{self.range()}"
 
     def range(self) -> str:
@@ -97,14 +106,10 @@ class Number:
             return f" {low} and at most {self.high:.6g}"
         return f" between {self.low:.6g} and {self.high:.6g}, both excluded"
 
-    def read(self, value: Any, at: Place) -> float:
-        """A finite float in the range. Raises InputError."""
-        if isinstance(value, _PLAIN) and self.admits(value):
-            return float(value)
-        raise at.must_be(value, self.allowed())
+    def convert(self, value: Any) -> float | None:
+        return float(value) if isinstance(value, _PLAIN) and self.admits(value) else None
 
     def schema(self) -> dict[str, Any]:
-        """A number with its bounds."""
         found: dict[str, Any] = {"type": "number"}
         if self.low > -math.inf:
             found["minimum" if self.low_allowed else "exclusiveMinimum"] = self.low
@@ -117,25 +122,20 @@ class Number:
 class Angle(Number):
     """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
 
-    def read(self, value: Any, at: Place) -> float:
-        """Radians in the range. Raises InputError."""
-        if not isinstance(value, str):
-            return super().read(value, at)
-        match = _ANGLE.fullmatch(value)
-        sign, factor, divisor = match.groups() if match else ("", None, "0")
-        if divisor is None or float(divisor) != 0.0:
-            result = float(factor or 1) * math.pi / float(divisor or 1)
-            result = -result if sign == "-" else result
-            if self._holds(result):
-                return result
-        raise at.must_be(value, self.allowed())
+    def convert(self, value: Any) -> float | None:
+        match = _ANGLE.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            return super().convert(value)
+        sign, factor, divisor = match.groups()
+        if divisor is not None and float(divisor) == 0.0:
+            return None
+        size = float(factor or 1) * math.pi / float(divisor or 1)
+        return super().convert(-size if sign == "-" else size)
 
     def allowed(self) -> str:
-        """The range in words, and how angles are written."""
         return f"{super().allowed()} (radians) or a multiple of pi such as 0.75*pi"
 
     def schema(self) -> dict[str, Any]:
-        """A number with its bounds, or text."""
         text = {"type": "string", "pattern": f"^{_ANGLE.pattern}$"}
         return {"anyOf": [super().schema(), text]}
 
@@ -152,119 +152,93 @@ def warn_of_degrees(value: Any, at: Place) -> None:
 
 
 @dataclass(frozen=True)
-class Whole:
+class Whole(Kind):
     """A whole number from low to high."""
 
     low: int
     high: int
 
     def allowed(self) -> str:
-        """The range in words."""
         return f"a whole number from {self.low} to {self.high}"
 
-    def read(self, value: Any, at: Place) -> int:
-        """The number. Raises InputError."""
+    def convert(self, value: Any) -> int | None:
         whole = isinstance(value, Integral) and not isinstance(value, bool)
-        if not whole or not self.low <= int(value) <= self.high:
-            raise at.must_be(value, self.allowed())
-        return int(value)
+        return int(value) if whole and self.low <= int(value) <= self.high else None
 
     def schema(self) -> dict[str, Any]:
-        """An integer with its bounds."""
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
 @dataclass(frozen=True)
-class Word:
+class Word(Kind):
     """One of a few words."""
 
     choices: tuple[str, ...]
 
     def allowed(self) -> str:
-        """The words."""
         return f"one of {', '.join(self.choices)}"
 
-    def read(self, value: Any, at: Place) -> str:
-        """The word. Raises InputError."""
-        if not isinstance(value, str) or value not in self.choices:
-            raise at.must_be(value, self.allowed())
-        return value
+    def convert(self, value: Any) -> str | None:
+        return value if isinstance(value, str) and value in self.choices else None
 
     def schema(self) -> dict[str, Any]:
-        """An enumeration."""
         return {"enum": list(self.choices)}
 
 
 @dataclass(frozen=True)
-class Words:
+class Words(Word):
     """Some of a few words, kept in the order of the choices."""
 
-    choices: tuple[str, ...]
-
     def allowed(self) -> str:
-        """The words."""
         return f"a list of {', '.join(self.choices)}"
 
-    def read(self, value: Any, at: Place) -> tuple[str, ...]:
-        """The words, each once. Raises InputError."""
+    def read(self, value: Any, at: Place, model: str = "") -> tuple[str, ...]:
+        """The words, each once. Raises InputError, of a wrong word too."""
         if not isinstance(value, list | tuple):
             raise at.must_be(value, self.allowed())
-        for entry in value:
-            Word(self.choices).read(entry, at)
-        return tuple(name for name in self.choices if name in value)
+        given = [Word(self.choices).read(entry, at) for entry in value]
+        return tuple(name for name in self.choices if name in given)
 
     def schema(self) -> dict[str, Any]:
-        """An array of the words."""
-        return {"type": "array", "items": Word(self.choices).schema()}
+        return {"type": "array", "items": super().schema()}
 
 
 @dataclass(frozen=True)
-class Text:
+class Text(Kind):
     """Free text."""
 
     def allowed(self) -> str:
-        """Text."""
         return "text"
 
-    def read(self, value: Any, at: Place) -> str:
-        """The text. Raises InputError."""
-        if not isinstance(value, str):
-            raise at.must_be(value, self.allowed())
-        return value
+    def convert(self, value: Any) -> str | None:
+        return value if isinstance(value, str) else None
 
     def schema(self) -> dict[str, Any]:
-        """A string."""
         return {"type": "string"}
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(Kind):
     """A list of so many numbers."""
 
     count: int
     each: Number = Number()
 
     def allowed(self) -> str:
-        """Length and range in words."""
-        return (
-            f"a list of {self.count} finite numbers{self.each.allowed()[len('a finite number') :]}"
-        )
+        return f"a list of {self.count} finite numbers{self.each.range()}"
 
-    def read(self, value: Any, at: Place) -> tuple[float, ...]:
-        """The numbers. Raises InputError."""
+    def convert(self, value: Any) -> tuple[float, ...] | None:
         if not isinstance(value, list | tuple) or len(value) != self.count:
-            raise at.must_be(value, self.allowed())
-        if not all(isinstance(entry, _PLAIN) and self.each.admits(entry) for entry in value):
-            raise at.must_be(value, self.allowed())
-        return tuple(float(entry) for entry in value)
+            return None
+        found = tuple(self.each.convert(entry) for entry in value)
+        return None if None in found else found  # type: ignore[return-value]
 
     def schema(self) -> dict[str, Any]:
-        """An array of that length."""
         return _array(self.each.schema(), self.count)
 
 
 @dataclass(frozen=True)
-class Square:
+class Square(Kind):
     """A square matrix, a list of rows: of `count` rows like the matrix `like`, or of any number."""
 
     count: int | None = None
@@ -272,30 +246,25 @@ class Square:
     most: int = 100
 
     def allowed(self) -> str:
-        """The shape in words."""
         size = f"{self.count} x {self.count}" if self.count else "n x n"
         like = f" like {self.like}" if self.like else ""
         return f"a square matrix of finite numbers, a list of rows, {size}{like}"
 
-    def read(self, value: Any, at: Place) -> tuple[tuple[float, ...], ...]:
+    def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
         """The rows. Raises InputError."""
         if not isinstance(value, list | tuple) or not value or len(value) > self.most:
             raise at.must_be(value, f"{self.allowed()} with at most {self.most} rows")
         count = self.count or len(value)
         if len(value) != count:
             raise at.refuse(f"{len(value)} rows are not allowed; it must be {self.allowed()}")
-        for i, row in enumerate(value, 1):
+        rows = {f"row {i}": row for i, row in enumerate(value, 1)}
+        for name, row in rows.items():
             if not isinstance(row, list | tuple) or len(row) != count:
-                raise at.refuse(
-                    f"row {i}, {shown(row)}, is not allowed; it must be {self.allowed()}"
-                )
-        return tuple(
-            tuple(Number().read(entry, at / f"row {i}") for entry in row)
-            for i, row in enumerate(value, 1)
-        )
+                words = f"{name}, {shown(row)}, is not allowed"
+                raise at.refuse(f"{words}; it must be {self.allowed()}")
+        return tuple(tuple(Number().read(v, at / n) for v in row) for n, row in rows.items())
 
     def schema(self) -> dict[str, Any]:
-        """An array of rows."""
         if self.count:
             return _array(Row(self.count).schema(), self.count)
         row = {"type": "array", "items": Number().schema(), "minItems": 1, "maxItems": self.most}
