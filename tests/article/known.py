@@ -75,6 +75,8 @@ def result(name: str) -> Result:
     given: dict[str, Any] = {}
     if name == "eigenvalues":
         given["scenes"] = by("scenes", B2)
+    elif name == "energy":
+        given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))
     elif name == "accuracy":
         given["scenes"] = by("scenes", HISTORY_FIGURES)
     elif name == "angles":

@@ -129,6 +129,13 @@ _PARTS = (
         ),
     ),
     Chapter(
+        "physics",
+        reads=_results("energy"),
+        tables=("works",),
+        studies=(Study("energy", _scenes(*HISTORY_FIGURES)),),
+        figures=(Figure("energy", "energy", _results("energy")),),
+    ),
+    Chapter(
         "identification",
         reads=_results("verify", "robustness"),
         tables=("formulations", "ranges"),

@@ -1,0 +1,79 @@
+"""Energies and works along the motions of case (c), from the study of the same name."""
+
+from __future__ import annotations
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+CURVES = {
+    "kinetic": ("kinetic energy", "#3498DB", "-"),
+    "elastic": ("elastic energy", "#6A1B7B", "-"),
+    "friction": ("work of friction", "#C8380E", "-"),
+    "load": ("work of the brake force", "#7A7A7A", "-"),
+    "law": ("work of the contact law", "#000000", "-"),
+}
+GAIN, LOSS = "#F6C9BC", "#CFE6F5"
+
+
+def _stays(axes: Axes, motion: Motion) -> None:
+    for sign, colour in ((1, GAIN), (-1, LOSS)):
+        for stay in motion.stays:
+            if stay.fed in motion.fed(sign):
+                axes.axvspan(stay.start, stay.stop, color=colour, linewidth=0.0, zorder=0)
+
+
+def energy_figure(found: Energy) -> Figure:
+    """Energies above and works below, a column for each motion that has curves."""
+    shown = {
+        name: motion
+        for name, motion in found.motions.items()
+        if isinstance(motion, Motion) and motion.curves
+    }
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.9))
+        grid = figure.subplots(2, len(shown), sharex="col", squeeze=False)
+        for column, (name, motion) in enumerate(shown.items()):
+            unit, word = (1e3, "mJ") if motion.kinetic < 0.1 else (1.0, "J")
+            t = motion.curves["t"]
+            for key, (label, colour, look) in CURVES.items():
+                axes = grid[int(key not in ("kinetic", "elastic")), column]
+                values = [unit * v for v in motion.curves[key]]
+                axes.plot(t, values, look, color=colour, label=label, lw=0.8)
+            _stays(grid[1, column], motion)
+            grid[0, column].set_title(
+                f"({'abc'[column]}) {motion_title(name)}", loc="left", pad=3.0
+            )
+            grid[0, column].set_ylabel(f"energy [{word}]")
+            grid[1, column].set_ylabel(f"work so far [{word}]")
+            grid[1, column].set_xlabel(r"time $t$ [ms]")
+            grid[1, column].set_xlim(0.0, t[-1])
+        figure.align_ylabels(grid)
+        handles: list[Artist] = [line for row in grid[:, 0] for line in row.get_lines()]
+        handles += [Patch(color=GAIN, label="the law gives"), Patch(color=LOSS, label="it takes")]
+        figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    return figure
+
+
+def draw(found: Energy) -> Drawing:
+    """The figure, ready to be saved."""
+    parts = []
+    for name, motion in found.motions.items():
+        if isinstance(motion, Motion) and motion.curves:
+            gain, loss = motion.fed(1), motion.fed(-1)
+            parts.append(
+                f"{motion_title(name)}: friction does {motion.friction:.2g} J, the contact law "
+                f"{sum(gain):.2g} J in {len(gain)} stays in partial contact and "
+                f"{sum(loss):.2g} J in {len(loss)}"
+            )
+    text = (
+        "Kinetic and elastic energy over time in the upper row, works of friction, brake force and "
+        f"contact law in the lower row. {'; '.join(parts)}. Areas mark the stays in partial "
+        "contact in which the law gives or takes energy."
+    )
+    made = origin(__name__, found.provenance)
+    return Drawing(energy_figure(found), text, "Energies and works in case (c)", made)

@@ -1,0 +1,71 @@
+"""Where the energy of the article's motions comes from, in J."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from squeal.files.records import Missing, Record, Result
+
+ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work
+LAWS = {"mean": "printed law", "integral": "integral law"}
+"""The two laws of line contact and what the report calls them."""
+
+
+def motion_title(name: str) -> str:
+    """Model, case and law of a motion from its name: b2-c-mean becomes B2 (c), printed law."""
+    model, case, *law = name.split("-")
+    words = f", {LAWS[law[0]]}" if law else ""
+    return f"{model.upper()} ({case}){words}"
+
+
+@dataclass(frozen=True)
+class Stay(Record):
+    """A stay in partial contact (ms), and what the contact law fed in during it (J)."""
+
+    start: float
+    stop: float
+    fed: float
+
+
+@dataclass(frozen=True)
+class Motion(Record):
+    """A motion under one contact law.
+
+    friction, load, law: works at the end, that of the law beyond what its potential gives back;
+    kinetic: the greatest kinetic energy; residue: how far the balance of all works is from closing,
+    over it; stays: all in partial contact; curves: t (ms) and kinetic and elastic energy (of
+    springs and contact) and works so far, for the motions that are drawn.
+    """
+
+    friction: float
+    load: float
+    law: float
+    kinetic: float
+    residue: Annotated[float, ".1g"]
+    stays: tuple[Stay, ...]
+    curves: dict[str, tuple[float, ...]]
+
+    def fed(self, sign: int) -> list[float]:
+        """What was fed in during the stays that gain (sign 1) or lose (-1), without rounding."""
+        least = ROUNDING * self.kinetic
+        return [s.fed for s in self.stays if sign * s.fed > least]
+
+
+@dataclass(frozen=True)
+class Energy(Result):
+    """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral."""
+
+    motions: dict[str, Motion | Missing]
+
+    @property
+    def wrong(self) -> str:
+        """Energy that comes from nowhere, or from a law that has a potential."""
+        for name, motion in self.motions.items():
+            if isinstance(motion, Missing):
+                continue
+            if motion.residue > ROUNDING:
+                return f"the energy balance of {name} is open by {motion.residue:.1g}"
+            if not name.endswith("mean") and (motion.fed(1) or motion.fed(-1)):
+                return f"the law of {name} has a potential but feeds energy in"
+        return ""

@@ -1,0 +1,71 @@
+"""Works of friction, brake force and contact law along the article's motions.
+
+Those of line contact run under both laws, the printed one and the integral one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from squeal.analysis.work import contact_work
+from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.results.energy import LAWS, Energy, Motion, Stay
+from squeal.article.scenes import read_scenes
+from squeal.errors import ComputationError
+from squeal.files.records import Missing
+from squeal.scene import Scene
+
+SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")
+MOST = 800  # points of a curve
+
+
+def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
+    """Every few points of curves over time, the last one always."""
+    count = len(course["t"])
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(int))
+    return {key: tuple(values[chosen].tolist()) for key, values in course.items()}
+
+
+def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
+    """The energies of a scene's motion; the reason where the model ends."""
+    try:
+        works = contact_work(scene)
+    except ComputationError as error:
+        return Missing(str(error))
+    c = works.course
+    rest = c.kinetic + c.springs - c.load - c.normal - c.friction
+    curves = {
+        "t": 1e3 * c.t,
+        "kinetic": c.kinetic,
+        "elastic": c.springs + c.contact,
+        "friction": c.friction,
+        "load": c.load,
+        "law": c.fed,
+    }
+    return Motion(
+        friction=works.friction,
+        load=float(c.load[-1]),
+        law=works.fed,
+        kinetic=works.kinetic,
+        residue=float(np.ptp(rest)) / works.kinetic,
+        stays=tuple(Stay(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
+        curves=_curves(curves) if shown else {},
+    )
+
+
+def study(files: Sequence[Path]) -> Energy:
+    """The motions of the eight scenes of models B1 and B2."""
+    found: dict[str, Motion | Missing] = {}
+    for name, scene in read_scenes(files, HISTORY_FIGURES, "simulate").items():
+        if scene.model == "B1":
+            found[name] = motion(scene, name in SHOWN)
+            continue
+        for law in LAWS:
+            told = dataclasses.replace(scene.formulation, line_force=law)  # type: ignore[arg-type]
+            key = f"{name}-{law}"
+            found[key] = motion(dataclasses.replace(scene, formulation=told), key in SHOWN)
+    return Energy(motions=found)
