@@ -37,7 +37,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
     except ComputationError as error:
         return Missing(str(error))
     c = works.course
-    rest = c.kinetic + c.springs - c.load - c.normal - c.friction
+    rest = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
     curves = {
         "t": 1e3 * c.t,
         "kinetic": c.kinetic,
