@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from squeal.files.records import Missing, Record, Result
@@ -19,7 +18,6 @@ def motion_title(name: str) -> str:
     return f"{model.upper()} ({case}){words}"
 
 
-@dataclass(frozen=True)
 class Stay(Record):
     """A stay in partial contact (ms), and what the contact law fed in during it (J)."""
 
@@ -28,7 +26,6 @@ class Stay(Record):
     fed: float
 
 
-@dataclass(frozen=True)
 class Motion(Record):
     """A motion under one contact law.
 
@@ -52,7 +49,6 @@ class Motion(Record):
         return [s.fed for s in self.stays if sign * s.fed > least]
 
 
-@dataclass(frozen=True)
 class Energy(Result):
     """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral."""
 
