@@ -24,7 +24,7 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states, verdicts
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import number, plain_values, typeset
+from squeal.article.report.latex import counted, number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows
 from squeal.article.report.statements import agreement
@@ -299,3 +299,10 @@ def test_a_verdict_turns_with_the_results_behind_it():
     assert verdicts.singular(held, maps(0.1, 0.6, 0.7)[0]) == "does not follow"
     assert verdicts.singular(held, maps(0.1, 0.0, 0.0)[0]) == "follows"
     assert verdicts.singular(held | {"B3-singular": False}, maps(0, 0, 0)[0]) == "not reproduced"
+
+
+@pytest.mark.parametrize(
+    ("n", "words"), [(0, "no change"), (1, "one change"), (2, "2 changes"), (14, "14 changes")]
+)
+def test_counted_things_agree_with_their_number(n, words):
+    assert counted(n, "change") == words

@@ -83,7 +83,7 @@ def alternative(points: Sequence[Point]) -> str:
         lost = sum(p.missed + p.extra > 0 for p in own)
         parts.append(
             f"{path}: {low:.2g} to {high:.2g} ms, least error {best:.1e}, contact changes missed "
-            f"or made up in {lost} of {len(own)} runs"
+            f"or found in excess in {lost} of {len(own)} runs"
         )
     cases = len({p.case for p in points})
     return f"Work-precision diagrams of {cases} cases. " + "; ".join(parts) + "."

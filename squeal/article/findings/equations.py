@@ -164,7 +164,7 @@ def contact_loss_point(pad: Pad) -> Measured:
     shares = {exponent: w / count for exponent, w in wrong.items()}
     return Measured(
         {f"wrong_1e{exponent}": share for exponent, share in shares.items()},
-        "States told by Eq. (12) differ from those of the penetrations in "
+        "States decided by Eq. (12) differ from those of the penetrations in "
         + ", ".join(f"{100 * s:.3g} % (tilt 1e{e} rad)" for e, s in shares.items())
         + f" of {count} poses each.",
     )

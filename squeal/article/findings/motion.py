@@ -206,7 +206,7 @@ def springs_alone(study: Study) -> Measured:
     return Measured(
         {"imaginary": worst, "flutter": flutter},
         f"Its squared frequencies are real (greatest imaginary part {worst:.1g} of the greatest), "
-        "so it never tells flutter; with contact and friction the linearisation about the origin "
+        "so it never shows flutter; with contact and friction the linearisation about the origin "
         f"flutters on {100 * flutter:.1f} % of the map.",
     )
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from squeal.article.report.contact_states import table_1, table_2
-from squeal.article.report.latex import Generated, escape, number, percent, tabular, typeset
+from squeal.article.report.latex import (
+    Generated,
+    counted,
+    escape,
+    number,
+    percent,
+    tabular,
+    typeset,
+)
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.files.records import Missing
@@ -16,7 +24,7 @@ def simulated(run: Summary) -> dict[str, str]:
     """Values of one simulated scene."""
     stem = run.name
     values = {
-        f"{stem}.changes": str(len(run.events)),
+        f"{stem}.changes": counted(len(run.events), "change"),
         f"{stem}.steps": str(run.steps),
         f"{stem}.stop": number(1e3 * run.stop),
         f"{stem}.scene": escape(run.scene),
@@ -31,15 +39,19 @@ def simulated(run: Summary) -> dict[str, str]:
 
 
 def eigenvalue_values(found: Eigenvalues) -> dict[str, str]:
-    """Verdict of each scene, and how far the two programs are apart."""
-    values, apart = {}, 0.0
+    """The verdicts with the cases that have them, and how far the two programs are apart."""
+    cases: dict[str, list[str]] = {}
+    apart = 0.0
     for stem, one in found.scenes.items():
+        verdict = "no sliding equilibrium"
         if isinstance(one, EquilibriumPoles):
-            values[f"eigenvalues.{stem}.verdict"] = one.verdict
-            apart = max(apart, one.apart)
-        else:
-            values[f"eigenvalues.{stem}.verdict"] = "no sliding equilibrium"
-    return values | {"eigenvalues.apart": number(apart, 2)}
+            verdict, apart = one.verdict, max(apart, one.apart)
+        cases.setdefault(verdict, []).append(f"({stem[-1]})")
+    words = [
+        f"{verdict} in {'all cases' if len(several) == len(found.scenes) else ', '.join(several)}"
+        for verdict, several in cases.items()
+    ]
+    return {"eigenvalues.verdicts": "; ".join(words), "eigenvalues.apart": number(apart, 2)}
 
 
 def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:

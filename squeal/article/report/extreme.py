@@ -22,7 +22,7 @@ def extreme_table(cases: Sequence[Outcome]) -> str:
         cells = [typeset(group), typeset(case.name), case.outcome, error, *counts, spent]
         rows.append([*cells, typeset(case.told)])
     head = ["what is extreme", "case", "outcome", "error", "steps", "changes", "ms"]
-    return long_table([*head, "held against, or told"], rows)
+    return long_table([*head, "compared with, or message"], rows)
 
 
 def values(cases: Sequence[Outcome]) -> dict[str, str]:

@@ -139,6 +139,11 @@ def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
     return found
 
 
+def counted(n: int, noun: str) -> str:
+    """A number of things with the word for them: no change, one change, 14 changes."""
+    return f"{({0: 'no', 1: 'one'}).get(n, n)} {noun}{'' if n < 2 else 's'}"
+
+
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]

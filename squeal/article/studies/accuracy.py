@@ -17,7 +17,7 @@ from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
 
 LONGER = 5  # the exponent is measured over this many times the scene's time
-LOST = 0.01  # a motion is foretold until its tolerance has grown to this share
+LOST = 0.01  # a motion is predictable until its tolerance has grown to this share
 REPEATS = 5
 
 
