@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
     from squeal.analysis.critical import CriticalFriction, critical_friction
     from squeal.analysis.eigenvalues import (
         Analysis,
@@ -57,6 +58,13 @@ if TYPE_CHECKING:
     )
 
 _HOME = {
+    "squeal.analysis.advice": (
+        "Advice",
+        "Lever",
+        "Outcome",
+        "Tolerance",
+        "advise",
+    ),
     "squeal.analysis.critical": (
         "CriticalFriction",
         "critical_friction",
@@ -122,6 +130,7 @@ _HOME = {
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = [
+    "Advice",
     "Analysis",
     "Axis",
     "ComputationError",
@@ -136,17 +145,21 @@ __all__ = [
     "FrictionLoop",
     "InputError",
     "Judgement",
+    "Lever",
     "Linearisation",
     "LoopAnswer",
     "LoopThreshold",
+    "Outcome",
     "Pad",
     "PlainSystem",
     "Scene",
     "Simulation",
     "Spectrum",
     "StabilityMap",
+    "Tolerance",
     "TrackedModes",
     "UnstableMode",
+    "advise",
     "analyse",
     "angle_axes",
     "article_linearisation",

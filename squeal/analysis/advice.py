@@ -1,95 +1,244 @@
-"""Two or three sentences on a scene's stability that an engineer can act on, from its numbers."""
+"""What would move the critical friction: each parameter changed both ways, everything recomputed.
+
+Where no threshold lies in the range the distance between the closest two frequencies is looked at
+instead, which flutter needs to close.
+"""
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
-import numpy as np
-
-from squeal.analysis.critical import CriticalFriction
-from squeal.analysis.eigenvalues import Analysis, analyse
-from squeal.analysis.sensitivity import first_loss, threshold_sensitivities
-from squeal.errors import ComputationError
-from squeal.model.pad import PARAMETERS
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.subject import (
+    Subject,
+    check_name,
+    check_subject,
+    critical_of,
+    dense,
+    free_name,
+    is_angle,
+    named_values,
+    own_value,
+    unit_of,
+    varied,
+)
+from squeal.errors import ComputationError, InputError
 from squeal.scene import Scene
+from squeal.stability import Spectrum, complex_eigenvalues
 
-TRIED = ("k1", "k2", "k3", "k4", "k_c", "h", "I", "alpha1", "alpha2", "F_n")
-STEP = 0.02  # of the parameter, of one radian for an angle
-
-
-def _gap(analysis: Analysis) -> float:
-    """The least relative distance of two frequencies: flutter needs it to close."""
-    values = sorted(e.frequency_hz for e in analysis.spectrum.eigenvalues[::2])
-    return min((b - a) / b if b else 1.0 for a, b in itertools.pairwise(values))
+Progress = Callable[[int, int], None]
+ROUNDING = 1e-12  # relative: a smaller change is none
+STEP = 0.02  # of a parameter, in rad of an angle
 
 
-def _changed(scene: Scene, name: str, sign: float) -> Scene:
-    value = getattr(scene.pad, name)
-    step = STEP if PARAMETERS[name].angle else STEP * abs(value)
-    return replace(scene, pad=scene.pad.replace(**{name: value + sign * step}))
+@dataclass(frozen=True)
+class Tolerance:
+    """How far a parameter may be off: a share of its value if `relative`, else in its unit.
+
+    Raises InputError unless it is a finite number above 0.
+    """
+
+    size: float
+    relative: bool = True
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.size) and self.size > 0.0):
+            raise InputError(
+                f"tolerance: {self.size:g} is not allowed; it must be a finite number above 0"
+            )
+
+    def step(self, value: float) -> float:
+        """The change of a parameter of that value."""
+        return self.size * abs(value) if self.relative else self.size
 
 
-def levers(scene: Scene, critical: CriticalFriction) -> list[tuple[str, float]]:
-    """Parameters by what a rise of STEP does: to the first loss of stability, or, where there is
-    none, to the least relative distance of two frequencies; the strongest first."""
-    values = {name: getattr(scene.pad, name) for name in TRIED}
-    names = [name for name, value in values.items() if value]
-    loss = first_loss(critical)
-    effects = []
-    if loss is not None:
-        try:
-            slopes = threshold_sensitivities(scene, loss)
-        except ComputationError:  # growth rates change places there, and no matrix turns singular
-            return []
-        for name in names:
-            step = STEP if PARAMETERS[name].angle else STEP * abs(values[name])
-            effects.append((name, step * slopes[name]))
-    else:
-        for name in names:
-            try:
-                up, down = (_gap(analyse(_changed(scene, name, sign))) for sign in (1.0, -1.0))
-            except ComputationError:
-                continue
-            effects.append((name, (up - down) / 2))
-    return sorted(effects, key=lambda pair: -abs(pair[1]))
+@dataclass(frozen=True)
+class Outcome:
+    """What becomes of a pad with one parameter changed to `value`.
+
+    critical: the friction up to which it slides steadily and stably, None if no threshold lies in
+    the range; kind, frequency_hz: of what happens there; gap: the least relative distance of two
+    frequencies, where that was looked at. `reason` says why nothing is known.
+    """
+
+    value: float | None
+    critical: float | None = None
+    kind: str | None = None
+    frequency_hz: float | None = None
+    gap: float | None = None
+    reason: str | None = None
 
 
-def advise(scene: Scene, critical: CriticalFriction) -> str:
-    """Verdict, distance to the nearest threshold, and the strongest lever, in plain sentences."""
+@dataclass(frozen=True)
+class Lever:
+    """A parameter lowered and raised by `step` (its unit), and what the pad gives then.
+
+    changes: how far the critical friction moves when it is lowered and raised, at least so far
+    where it leaves the range; gap_changes: the same of the distance of the closest frequencies.
+    """
+
+    parameter: str
+    unit: str
+    value: float
+    tolerance: Tolerance
+    step: float
+    lowered: Outcome
+    raised: Outcome
+    changes: tuple[float | None, float | None]
+    gap_changes: tuple[float | None, float | None]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """By what levers are ranked: the larger change, then that of the gap."""
+        return _largest(self.changes), _largest(self.gap_changes)
+
+
+def _largest(changes: tuple[float | None, float | None]) -> float:
+    return max((abs(one) for one in changes if one is not None), default=0.0)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Levers by effect, the strongest first, on the critical friction in 0 to mu_max.
+
+    name: of the free parameter; nominal: the pad as it is. Where that has no threshold in the
+    range, the frequency gaps are known, and rank the levers that bring none into it.
+    """
+
+    name: str
+    mu: float
+    mu_max: float
+    nominal: Outcome
+    levers: tuple[Lever, ...]
+
+    @property
+    def best(self) -> tuple[Lever, str, float] | None:
+        """The change that helps most: lever, lowering or raising, by how much.
+
+        It raises the critical friction most, or parts the closest frequencies most.
+        """
+        by_gap = self.nominal.critical is None
+        found = [
+            (lever, word, change)
+            for lever in self.levers
+            for word, change in zip(
+                ("lowering", "raising"), lever.gap_changes if by_gap else lever.changes, strict=True
+            )
+            if change is not None and change > 0.0
+        ]
+        return max(found, key=lambda entry: entry[2], default=None)
+
+    @property
+    def worst(self) -> tuple[Lever, str, float] | None:
+        """The change that lowers the critical friction most, None if none does."""
+        found = [
+            (lever, word, change)
+            for lever in self.levers
+            for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
+            if change is not None and change < 0.0
+        ]
+        return min(found, key=lambda entry: entry[2], default=None)
+
+
+def advise(
+    subject: Subject,
+    tolerances: Mapping[str, Tolerance] | None = None,
+    mu_max: float = 2.0,
+    progress: Progress | None = None,
+) -> Advice:
+    """Each parameter lowered and raised by its tolerance, the critical friction computed anew.
+
+    Without a tolerance of its own a parameter changes by 2 per cent, an angle by 0.02 rad; what
+    is zero stays as it is unless its tolerance is named. `progress(done, count)` is called after
+    each parameter. Raises InputError, and ComputationError if the pad as it is has no equilibrium
+    without friction.
+    """
+    check_subject(subject, "advise")
+    named = dict(tolerances or {})
+    for name in named:
+        check_name(subject, name, "tolerance")
+    values = {name: v for name, v in named_values(subject).items() if v or name in named}
+    chosen = {name: Tolerance(STEP, not is_angle(subject, name)) for name in values} | named
+    for name, value in values.items():
+        if not chosen[name].step(value):
+            raise InputError(
+                f"tolerance: {name} is 0 and has no share; it must have a tolerance in its unit"
+            )
+    nominal = _outcome(subject, None, {}, mu_max)
+    if nominal.critical is None:
+        nominal = _with_gap(subject, nominal, {})
+    levers = []
+    for done, (name, value) in enumerate(values.items(), 1):
+        step = chosen[name].step(value)
+        lowered, raised = (
+            _changed(subject, name, changed, nominal, mu_max)
+            for changed in (value - step, value + step)
+        )
+        levers.append(
+            Lever(
+                name,
+                unit_of(subject, name),
+                value,
+                chosen[name],
+                step,
+                lowered,
+                raised,
+                (_moved(lowered, nominal, mu_max), _moved(raised, nominal, mu_max)),
+                (_parted(lowered, nominal), _parted(raised, nominal)),
+            )
+        )
+        if progress is not None:
+            progress(done, len(values))
+    ranked = tuple(sorted(levers, key=lambda lever: lever.size, reverse=True))
+    return Advice(free_name(subject), own_value(subject), mu_max, nominal, ranked)
+
+
+def _changed(subject: Subject, name: str, value: float, nominal: Outcome, mu_max: float) -> Outcome:
     try:
-        analysis = analyse(scene)
-    except ComputationError as error:
-        return f"{str(error)[0].upper()}{str(error)[1:]}."
-    mu, loss = scene.pad.mu, first_loss(critical)
-    found = levers(scene, critical)
-    name, effect = found[0] if found else ("", 0.0)
-    what = PARAMETERS[name].meaning if name else ""
-    step = f"{STEP:g} rad" if name and PARAMETERS[name].angle else f"{100 * STEP:g} %"
-    raised = f"raising {name} ({what}) by {step}"
-    verdict = analysis.judgement.verdict
-    dominant = analysis.spectrum.dominant
-    if verdict == "flutter":
-        first = (
-            f"At mu = {mu:.3g} the pad flutters at {dominant.frequency_hz:.0f} Hz and its "
-            f"amplitude grows e-fold in {1e3 / dominant.growth_rate:.2g} ms."
-        )
-    elif verdict == "divergence":
-        first = f"At mu = {mu:.3g} the equilibrium diverges: the pad leaves it without vibrating."
-    else:
-        low = min(e.frequency_hz for e in analysis.spectrum.eigenvalues)
-        first = f"At mu = {mu:.3g} no mode grows ({verdict}); the lowest frequency is {low:.0f} Hz."
-    if loss is None:
-        second = f"No threshold lies below mu = {critical.mu_end:.3g}."
-        third = (
-            f"The closest pair of frequencies is {100 * _gap(analysis):.0f} % apart; {raised} "
-            f"{'widens' if effect > 0 else 'narrows'} that by {100 * abs(effect):.2g} points."
-        )
-    else:
-        at = f" at {loss.frequency_hz:.0f} Hz" if loss.frequency_hz else ""
-        side = "above" if loss.mu > mu else "below"
-        fold = loss.kind == "fold"
-        how = "the equilibrium ceases in a fold" if fold else f"{loss.kind}{at} sets in"
-        second = f"Stability is first lost at mu = {loss.mu:.3g}, {side} the scene's, where {how}."
-        third = f"Of the parameters tried, {raised} moves this threshold most: by {effect:+.2g}."
-    return f"{first} {second} {third}" if np.isfinite(effect) and name else f"{first} {second}"
+        outcome = _outcome(subject, value, {name: value}, mu_max)
+        return outcome if nominal.gap is None else _with_gap(subject, outcome, {name: value})
+    except (InputError, ComputationError) as error:
+        return Outcome(value, reason=str(error))
+
+
+def _moved(outcome: Outcome, nominal: Outcome, mu_max: float) -> float | None:
+    if outcome.reason is not None:
+        return None
+    before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
+    return 0.0 if abs(after - before) <= ROUNDING * before else after - before
+
+
+def _parted(outcome: Outcome, nominal: Outcome) -> float | None:
+    known = outcome.gap is not None and nominal.gap is not None
+    return outcome.gap - nominal.gap if known else None  # type: ignore[operator]
+
+
+def _outcome(
+    subject: Subject, value: float | None, changes: dict[str, float], mu_max: float
+) -> Outcome:
+    found = critical_of(varied(subject, changes), mu_max)
+    mu, first = found.stable_to(mu_max), found.first
+    if mu is None:
+        return Outcome(value)
+    if first is not None and first.mu == mu:
+        return Outcome(value, mu, first.kind, first.frequency_hz)
+    return Outcome(value, mu, found.at_zero if mu == 0.0 else "end of the branch")
+
+
+def _with_gap(subject: Subject, outcome: Outcome, changes: dict[str, float]) -> Outcome:
+    return replace(outcome, gap=frequency_gap(_spectrum(varied(subject, changes))))
+
+
+def _spectrum(subject: Subject) -> Spectrum:
+    if isinstance(subject, Scene):
+        return analyse(subject).spectrum
+    return complex_eigenvalues(*dense(subject)(own_value(subject)))
+
+
+def frequency_gap(spectrum: Spectrum) -> float | None:
+    """The least relative distance of two frequencies; None where there is only one."""
+    values = sorted(e.frequency_hz for e in spectrum.eigenvalues[::2])
+    return min(((b - a) / b if b else 1.0 for a, b in itertools.pairwise(values)), default=None)

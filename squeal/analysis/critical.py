@@ -10,7 +10,15 @@ from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
 from squeal.model.linear import about_origin
 from squeal.scene import Scene, takes_scene
-from squeal.stability import CriticalPoint, Crossing, Matrices, System, thresholds, verdict
+from squeal.stability import (
+    GROWING,
+    CriticalPoint,
+    Crossing,
+    Matrices,
+    System,
+    thresholds,
+    verdict,
+)
 
 
 @dataclass(frozen=True)
@@ -27,6 +35,22 @@ class CriticalFriction:
     end: str
     crossings: tuple[Crossing, ...] = ()
 
+    @property
+    def first(self) -> CriticalPoint | None:
+        """The first threshold at which stability or the equilibrium is lost, None if none is."""
+        return next((p for p in self.points if p.kind != "restabilised"), None)
+
+    def stable_to(self, mu_max: float) -> float | None:
+        """The least mu in 0 to mu_max without stable sliding; None if there is none.
+
+        0 if the pad grows without friction; also where the branch ends without a threshold.
+        """
+        if self.at_zero in GROWING:
+            return 0.0
+        if self.first is not None:
+            return self.first.mu
+        return self.mu_end if self.mu_end < mu_max else None
+
 
 @takes_scene
 def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
@@ -37,10 +61,7 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     """
     system, path = branch_system(scene, mu_max)
     if path is None:
-        found = thresholds(system, mu_max)
-        end = f"mu = {mu_max:g} is reached"
-        points = tuple(found.points)
-        return CriticalFriction(verdict(*system(0.0)), points, mu_max, end, tuple(found.crossings))
+        return critical_parameter(system, mu_max)
     found = thresholds(system, path.mu_end, path.breakpoints)
     end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9)
     reached = [point for point in found.points if point.mu < end_of_path]
@@ -53,6 +74,14 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
         path.end,
         tuple(crossing for crossing in found.crossings if crossing.mu < end_of_path),
     )
+
+
+def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:
+    """The same for a system of matrices along its parameter from 0 to `high`."""
+    found = thresholds(system, high)
+    end = f"{name} = {high:g} is reached"
+    at_zero = verdict(*system(0.0))
+    return CriticalFriction(at_zero, tuple(found.points), high, end, tuple(found.crossings))
 
 
 def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:

@@ -14,7 +14,6 @@ from typing import Literal
 import numpy as np
 
 from squeal.analysis.critical import critical_friction
-from squeal.analysis.sensitivity import first_loss
 from squeal.errors import ComputationError, InputError
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene
@@ -136,12 +135,8 @@ def _first_loss(scene: Scene, values: dict[str, float], mu_max: float) -> float 
         found = critical_friction(scene.replace(**values), mu_max)
     except (InputError, ComputationError):
         return None
-    if found.at_zero in ("flutter", "divergence"):
-        return 0.0
-    loss = first_loss(found)
-    if loss is not None:
-        return loss.mu
-    return found.mu_end if found.mu_end < mu_max else math.nan
+    loss = found.stable_to(mu_max)
+    return math.nan if loss is None else loss
 
 
 def _work(task: tuple[Scene, list[dict[str, float]], float]) -> list[float | None]:

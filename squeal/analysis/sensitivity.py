@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damping_matrix
@@ -155,8 +154,3 @@ def _null(matrix: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     unit = 1.0 / np.sqrt(np.diag(M))
     U, _, rows = np.linalg.svd(unit[:, None] * matrix * unit)
     return unit * U[:, -1], unit * rows[-1]
-
-
-def first_loss(critical: CriticalFriction) -> CriticalPoint | None:
-    """The first threshold at which stability or the equilibrium is lost, None if there is none."""
-    return next((p for p in critical.points if p.kind != "restabilised"), None)

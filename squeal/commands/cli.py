@@ -15,6 +15,7 @@ COMMANDS = {
     "simulate": "integrate a B1 or B2 scene through its contact changes",
     "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
     "critical-friction": "every threshold of stability in a range of mu",
+    "advise": "which parameter moves the critical friction most, each changed both ways",
     "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
     "claims": "the statements of the article, each with its measured verdict",
     "findings": "what is wrong in the article's equations, each measured",

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from squeal.analysis.critical import CriticalFriction
+from squeal.analysis.critical import CriticalFriction, critical_parameter
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
-from squeal.stability import thresholds, verdict
 
 
 def value_of(given: str | None, system: PlainSystem | None) -> float:
@@ -40,11 +39,4 @@ def refuse_sensitivity(name: str, system: PlainSystem | None) -> None:
 
 def critical(system: PlainSystem, mu_max: float) -> CriticalFriction:
     """Thresholds of a plain system in its parameter, as for a scene."""
-    found = thresholds(system, mu_max)
-    return CriticalFriction(
-        verdict(*system(0.0)),
-        tuple(found.points),
-        mu_max,
-        f"{system.parameter} = {mu_max:g} is reached",
-        tuple(found.crossings),
-    )
+    return critical_parameter(system, mu_max, system.parameter)

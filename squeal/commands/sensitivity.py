@@ -10,7 +10,6 @@ from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
-    first_loss,
     threshold_sensitivities,
 )
 from squeal.commands.tables import table
@@ -68,7 +67,7 @@ def eigenvalue_moves_text(scene: Scene, analysis: Analysis, moves: list[dict[str
 
 def threshold_moves(scene: Scene, found: CriticalFriction) -> dict[str, Any] | None:
     """d mu/dp of the first loss of stability for each parameter; None if there is none."""
-    loss = first_loss(found)
+    loss = found.first
     if loss is None:
         return None
     slopes = threshold_sensitivities(scene, loss)

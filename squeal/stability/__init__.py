@@ -6,6 +6,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
+from squeal.stability.family import GROWING
 from squeal.stability.gains import LoopThreshold
 from squeal.stability.judgement import Judgement, damped_verdicts, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
@@ -23,6 +24,7 @@ from squeal.stability.tracking import TrackedModes, track
 from squeal.stability.unstable import UnstableMode, unstable_modes
 
 __all__ = [
+    "GROWING",
     "VERDICTS",
     "CriticalPoint",
     "Crossing",

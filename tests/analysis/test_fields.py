@@ -9,7 +9,6 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
-from squeal.analysis.sensitivity import first_loss
 from squeal.errors import ComputationError, InputError
 from squeal.scene import read_scene
 from squeal.scene.schema import Damping
@@ -37,7 +36,7 @@ def test_critical_friction_is_the_first_loss_of_each_pad(stem):
     met = 0
     for i, j, one in points:
         found = critical_friction(one, 1.0)
-        loss = first_loss(found)
+        loss = found.first
         if loss is not None:
             exact = 1e-6 if loss.kind == "fold" else 1e-10
             assert values[i, j] == pytest.approx(loss.mu, rel=exact), loss.kind

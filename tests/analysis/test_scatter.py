@@ -6,7 +6,6 @@ from scipy.stats import norm
 
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.scatter import Spread, scatter
-from squeal.analysis.sensitivity import first_loss
 from squeal.errors import ComputationError, InputError
 from squeal.model.pad import Pad
 from squeal.scene import Scene
@@ -28,7 +27,7 @@ def found(scene):
 
 
 def threshold(scene, factor):
-    return first_loss(critical_friction(scene.replace(h=factor * scene.pad.h))).mu
+    return critical_friction(scene.replace(h=factor * scene.pad.h)).first.mu
 
 
 def test_quantiles_hold_the_threshold_at_the_parameter_s_quantile(scene, found):

@@ -10,7 +10,6 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
-    first_loss,
     parameters,
     threshold_sensitivities,
 )
@@ -106,13 +105,13 @@ def test_upright_pad_in_closed_form():
 @pytest.mark.parametrize("name", ["b1-c", "b3"])
 def test_thresholds_against_differences(name):
     scene = changed(scene_of(name), **COUPLED)
-    loss = first_loss(critical_friction(scene))
+    loss = critical_friction(scene).first
     assert loss is not None
     found = threshold_sensitivities(scene, loss)
     for parameter in ("m", "h", "k2", "alpha1"):
         value, h = getattr(scene.pad, parameter), 10 * step_of(scene, parameter)
         up, down = (
-            first_loss(critical_friction(changed(scene, **{parameter: value + way * h})))
+            critical_friction(changed(scene, **{parameter: value + way * h})).first
             for way in (1, -1)
         )
         assert up is not None
@@ -121,4 +120,4 @@ def test_thresholds_against_differences(name):
 
 
 def test_a_pad_that_stays_stable_has_no_loss():
-    assert first_loss(critical_friction(scene_of("b1-c"))) is None
+    assert critical_friction(scene_of("b1-c")).first is None

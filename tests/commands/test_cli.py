@@ -79,7 +79,9 @@ def test_every_command_has_help(capsys, command):
 
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - {"identify", "cite", "take"}))
 def test_every_query_prints_a_table(capsys, command):
-    scene = [] if command in ("claims", "findings") else [B3 if command == "map" else B2]
+    scene = (
+        [] if command in ("claims", "findings") else [B3 if command in ("map", "advise") else B2]
+    )
     extra = ["--n", "10"] if command == "map" else []
     code, out, err = run(capsys, command, *scene, *extra)
     assert (code, err) == (0, "")
@@ -211,7 +213,9 @@ def modules_after(*arguments):
     return set(done.stderr.split())
 
 
-@pytest.mark.parametrize("command", ["eigenvalues", "sliding", "critical-friction", "map"])
+@pytest.mark.parametrize(
+    "command", ["eigenvalues", "sliding", "critical-friction", "advise", "map"]
+)
 def test_queries_load_neither_integrators_nor_plots(command):
     loaded = modules_after(command, B3, *(["--n", "5"] if command == "map" else []))
     assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}

@@ -67,6 +67,7 @@ ANSWERS = {
     "simulate": [B1],
     "eigenvalues": [B2],
     "critical-friction": [B2],
+    "advise": [B3],
     "sliding": [B2],
     "map": [B3, "--n", "10"],
     "cite": [],

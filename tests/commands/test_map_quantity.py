@@ -9,7 +9,6 @@ import pytest
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
-from squeal.analysis.sensitivity import first_loss
 from squeal.commands.cli import main
 from squeal.plots.contours import contour_figure
 from squeal.plots.parameters import symbol, unit_of
@@ -33,7 +32,7 @@ def test_values_are_those_of_single_scenes(capsys, tmp_path):
     assert list(rows[0])[2:] == ["verdict", "critical-friction"]
     for i, a in enumerate(middles):
         for j, b in enumerate(middles):
-            loss = first_loss(critical_friction(scene.replace(alpha1=float(a), alpha2=float(b))))
+            loss = critical_friction(scene.replace(alpha1=float(a), alpha2=float(b))).first
             value = found["values"][i][j]
             written = rows[4 * i + j]["critical-friction"]
             if loss is None:

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.advice import advise
-from squeal.analysis.critical import critical_friction
+from squeal.analysis.advice_text import scene_in_words
 from squeal.analysis.growth import fits
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
 from squeal.article.cases import HISTORY_FIGURES
@@ -71,7 +70,7 @@ def study(files: Sequence[Path]) -> Stability:
     if other is not None:
         tried.append(("b2, fluttering angles", other))
     return Stability(
-        advice={name: advise(scene, critical_friction(scene)) for name, scene in scenes.items()},
+        advice={name: scene_in_words(scene) for name, scene in scenes.items()},
         fluttering=None if other is None else held(other),
         growth=tuple(growth(name, scene) for name, scene in tried),
         literature=tuple(literature_rows()),

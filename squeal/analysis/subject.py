@@ -1,0 +1,99 @@
+"""What can be varied: a scene's pad or a system with named parameters, seen alike."""
+
+from __future__ import annotations
+
+from squeal.analysis.critical import CriticalFriction, critical_friction, critical_parameter
+from squeal.analysis.sensitivity import parameters
+from squeal.errors import InputError
+from squeal.model.pad import PARAMETERS
+from squeal.scene import Scene
+from squeal.stability.matrices import Matrices, System
+from squeal.stability.terms import TermSystem
+
+Subject = Scene | TermSystem
+LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
+
+
+def check_subject(subject: object, asked: str) -> None:
+    """Refuse what has no parameters to vary, or is too large. Raises InputError naming `asked`."""
+    if isinstance(subject, TermSystem):
+        if subject.n > LARGEST:
+            raise InputError(
+                f"{asked}: {subject.n} degrees of freedom are not allowed; at most {LARGEST} are, "
+                "so reduce the system first"
+            )
+        if not named_values(subject):
+            raise InputError(
+                f"{asked}: {subject.name or 'the system'} has no named parameter but "
+                f"{subject.parameter}; it must have one under its key parameters"
+            )
+    elif not isinstance(subject, Scene):
+        raise InputError(
+            f"{asked}: {type(subject).__name__} is not allowed; it must be a Scene or a system "
+            "with named parameters"
+        )
+
+
+def named_values(subject: Subject) -> dict[str, float]:
+    """The parameters that a critical friction depends on, with their values, in SI units."""
+    if isinstance(subject, Scene):
+        values = {name: getattr(subject.pad, name) for name in parameters(subject.pad_model)}
+        return {name: value for name, value in values.items() if name != "mu"}
+    return {name: v for name, v in subject.parameters.items() if name != subject.parameter}
+
+
+def check_name(subject: Subject, name: str, asked: str) -> None:
+    """Refuse what is no parameter. Raises InputError with the names that are allowed."""
+    names = named_values(subject)
+    if name not in names:
+        raise InputError(f"{asked}: {name} is no parameter here; allowed are {', '.join(names)}")
+
+
+def is_angle(subject: Subject, name: str) -> bool:
+    """True for a parameter that is an angle."""
+    return isinstance(subject, Scene) and PARAMETERS[name].angle
+
+
+def unit_of(subject: Subject, name: str) -> str:
+    """The unit of a parameter, empty where it is not known or has none."""
+    unit = PARAMETERS[name].unit if isinstance(subject, Scene) else ""
+    return "" if unit == "1" else unit
+
+
+def own_value(subject: Subject) -> float:
+    """The friction (or free parameter) at which the subject stands."""
+    if isinstance(subject, Scene):
+        return subject.pad.mu
+    return float(subject.parameters[subject.parameter])
+
+
+def free_name(subject: Subject) -> str:
+    """What the free parameter is called."""
+    return "mu" if isinstance(subject, Scene) else subject.parameter
+
+
+def varied(subject: Subject, values: dict[str, float]) -> Subject:
+    """The same with other values of some parameters. Raises InputError."""
+    if isinstance(subject, Scene):
+        return subject.replace(**values)
+    return subject.replace(values)
+
+
+def dense(system: TermSystem) -> System:
+    """The system with plain arrays."""
+
+    def full(mu: float) -> Matrices:
+        M, C, K = system(mu)
+        return M.toarray(), None if C is None else C.toarray(), K.toarray()
+
+    return full if system.sparse else system
+
+
+def critical_of(subject: Subject, high: float) -> CriticalFriction:
+    """The thresholds along the friction (or free parameter) from 0 to `high`.
+
+    Raises what `critical_friction` raises.
+    """
+    if isinstance(subject, Scene):
+        return critical_friction(subject, high)
+    return critical_parameter(dense(subject), high, subject.parameter)

@@ -1,0 +1,196 @@
+"""`squeal advise`: which parameter moves the critical friction most, each changed both ways."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from typing import Any
+
+from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
+from squeal.analysis.advice_text import advice_in_words, change_in_words
+from squeal.analysis.subject import Subject, check_name, is_angle
+from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.critical_friction import upper_end
+from squeal.commands.outputs import file_options
+from squeal.commands.progress import progress_line
+from squeal.commands.source import Source
+from squeal.commands.tables import number, table
+from squeal.errors import InputError
+from squeal.files.provenance import provenance
+from squeal.files.writing import write_table
+
+COLUMNS = {
+    "parameter": "", "unit": "", "value": "", "step": "", "critical_lowered": "",
+    "critical_raised": "", "change_lowered": "", "change_raised": "", "gap_change_lowered": "",
+    "gap_change_raised": "",
+}  # fmt: skip
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal advise`."""
+    parser.add_argument(
+        "--tolerance",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
+        "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)",
+    )
+    parser.add_argument(
+        "--mu-max",
+        "--max",
+        metavar="MU",
+        default="2",
+        help="upper end of the range in which the critical friction is sought (2 if left out)",
+    )
+    file_options(parser, table="write the table to FILE")
+
+
+def subject_of(source: Source, asked: str) -> Subject:
+    """The scene, or the system with named parameters, that a source holds. Raises InputError."""
+    system = source.system()
+    if system is not None:
+        raise InputError(
+            f"{asked}: is not allowed with {source.name}, a plain system without named parameters; "
+            "a scene is allowed"
+        )
+    return source.scene()
+
+
+def tolerances(given: list[str], subject: Subject) -> dict[str, Tolerance]:
+    """The tolerances that the options name. Raises InputError."""
+    found = {}
+    for one in given:
+        name, equals, text = one.partition("=")
+        name, share = name.strip(), text.strip().endswith("%")
+        try:
+            size = float(text.strip().removesuffix("%")) / (100.0 if share else 1.0)
+        except ValueError:
+            size = math.nan
+        if not equals or not 0.0 < size < math.inf:
+            raise InputError(
+                f"--tolerance {one}: is not allowed; it must be NAME=VALUE with a number above 0 "
+                "in the parameter's unit, or with a share such as 5%"
+            )
+        check_name(subject, name, f"--tolerance {one}")
+        if name in found:
+            raise InputError(f"--tolerance {one}: {name} has a tolerance already; one is allowed")
+        if share and is_angle(subject, name):
+            raise InputError(
+                f"--tolerance {one}: an angle has no share; it must be a number above 0 in rad"
+            )
+        found[name] = Tolerance(size, share)
+    return found
+
+
+def _outcome_row(outcome: Outcome, change: float | None, gap: float | None) -> dict[str, Any]:
+    return {
+        "value": outcome.value,
+        "critical": outcome.critical,
+        "kind": outcome.kind,
+        "frequency_hz": outcome.frequency_hz,
+        "change": change,
+        "frequency_gap": outcome.gap,
+        "frequency_gap_change": gap,
+        "reason": outcome.reason,
+    }
+
+
+def data(advice: Advice) -> dict[str, Any]:
+    """The answer as a JSON object."""
+    nominal = advice.nominal
+    return {
+        "parameter": advice.name,
+        "mu": advice.mu,
+        "mu_max": advice.mu_max,
+        "critical": nominal.critical,
+        "kind": nominal.kind,
+        "frequency_hz": nominal.frequency_hz,
+        "frequency_gap": nominal.gap,
+        "levers": [
+            {
+                "parameter": lever.parameter,
+                "unit": lever.unit,
+                "value": lever.value,
+                "step": lever.step,
+                "lowered": _outcome_row(lever.lowered, lever.changes[0], lever.gap_changes[0]),
+                "raised": _outcome_row(lever.raised, lever.changes[1], lever.gap_changes[1]),
+            }
+            for lever in advice.levers
+        ],
+        "advice": advice_in_words(advice),
+    }
+
+
+def _cells(lever: Lever, outcome: Outcome, k: int, advice: Advice) -> tuple[str, str]:
+    change, gap = lever.changes[k], lever.gap_changes[k]
+    if change is None:
+        return "no such pad", "-"
+    at = f"> {advice.mu_max:g}" if outcome.critical is None else number(outcome.critical)
+    return at, f"{change if gap is None else 100 * gap:+.3g}"
+
+
+def text(advice: Advice) -> str:
+    """The same for people."""
+    by_gap = advice.nominal.gap is not None
+    what = "d gap, %" if by_gap else f"d {advice.name}"
+    rows: list[tuple[str, ...]] = [
+        ("  parameter", "value", "step", "lowered:", what, "raised:", what)
+    ]
+    for lever in advice.levers:
+        rows.append(
+            (
+                f"  {lever.parameter}",
+                f"{number(lever.value)} {lever.unit}".strip(),
+                change_in_words(lever),
+                *_cells(lever, lever.lowered, 0, advice),
+                *_cells(lever, lever.raised, 1, advice),
+            )
+        )
+    head = (
+        f"critical {advice.name} with one parameter at a time lowered and raised, strongest first"
+    )
+    gap = (
+        "\n(gap: relative distance of the closest two frequencies, which flutter closes)"
+        if by_gap
+        else ""
+    )
+    return f"{head}\n{table(rows)}{gap}\n\n{advice_in_words(advice)}"
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Read the scene and answer."""
+    mu_max = upper_end(given.mu_max)
+    subject = subject_of(given.source, "advise")
+    with progress_line("parameters") as progress:
+        advice = advise(subject, tolerances(given.tolerance, subject), mu_max, progress)
+    if given.table is not None:
+        rows = [
+            (
+                lever.parameter,
+                lever.unit,
+                lever.value,
+                lever.step,
+                lever.lowered.critical,
+                lever.raised.critical,
+                *lever.changes,
+                *lever.gap_changes,
+            )
+            for lever in advice.levers
+        ]
+        write_table(given.table, COLUMNS, rows)
+    made = provenance([given.source.file], "squeal.commands.advise")
+    return Answer(lambda: data(advice) | {"provenance": made.to_dict()}, lambda: text(advice))
+
+
+COMMAND = Command(
+    "advise",
+    "Each parameter lowered and raised by a tolerance: the critical friction computed anew, the "
+    "strongest lever first.",
+    run,
+    options,
+)
+
+if __name__ == "__main__":
+    sys.exit(COMMAND.main())
