@@ -26,6 +26,12 @@ from squeal.commands.sweep import (
     write_eigenvalues,
     write_sweep,
 )
+from squeal.commands.system_options import (
+    refuse_options,
+    system_of,
+    work_options,
+)
+from squeal.commands.systems import eigenvalues_of
 from squeal.commands.tables import in_words, number
 from squeal.commands.unstable import (
     filter_of,
@@ -44,10 +50,24 @@ MODULE = "squeal.commands.eigenvalues"
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
     parser.add_argument(
-        "--mu", metavar="A:B:N", help="also sweep mu from A to B, N values, along the branch"
+        "--mu",
+        "--sweep",
+        dest="mu",
+        metavar="A:B:N",
+        help="also sweep mu, or a system's parameter, from A to B, N values",
+    )
+    parser.add_argument("--modes", metavar="N", help="systems only: the N lowest modes")
+    parser.add_argument(
+        "--region", metavar="RE0:RE1:IM0:IM1", help="systems only: roots of a region, 1/s and rad/s"
     )
     parser.add_argument(
-        "--at", metavar="MU", help="plain systems M, C, K(mu) only: value of mu (0 if left out)"
+        "--method",
+        metavar="NAME",
+        help="of a system's sweep: full, reduced (complex modes, certified) or modal (real modes)",
+    )
+    work_options(parser)
+    parser.add_argument(
+        "--at", metavar="MU", help="systems only: value of the parameter (0, or the file's)"
     )
     parser.add_argument(
         "--sensitivity",
@@ -125,10 +145,16 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "M": M.tolist(),
         "C": (np.zeros_like(M) if C is None else C).tolist(),
         "K": K.tolist(),
-        "eigenvalues": eigenvalue_rows(spectrum),
+        "eigenvalues": [
+            row | {"residual": e.residual}
+            for row, e in zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
+        ],
         "unstable": unstable_rows(listed),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
+        "certified": len(spectrum) == 2 * system.n,
+        "count": 2 * system.n,
+        "basis": None,
     }
     parts = [
         f"{system.name}, {system.parameter} = {number(at)}",
@@ -206,8 +232,12 @@ def write(
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene or plain system and analyse it."""
+    matrices = system_of(given)
+    if matrices is not None:
+        return eigenvalues_of(given, matrices)
     mus = sweep_range(given.mu) if given.mu else None
     system = given.source.system()
+    refuse_options(given, ("modes", "region", "method"))
     value_of(given.at, system)
     if given.sensitivity:
         refuse_sensitivity(given.source.name, system)

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from squeal.files.document import parse_document, read_content, scalar
-from squeal.files.keys import Group
+from squeal.files.keys import Group, Key
 from squeal.files.place import Place
 from squeal.files.provenance import InputFile
+from squeal.files.values import Number
 from squeal.scene import PlainSystem, Scene, check_simulation, plain_system
 from squeal.scene.keys import SCENE
 from squeal.scene.system import system_keys
+from squeal.scene.terms import SYSTEM, SystemFile, is_general, system_file
 
 STANDARD_INPUT = "-"
 
@@ -43,8 +45,16 @@ class Source:
         return found
 
     def system(self) -> PlainSystem | None:
-        """The plain system that the file holds, None if it is a scene. Raises InputError."""
-        return plain_system(self.document, self.at) if "M" in self.document else None
+        """The system of the short form that the file holds, else None. Raises InputError."""
+        short = "M" in self.document and not is_general(self.document)
+        return plain_system(self.document, self.at) if short else None
+
+    def terms(self) -> SystemFile | None:
+        """The system of the general form that the file holds, else None. Raises InputError."""
+        if not is_general(self.document):
+            return None
+        folder = Path() if self.path is None else self.path.parent
+        return system_file(self.document, self.at, folder)
 
 
 def read_source(given: str, changes: Sequence[str]) -> Source:
@@ -68,6 +78,8 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     name, equals, text = change.partition("=")
     rows = document.get("M")
     table = system_keys(len(rows) if isinstance(rows, list) else None) if rows else SCENE
+    if is_general(document):
+        table = _with_parameters(document)
     keys, key = table.find(name.strip(), at)
     if not equals:
         raise at.refuse("it must be NAME=VALUE")
@@ -83,3 +95,11 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
         inner = deeper
     inner[keys[-1]] = value
     return ".".join(keys), value
+
+
+def _with_parameters(document: dict[str, Any]) -> Group:
+    """The table of a system's keys, with those of its own named numbers."""
+    own = document.get("parameters")
+    names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
+    numbers = Group({str(name): Key("a parameter", Number()) for name in names})
+    return Group({**SYSTEM.keys, "parameters": Key("named numbers", numbers)}, SYSTEM.owner)

@@ -21,6 +21,7 @@ from squeal.files.place import Place, shown
 
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
 _NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
 
@@ -215,6 +216,48 @@ class Text(Kind):
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string"}
+
+
+@dataclass(frozen=True)
+class Named(Kind):
+    """A name: letters, digits and underscores, no digit first."""
+
+    def allowed(self) -> str:
+        """What names are made of."""
+        return "a name of letters, digits and underscores"
+
+    def convert(self, value: Any) -> str | None:
+        """The name."""
+        return value if isinstance(value, str) and _NAME.fullmatch(value) else None
+
+    def schema(self) -> dict[str, Any]:
+        """A string of that form."""
+        return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
+
+
+@dataclass(frozen=True)
+class Numbers(Kind):
+    """A mapping of names to finite numbers."""
+
+    def allowed(self) -> str:
+        """The mapping in words."""
+        return "a mapping of names to finite numbers"
+
+    def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
+        """The numbers by name. Raises InputError."""
+        if not isinstance(value, dict):
+            raise at.must_be(value, self.allowed())
+        for name in value:
+            Named().read(name, at)
+        return {name: Number().read(one, at / name) for name, one in value.items()}
+
+    def schema(self) -> dict[str, Any]:
+        """An object with numbers."""
+        return {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
+            "additionalProperties": Number().schema(),
+        }
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from squeal.files.writing import to_json, write_text
 from squeal.model.contact import MODELS
 from squeal.scene.keys import SCENE
 from squeal.scene.system import POWER, system_keys
+from squeal.scene.terms import DAMPING, SYSTEM, TERM
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _INTRODUCTION = """\
@@ -42,9 +43,31 @@ time: {stop: 0.01, samples: 2001}       # only `simulate` needs it
 _SYSTEM = """\
 # System files
 
-A linear system M q'' + C q' + K q = 0 whose matrices depend on a parameter p, with
-C = C0 + C1 p + C2 p^2 + ... and K likewise; a power that is left out is zero. `eigenvalues` and
-`critical-friction` take it in place of a scene.
+A linear system M q'' + C q' + K q = 0 in place of a scene, for `eigenvalues`, `critical-friction`,
+`map` and `export`. M, C and K are rows of numbers, files, or lists of terms with a factor each, a
+formula of named numbers with + - * / ** and parentheses:
+
+```yaml
+name: brake
+parameters: {Omega: 12.566, mu: 0.4}
+parameter: Omega
+M: {file: M.mtx}
+C:
+  - {file: D.mtx}
+  - {file: G.mtx, factor: Omega}
+K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]
+damping: {rayleigh: [2.0, 1.0e-7]}
+```
+
+A file stands beside the system file and is read by its suffix: Matrix Market `.mtx`, MATLAB `.mat`,
+NumPy `.npz`, Harwell-Boeing `.hb`, `.rua`, `.rsa`, Nastran `.op4` (with pyyeti), Abaqus text
+`.inp`, `.txt`. `--set mu=0.3` changes a named number. Up to 2000 rows may be written into the
+file itself.
+"""
+_SHORT = """## The short form
+
+For small systems that depend on a parameter p alone: C = C0 + C1 p + C2 p^2 + ... and K likewise; a
+power that is left out is zero.
 
 ```yaml
 name: mode coupling
@@ -68,7 +91,8 @@ def page() -> str:
         for name, key in system.keys.items()
         if name[1:] not in map(str, range(2, POWER + 1))
     }
-    return "\n".join([*parts, _SYSTEM, _table("The file", Group(shown))])
+    general = [_table("The file", SYSTEM), _table("A term", TERM), _table("`damping`", DAMPING)]
+    return "\n".join([*parts, _SYSTEM, *general, _SHORT, _table("Its keys", Group(shown))])
 
 
 def _table(title: str, group: Group) -> str:
@@ -98,8 +122,9 @@ def scene_schema() -> dict[str, Any]:
 
 
 def system_schema() -> dict[str, Any]:
-    """The JSON schema of system files."""
-    return {"$schema": _DIALECT, "title": "squeal system", **system_keys(None).schema()}
+    """The JSON schema of system files: the general form or the short one."""
+    forms = [SYSTEM.schema(), system_keys(None).schema()]
+    return {"$schema": _DIALECT, "title": "squeal system", "anyOf": forms}
 
 
 def documents() -> Iterator[tuple[str, str]]:

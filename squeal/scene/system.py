@@ -14,6 +14,7 @@ K1: [[0, 1.333], [0, 0]]      # a power that is left out is zero
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,9 @@ from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
 from squeal.files.values import Square, Text
+from squeal.numerics.formula import Formula
 from squeal.stability.matrices import Array, reduce
+from squeal.stability.terms import Term, TermSystem
 
 POWER = 9
 
@@ -65,6 +68,16 @@ class PlainSystem:
     def n(self) -> int:
         """Number of degrees of freedom."""
         return len(self.M)
+
+    def terms(self) -> TermSystem:
+        """The same as a system of terms; a parameter whose name is no word is called p."""
+        word = self.parameter.isidentifier() and not iskeyword(self.parameter)
+        name = self.parameter if word else "p"
+        C, K = (
+            tuple(Term(X, Formula(f"{name}**{k}")) if k else Term(X) for k, X in enumerate(powers))
+            for powers in (self.C, self.K)
+        )
+        return TermSystem((Term(self.M),), C, K, {}, name, self.name)
 
     def __call__(self, mu: float) -> tuple[Array, Array | None, Array]:
         """The matrices at mu; C is None for an undamped system."""

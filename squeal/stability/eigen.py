@@ -147,12 +147,14 @@ def squared_frequencies(reduced: Reduced) -> tuple[ComplexArray, ComplexArray, C
     return values, right, left, condition
 
 
-def _residual(reduced: Reduced, value: complex, x: ComplexArray) -> float:
+def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> list[float]:
+    """Backward errors of roots (m,) with vectors (n, m)."""
     B = np.zeros_like(reduced.A) if reduced.B is None else reduced.B
     A_norm, B_norm = np.linalg.norm(reduced.A, 2), np.linalg.norm(B, 2)
-    size = abs(value) ** 2 + abs(value) * B_norm + A_norm
-    rest = np.linalg.norm(value * value * x + value * (B @ x) + reduced.A @ x)
-    return float(rest / (size * np.linalg.norm(x))) if size else 0.0
+    length = np.abs(values)
+    size = (length**2 + length * B_norm + A_norm) * np.linalg.norm(x, axis=0)
+    rest = np.linalg.norm(values**2 * x + values * (B @ x) + reduced.A @ x, axis=0)
+    return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0).tolist()
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
@@ -189,9 +191,12 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
         for k, v in enumerate(values * rate):
             rows.append((complex(v), right[:n, k], left[n:, k], float(condition[k])))
     order = ordered(np.array([row[0] for row in rows]))
+    rows = [rows[k] for k in order]
+    shapes = np.array([x for _, x, _, _ in rows]).T
+    residuals = _residuals(reduced, np.array([v for v, *_ in rows]), shapes)
     eigenvalues = tuple(
-        Eigenvalue(v, _physical(reduced.T, x), _physical(reduced.T, y), _residual(reduced, v, x), c)
-        for v, x, y, c in (rows[k] for k in order)
+        Eigenvalue(v, _physical(reduced.T, x), _physical(reduced.T, y), r, c)
+        for (v, x, y, c), r in zip(rows, residuals, strict=True)
     )
     zeros = sum(e.value == 0 for e in eigenvalues)
     return Spectrum(eigenvalues, reduced.B is None, zeros)

@@ -5,8 +5,8 @@ known, what is left has no roots inside if none is missing, and no fast changes 
 At each node two independent things are computed: the phase of the determinant from the pivots of a
 factorisation, exact but for whole turns, and its rate tr(P^-1 dP/dlambda), estimated with random
 vectors (Hutchinson, on the complement of the nearest known modes). A step is accepted if the rates
-at its ends and the phases agree within a quarter turn, and halved otherwise. Only phases of
-pivots are used, so nothing can overflow.
+at its ends and the phases agree within a quarter turn and the rate changes little enough for its
+mean to be trusted, and halved otherwise. Only phases of pivots are used, so nothing can overflow.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ QUARTER = math.pi / 2
 FINEST = 12  # halvings of a step before the count is given up
 NEAREST = 24  # known modes whose share of the trace is exact
 PROBES = 16  # random vectors for the rest
+BEND = 0.3  # of a step's change of rate: how far the mean of its two rates may be off
 SURE = 1.5  # standard errors of the foreseen phase below a quarter turn: a step that is wrong by a
 # turn would need 4.5 of them
 
@@ -90,7 +91,8 @@ class _Outline:
         foreseen = float(((first.rate + last.rate) / 2 * way).imag)
         off = math.remainder(last.phase - first.phase - foreseen, 2 * math.pi)
         unsure = SURE * max(first.error, last.error) * abs(way)
-        if abs(off) < QUARTER and unsure < QUARTER:
+        bend = BEND * abs(((last.rate - first.rate) * way).imag)
+        if abs(off) < QUARTER and unsure < QUARTER and bend < QUARTER:
             return [(foreseen + off, abs(off))]
         if depth == 0:
             return None

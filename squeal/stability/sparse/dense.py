@@ -16,8 +16,17 @@ REGULAR = 1e-10  # reciprocal condition of M below which the generalised problem
 
 
 def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
-    """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind."""
+    """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
+
+    Without damping those on the imaginary axis are exactly there.
+    """
     n = len(M)
+    if (C is None or not C.any()) and 1.0 / np.linalg.cond(M, 1) > REGULAR:
+        A = _normalised(M, K)
+        solve = np.linalg.eigvalsh if np.array_equal(A, A.T) else np.linalg.eigvals
+        squares = -solve(A).astype(complex)
+        half = np.sqrt(squares)
+        return np.concatenate([half, -half])
     C = np.zeros_like(M) if C is None else C
     rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
     eye, zero = np.eye(n), np.zeros((n, n))
@@ -33,6 +42,19 @@ def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     alpha, beta = eig(left, right, right=False, homogeneous_eigvals=True)
     finite = np.abs(beta) > 1e-12 * np.abs(alpha)
     return np.asarray(alpha[finite] / beta[finite] * rate, dtype=complex)
+
+
+def _normalised(M: Matrix, K: Matrix) -> Matrix:
+    """A with the roots -lambda^2 of the undamped problem, symmetric if M and K are."""
+    try:
+        lower = np.linalg.cholesky(M) if np.array_equal(M, M.T) else None
+    except np.linalg.LinAlgError:
+        lower = None
+    if lower is None:
+        return np.linalg.solve(M, K)
+    inverse = np.linalg.inv(lower)
+    A = inverse @ K @ inverse.T
+    return (A + A.T) / 2 if np.array_equal(K, K.T) else A
 
 
 def dense_roots(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.stability.sparse.quadratic import Quadratic
 
+FULL = 0.2  # share of entries above which a matrix is factorised as a full one
 PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
 
 
@@ -57,6 +59,28 @@ class _SuperLU:
         return _phase(pivots) * (-1 if swaps else 1)
 
 
+class _Full:
+    def __init__(self, matrix: Any) -> None:
+        from scipy.linalg import lu_factor
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # singular: told below
+            self._lu, self._rows = lu_factor(matrix.toarray(), check_finite=False)
+        if not np.all(np.abs(np.diag(self._lu)) > 0):
+            raise ZeroDivisionError
+
+    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
+        from scipy.linalg import lu_solve
+
+        return np.asarray(
+            lu_solve((self._lu, self._rows), right, trans=int(transposed), check_finite=False)
+        )
+
+    def phase(self) -> complex:
+        swaps = int(np.sum(self._rows != np.arange(len(self._rows))))
+        return _phase(np.diag(self._lu)) * (-1 if swaps % 2 else 1)
+
+
 def _phase(pivots: NDArray) -> complex:
     size = np.abs(pivots)
     if not np.all(size > 0):
@@ -77,6 +101,8 @@ def _odd(permutation: NDArray) -> bool:
 
 def factorise(matrix: Any) -> Factor:
     """A factorised CSC matrix. Raises ZeroDivisionError if it is exactly singular."""
+    if matrix.nnz > FULL * matrix.shape[0] ** 2:
+        return _Full(matrix)
     return _SuperLU(matrix)
 
 

@@ -136,8 +136,8 @@ def modes_in(
             count = None
             if certify:
                 count = count_roots(problem, region, roots, search.covered(), progress)
-            listed = int(np.sum(region.contains(roots.values)))
-            if count is None or count.inside is None or count.inside <= listed:
+            known = int(np.sum(region.contains(roots.values)))
+            if count is None or count.inside is None or count.inside <= known:
                 break
     return _answer(search, roots, region, count)
 
@@ -189,8 +189,8 @@ def lowest_modes(
             count = None
             if certify:
                 count = count_roots(problem, region, roots, search.covered(), progress)
-            listed = int(np.sum(region.contains(roots.values)))
-            if count is None or count.inside is None or count.inside <= listed:
+            known = int(np.sum(region.contains(roots.values)))
+            if count is None or count.inside is None or count.inside <= known:
                 break
     return _answer(search, roots, region, count)
 
@@ -213,9 +213,9 @@ def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) 
     inside = roots.picked(region.contains(roots.values))
     if search.left:
         inside = _with_left(search.problem, inside)
-    listed = _eigenvalues(search.problem, inside)
+    eigenvalues = listed(search.problem, inside)
     return Modes(
-        listed,
+        eigenvalues,
         region,  # type: ignore[arg-type]
         count,
         tuple(search.shifts),
@@ -237,7 +237,8 @@ def _with_left(problem: Quadratic, roots: Roots) -> Roots:
     return Roots(roots.values, roots.right, left)
 
 
-def _eigenvalues(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
+def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
+    """Roots with their backward errors and conditions, by rising frequency."""
     residuals = problem.backward_errors(roots.values, roots.right)
     found = []
     for j, value in enumerate(roots.values):

@@ -1,0 +1,1 @@
+"""Answers about systems of terms, dense or sparse: roots, sweeps, thresholds, charts."""

@@ -1,0 +1,166 @@
+"""Eigenvalues of a system at one value of its parameters: all, those of a region, the lowest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.analysis.systems.wanted import MODES, Progress, Wanted, is_small, quiet
+from squeal.errors import InputError
+from squeal.stability import UnstableMode, complex_eigenvalues, judge
+from squeal.stability.dampings import dense
+from squeal.stability.eigen import Eigenvalue
+from squeal.stability.matrices import EPS
+from squeal.stability.sparse.count import count_roots
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.modes import lowest_modes, modes_in
+from squeal.stability.sparse.quadratic import Quadratic
+from squeal.stability.sparse.region import Disc, Discs, Rectangle
+from squeal.stability.sparse.scaled import ScaledSystem, quadratic
+from squeal.stability.sparse.spectrum import dense_spectrum
+from squeal.stability.terms import Matrix, TermSystem
+
+ROUNDING = 8 * EPS
+SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
+
+
+@dataclass(frozen=True, eq=False)
+class SystemRoots:
+    """Roots of a system, by rising frequency, what proves them complete, and the verdict on them.
+
+    `region` None is the whole plane; `count` None if the number could not be settled.
+    """
+
+    eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
+    region: Rectangle | Disc | None
+    count: int | None
+    verdict: str
+    criterion: str
+
+    @property
+    def certified(self) -> bool:
+        """True if the count proves that no root of the region is missing."""
+        return self.count == len(self.eigenvalues)
+
+
+def system_roots(
+    system: TermSystem,
+    wanted: Wanted | None = None,
+    changes: Mapping[str, float] | None = None,
+    progress: Progress = quiet,
+) -> SystemRoots:
+    """The roots of a system at its parameters, some of them changed.
+
+    Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
+    the band or region, or the lowest. Raises InputError and ComputationError.
+    """
+    wanted = wanted or Wanted()
+    if is_small(system):
+        return _of_all(system.at(changes), wanted)
+    problem = ScaledSystem(system).at(changes)
+    rectangle = wanted.rectangle
+    if rectangle is not None:
+        found = modes_in(problem, rectangle, progress=progress)
+    else:
+        found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
+    upper = found.eigenvalues
+    if isinstance(found.region, Disc):
+        edge = -SPLIT * found.region.radius  # roots of a rigid body stay
+        upper = tuple(e for e in upper if e.value.imag >= edge)
+    count = found.count.inside if found.count else None
+    if count is not None and len(upper) < len(found.eigenvalues):
+        # the region mirrors itself: one of each conjugate pair is listed
+        count = len(upper) if found.certified else None
+    return SystemRoots(upper, found.region, count, *judged(upper))
+
+
+def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
+    """Verdict on some roots and what decided it; a root within its rounding error of the axis
+    lies on it."""
+    if not values:
+        return "stable", "no root in the region"
+    noise = [margin(e) for e in values]
+    growth = [e.value.real if e.value.real > n else 0.0 for e, n in zip(values, noise, strict=True)]
+    k = int(np.argmax(growth))
+    if growth[k] > 0.0:
+        oscillates = abs(values[k].value.imag) > noise[k]
+        name = "flutter" if oscillates else "divergence"
+    else:
+        on_axis = [abs(e.value.real) <= n for e, n in zip(values, noise, strict=True)]
+        name = "marginal" if any(on_axis) else "stable"
+        k = int(np.argmax([e.value.real for e in values]))
+    return name, f"{name}: largest Re lambda = {values[k].value.real:.6g} (rounding {noise[k]:.2g})"
+
+
+def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:
+    """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
+    found = []
+    for e in roots.eigenvalues:
+        noise = margin(e)
+        if e.value.real > noise and e.value.imag > -noise:
+            kind = "flutter" if e.value.imag > noise else "divergence"
+            found.append(UnstableMode(kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
+    return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
+
+
+def margin(e: Eigenvalue) -> float:
+    """How far from where it is computed a root may lie: condition times backward error, 1/s.
+
+    No more than the square root of rounding, which is what two coalescing roots part by.
+    """
+    error = max(e.residual, ROUNDING) * (e.condition if np.isfinite(e.condition) else 1 / EPS)
+    return abs(e.value) * min(error, SPLIT)
+
+
+def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
+    M, C, K = (None if X is None else dense(X) for X in matrices)
+    assert M is not None
+    assert K is not None
+    spectrum = None
+    if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+        try:
+            spectrum = complex_eigenvalues(M, C, K)
+        except InputError:  # M is singular or not symmetric: the pencil is solved
+            spectrum = None
+    if spectrum is not None:
+        values, verdict = spectrum.eigenvalues, judge(M, C, K)
+        words = (verdict.verdict, str(verdict))
+    else:
+        values = dense_spectrum(M, C, K)
+        words = judged(values)
+    rectangle = wanted.rectangle
+    if rectangle is None:
+        if wanted.modes is not None:
+            values = tuple(e for e in values if e.value.imag >= 0.0)[: wanted.modes]
+            words = judged(values)
+        return SystemRoots(values, None, len(values), *words)
+    if wanted.band is not None:
+        rectangle = _whole_strip(rectangle, values)
+    inside = rectangle.contains(np.array([e.value for e in values]))
+    kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
+    count = _counted(quadratic(M, C, K), rectangle, values)
+    if words[0] not in ("stable", "marginal"):
+        words = judged(kept)
+    return SystemRoots(kept, rectangle, count, *words)
+
+
+def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle:
+    """The band with all real parts that occur in it."""
+    inside = [e.value.real for e in values if region.low_imag < e.value.imag < region.high_imag]
+    far = 1.1 * max((abs(x) for x in inside), default=0.0)
+    wide = max(far, region.high_real)
+    return Rectangle(-wide, wide, region.low_imag, region.high_imag)
+
+
+def _counted(problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...]) -> int | None:
+    """How many roots the argument principle counts in a region around which all are known."""
+    numbers = np.array([e.value for e in values])
+    vectors = np.array([e.right for e in values]).T / problem.scale[:, None]
+    vectors = vectors / np.linalg.norm(vectors, axis=0)
+    known = Roots(numbers, vectors, np.full_like(vectors, np.nan))
+    everywhere = Discs(((0j, 4.0 * (region.radius + abs(region.centre))),))
+    with one_thread():
+        return count_roots(problem, region, known, everywhere).inside

@@ -1,0 +1,170 @@
+"""Sweeps of a system's parameter: on all roots, on full solutions, or on a reduced system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.systems.roots import SPLIT, system_roots
+from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.errors import InputError
+from squeal.stability.dampings import dense
+from squeal.stability.eigen import ordered
+from squeal.stability.sparse.dense import dense_values
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.modes import lowest_modes
+from squeal.stability.sparse.reduction import Reduction, reduce_system, reduce_to_real_modes
+from squeal.stability.sparse.region import Disc, Rectangle
+from squeal.stability.sparse.scaled import ScaledSystem
+from squeal.stability.terms import TermSystem
+
+METHODS = ("full", "reduced", "modal")
+REAL_MODES = 200  # of a modal reduction
+NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
+AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
+
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class SweepRow:
+    """Roots (m,) at one value of the parameter, by rising frequency, and the verdict on them.
+
+    `residuals` are backward errors in the full problem; NaN where they were not computed.
+    """
+
+    value: float
+    roots: NDArray[np.complex128] = field(repr=False)
+    residuals: NDArray[np.float64] = field(repr=False)
+    verdict: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """As journals of interrupted sweeps hold it."""
+        residuals = [None if np.isnan(r) else float(r) for r in self.residuals]
+        return {
+            "value": self.value,
+            "real": self.roots.real.tolist(),
+            "imag": self.roots.imag.tolist(),
+            "residuals": residuals,
+            "verdict": self.verdict,
+        }
+
+    @staticmethod
+    def from_dict(given: dict[str, Any]) -> SweepRow:
+        """Read back what `to_dict` gave."""
+        roots = np.array(given["real"], dtype=float) + 1j * np.array(given["imag"], dtype=float)
+        residuals = np.array([np.nan if r is None else r for r in given["residuals"]], dtype=float)
+        return SweepRow(given["value"], roots, residuals, given["verdict"])
+
+
+def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
+    """Verdict on roots of which a real part below `noise` |lambda| is none."""
+    if not len(roots):
+        return "stable"
+    excess = roots.real - noise * np.abs(roots)
+    k = int(np.argmax(np.where(roots == 0, -np.inf, excess)))
+    if excess[k] > 0.0:
+        return "flutter" if abs(roots[k].imag) > noise * abs(roots[k]) else "divergence"
+    return "marginal" if np.any(np.abs(roots.real) <= noise * np.abs(roots)) else "stable"
+
+
+def noise_of(system: TermSystem) -> float:
+    """What of |lambda| may be rounding in a real part."""
+    return NOISE if system.C else SPLIT
+
+
+def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
+    """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
+    if wanted.rectangle is not None:
+        return wanted.rectangle
+    if wanted.modes is None:
+        raise InputError(
+            "--band: is missing; a sweep of a large system needs --band, --region or --modes"
+        )
+    found = lowest_modes(scaled.at(changes), wanted.modes, left=False, certify=False)
+    assert isinstance(found.region, Disc)
+    far = AROUND * found.region.radius
+    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
+
+
+def reduced_for(
+    system: TermSystem,
+    wanted: Wanted,
+    values: Sequence[Changes],
+    method: str = "reduced",
+    progress: Progress = quiet,
+) -> tuple[Reduction, Rectangle]:
+    """The reduced system that serves some values of the parameters, and the region it serves."""
+    scaled = ScaledSystem(system)
+    region = sweep_region(scaled, wanted, values[len(values) // 2])
+    if method == "modal":
+        modes = min(REAL_MODES, system.n - 2)
+        return reduce_to_real_modes(scaled, region, values, modes), region
+    return reduce_system(scaled, region, values, progress=progress), region
+
+
+def reduced_rows(
+    reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
+) -> Iterator[SweepRow]:
+    """The sweep on a reduced system."""
+    noise = noise_of(reduction.system)
+    with one_thread():
+        for value in values:
+            found = reduction.modes(region, {name: value})
+            order = ordered(found.values)
+            roots = found.values[order]
+            yield SweepRow(value, roots, found.residuals[order], verdict_of(roots, noise))
+
+
+def full_rows(
+    system: TermSystem, wanted: Wanted, values: Sequence[float], progress: Progress = quiet
+) -> Iterator[SweepRow]:
+    """The sweep on the system itself, one value after the other."""
+    if is_small(system):
+        yield from _all_rows(system, wanted, values)
+        return
+    if wanted.rectangle is None and wanted.modes is None:
+        raise InputError(
+            "--band: is missing; a sweep of a large system needs --band, --region or --modes"
+        )
+    for value in values:
+        progress(f"{system.parameter} = {value:g}")
+        found = system_roots(system, wanted, {system.parameter: value}, progress)
+        roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
+        residuals = np.array([e.residual for e in found.eigenvalues])
+        yield SweepRow(value, roots, residuals, found.verdict)
+
+
+def _all_rows(system: TermSystem, wanted: Wanted, values: Sequence[float]) -> Iterator[SweepRow]:
+    region, noise = wanted.rectangle, noise_of(system)
+    for value in values:
+        M, C, K = (None if X is None else dense(X) for X in system(value))
+        assert M is not None
+        assert K is not None
+        roots = dense_values(M, C, K)
+        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+            roots = roots[roots.imag >= 0.0]
+        if wanted.band is not None:
+            low, high = (2 * np.pi * f for f in wanted.band)
+            roots = roots[(roots.imag >= low) & (roots.imag <= high)]
+        elif region is not None:
+            roots = roots[region.contains(roots)]
+        roots = roots[ordered(roots)]
+        if wanted.modes is not None:
+            roots = roots[roots.imag >= 0.0][: wanted.modes]
+        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict_of(roots, noise))
+
+
+def check_method(method: str | None, system: TermSystem) -> str:
+    """The method of a sweep; left out, full for small systems and reduced for large ones."""
+    if method is None:
+        return "full" if is_small(system) else "reduced"
+    if method not in METHODS:
+        raise InputError(
+            f"--method {method}: is not allowed; it must be one of {', '.join(METHODS)}"
+        )
+    return method

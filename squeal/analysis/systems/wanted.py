@@ -1,0 +1,122 @@
+"""Which roots of a system are asked for, and what it takes to get them."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from squeal.errors import ComputationError, InputError
+from squeal.stability.sparse.region import Disc, Rectangle, band
+from squeal.stability.terms import TermSystem
+
+ALL_ROWS = 400  # up to so many rows all roots are computed
+MODES = 20  # of a larger system where nothing else is asked for
+FILL = 18.0  # bytes of a factorisation for each non-zero and cube root of the rows (3-D solids)
+SUBSPACE = 16 * 2 * 180  # bytes a row
+EDGE = 1e-6  # of a band from 0: how far it reaches below the real axis
+
+Progress = Callable[[str], None]
+
+
+def quiet(text: str) -> None:
+    """Progress that nobody reads."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Roots of a band (Hz), of a region, or the lowest ones; at most one of the three is given.
+
+    Raises InputError when made.
+    """
+
+    band: tuple[float, float] | None = None
+    region: Rectangle | None = None
+    modes: int | None = None
+
+    def __post_init__(self) -> None:
+        if sum(x is not None for x in (self.band, self.region, self.modes)) > 1:
+            raise InputError("--band, --region, --modes: one of them is allowed")
+        if self.band is not None:
+            band(*self.band)
+
+    @property
+    def rectangle(self) -> Rectangle | None:
+        """The region, or that of the band; None if neither is given."""
+        if self.region is not None or self.band is None:
+            return self.region
+        found = band(*self.band)
+        if self.band[0] > 0.0:
+            return found
+        # the real axis belongs to a band that begins at 0
+        low = -EDGE * found.high_imag
+        return Rectangle(found.low_real, found.high_real, low, found.high_imag)
+
+    def words(self) -> str:
+        """The same in words, for people."""
+        if self.band is not None:
+            return f"{self.band[0]:g} to {self.band[1]:g} Hz"
+        if self.region is not None:
+            r = self.region
+            return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
+        return "all" if self.modes is None else f"the lowest {self.modes}"
+
+
+def is_small(system: TermSystem) -> bool:
+    """True if all roots of a system are computed."""
+    return system.n <= ALL_ROWS
+
+
+def needed_memory(system: TermSystem) -> float:
+    """Estimate of the memory (bytes) that one factorisation and one subspace take.
+
+    Measured on three-dimensional solids; a full matrix takes what its entries need.
+    """
+    largest = max(_entries(t.matrix) for part in (system.M, system.C, system.K) for t in part)
+    full = 16.0 * system.n**2
+    return min(full, FILL * largest * system.n ** (1 / 3)) + SUBSPACE * system.n
+
+
+def _entries(matrix: object) -> int:
+    return int(getattr(matrix, "nnz", getattr(matrix, "size", 0)))
+
+
+def check_memory(system: TermSystem, limit: float | None = None) -> None:
+    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
+
+    Raises ComputationError.
+    """
+    needed = needed_memory(system)
+    free = available_memory() if limit is None else limit
+    if needed > free:
+        raise ComputationError(
+            f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
+            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
+        )
+
+
+def available_memory() -> float:
+    """Bytes that are free on this machine; unlimited where it does not say."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as stream:
+            for line in stream:
+                if line.startswith("MemAvailable:"):
+                    return 1024.0 * float(line.split()[1])
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (OSError, ValueError, AttributeError):
+        return math.inf
+
+
+def extent(region: Rectangle | Disc | None) -> dict[str, float] | None:
+    """A region for the JSON object; None stands for the whole plane."""
+    if region is None:
+        return None
+    if isinstance(region, Disc):
+        return {"radius": region.radius}
+    return {
+        "low_real": region.low_real,
+        "high_real": region.high_real,
+        "low_imag": region.low_imag,
+        "high_imag": region.high_imag,
+    }

@@ -1,0 +1,274 @@
+"""`squeal eigenvalues` of a system from matrices: roots with their proof, and sweeps."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.systems.checks import matrix_list, system_checks
+from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
+from squeal.analysis.systems.sweeps import (
+    SweepRow,
+    check_method,
+    full_rows,
+    reduced_for,
+    reduced_rows,
+)
+from squeal.analysis.systems.wanted import check_memory, extent, is_small
+from squeal.commands.base import Answer
+from squeal.commands.system_options import (
+    memory_of,
+    progress_of,
+    value_in,
+    values_of,
+    wanted_of,
+)
+from squeal.commands.tables import elided, number, table
+from squeal.commands.unstable import filter_of, unstable_rows
+from squeal.errors import InputError
+from squeal.files.journal import Journal
+from squeal.files.matrices import fingerprint
+from squeal.files.provenance import provenance
+from squeal.files.writing import write_table
+from squeal.scene.terms import SystemFile
+from squeal.stability.dampings import dense
+from squeal.stability.eigen import Eigenvalue
+from squeal.stability.sparse.reduction import Reduction
+from squeal.stability.terms import TermSystem
+
+MODULE = "squeal.commands.systems"
+SHOWN_ROWS = 100  # matrices of larger systems are not printed
+
+
+@dataclass(frozen=True)
+class _Sweep:
+    rows: list[SweepRow] = field(default_factory=list)
+    reduction: Reduction | None = None
+
+
+def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
+    """The answer of `squeal eigenvalues` for a system."""
+    if given.sensitivity:
+        raise InputError(
+            f"--sensitivity: is not allowed with {given.source.name}, a system of matrices; "
+            "a scene is allowed"
+        )
+    wanted, progress = wanted_of(given), progress_of(given)
+    values = values_of(given.mu) if given.mu else []
+    system, at = file.system, value_in(given.at, "--at")
+    if at is not None:
+        system = system.replace({system.parameter: at})
+    method = check_method(given.method, system)
+    if not is_small(system):
+        check_memory(system, memory_of(given))
+    roots = system_roots(system, wanted, None, progress)
+    swept = _Sweep()
+    if values:
+        swept = _swept(given, system, values, method)
+    _write(given, system, roots, swept)
+    grow, chosen = growing(roots), filter_of(given)
+    inputs = [given.source.file, *file.inputs]
+
+    def data() -> dict[str, Any]:
+        found = _head(file, system)
+        found["eigenvalues"] = [root_row(e) for e in roots.eigenvalues]
+        found |= {
+            "unstable": unstable_rows(chosen(grow)),
+            "verdict": roots.verdict,
+            "criterion": roots.criterion,
+            "certified": roots.certified,
+            "count": roots.count,
+            "region": extent(roots.region),
+            "method": method,
+            "basis": basis_row(swept.reduction),
+        }
+        if values:
+            found["sweep"] = [sweep_row(row) for row in swept.rows]
+        return found | {"provenance": provenance(inputs, MODULE).to_dict()}
+
+    return Answer(data, lambda: _text(file, system, roots, swept, wanted.words()))
+
+
+def _swept(
+    given: argparse.Namespace, system: TermSystem, values: list[float], method: str
+) -> _Sweep:
+    wanted, progress, name = wanted_of(given), progress_of(given), system.parameter
+    if method == "full":
+        head = {"values": values, "wanted": wanted.words(), "system": identity(system)}
+        journal = Journal(None if is_small(system) else given.table, head)
+        rows = [SweepRow.from_dict(row) for row in journal.rows]
+        for row in full_rows(system, wanted, values[len(rows) :], progress):
+            rows.append(row)
+            journal.add(row.to_dict())
+        journal.close()
+        return _Sweep(rows)
+    changes = [{name: v} for v in _few(values)]
+    reduction, region = reduced_for(system, wanted, changes, method, progress)
+    return _Sweep(list(reduced_rows(reduction, region, name, values)), reduction)
+
+
+def _few(values: list[float], most: int = 25) -> list[float]:
+    """At most so many of the values, both ends included: where the basis is checked."""
+    if len(values) <= most:
+        return values
+    picked = np.linspace(0, len(values) - 1, most).round().astype(int)
+    return [values[int(i)] for i in picked]
+
+
+def identity(system: TermSystem) -> dict[str, Any]:
+    """What a system is, short enough for a file: its parameters and fingerprints."""
+    terms = [t for part in (system.M, system.C, system.K) for t in part]
+    real = [t.matrix if not np.iscomplexobj(t.matrix) else t.matrix.imag for t in terms]
+    return {
+        "parameters": dict(system.parameters),
+        "parameter": system.parameter,
+        "terms": [[t.factor.text, fingerprint(m)] for t, m in zip(terms, real, strict=True)],
+    }
+
+
+def root_row(e: Eigenvalue) -> dict[str, Any]:
+    """An eigenvalue as a JSON row."""
+    return {
+        "real": e.value.real,
+        "imag": e.value.imag,
+        "frequency_hz": e.frequency_hz,
+        "damping_ratio": e.damping_ratio,
+        "residual": e.residual,
+        "condition": e.condition if np.isfinite(e.condition) else None,
+    }
+
+
+def sweep_row(row: SweepRow) -> dict[str, Any]:
+    """One value of a sweep as a JSON row."""
+    size = np.abs(row.roots)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(size > 0, -row.roots.real / size, 0.0)
+    parts = (row.roots.real, row.roots.imag, np.abs(row.roots.imag) / (2 * np.pi), ratio)
+    names = ("real", "imag", "frequency_hz", "damping_ratio")
+    listed: list[dict[str, Any]] = [
+        dict(zip(names, one, strict=True)) for one in zip(*(p.tolist() for p in parts), strict=True)
+    ]
+    for one, residual in zip(listed, row.residuals.tolist(), strict=True):
+        if not np.isnan(residual):
+            one["residual"] = residual
+    return {"mu": row.value, "eigenvalues": listed, "verdict": row.verdict}
+
+
+def basis_row(reduction: Reduction | None) -> dict[str, Any] | None:
+    """A reduced system's size, where it was made, and its worst backward error."""
+    if reduction is None:
+        return None
+    return {
+        "method": reduction.method,
+        "size": reduction.size,
+        "samples": [dict(changes) for changes in reduction.samples],
+        "residual": reduction.worst,
+    }
+
+
+def _head(file: SystemFile, system: TermSystem) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": system.name, "rows": system.n, "parameter": system.parameter}
+    found |= {"parameters": dict(system.parameters)}
+    found |= {"matrices": matrix_list(file), "checks": system_checks(system)}
+    M, C, K = system.at()
+    if system.n <= SHOWN_ROWS and not any(np.iscomplexobj(X) for X in (M, C, K) if X is not None):
+        found |= {
+            "M": dense(M).tolist(),
+            "C": (np.zeros((system.n, system.n)) if C is None else dense(C)).tolist(),
+            "K": dense(K).tolist(),
+        }
+    return found
+
+
+def _text(
+    file: SystemFile, system: TermSystem, roots: SystemRoots, swept: _Sweep, words: str
+) -> str:
+    own = ", ".join(f"{name} = {number(v)}" for name, v in system.parameters.items())
+    parts = [f"{system.name}: {system.n} degrees of freedom, {own}"]
+    if file.origins:
+        rows = [("  part", "file", "factor", "non-zeros", "fingerprint")]
+        rows += [
+            (f"  {m['part']}", m["file"] or "-", m["factor"], str(m["nonzeros"]), m["fingerprint"])
+            for m in matrix_list(file)
+        ]
+        told = "\n".join(f"  {name}: {text}" for name, text in system_checks(system).items())
+        parts.append(table(rows, right=False) + "\n" + told)
+    parts.append(root_table(roots))
+    parts.append(f"verdict: {roots.criterion}")
+    parts.append(certificate(roots, words))
+    if swept.rows:
+        parts.append(f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter))
+    return "\n\n".join(parts)
+
+
+def certificate(roots: SystemRoots, words: str) -> str:
+    """What the count says, for people."""
+    if roots.count is None:
+        return f"{words}: the number of roots could not be settled; the list may be incomplete"
+    if roots.certified:
+        return f"{words}: {roots.count} roots, none is missing (count)"
+    return f"{words}: {len(roots.eigenvalues)} roots are listed and {roots.count} counted"
+
+
+def root_table(roots: SystemRoots) -> str:
+    """The roots for people."""
+    rows = [("  mode", "real, 1/s", "imag, rad/s", "frequency, Hz", "damping ratio", "residual")]
+    for i, e in enumerate(roots.eigenvalues, 1):
+        parts = (e.value.real, e.value.imag, e.frequency_hz, e.damping_ratio)
+        rows.append((f"  {i}", *(number(p) for p in parts), number(e.residual, 2)))  # type: ignore
+    return elided(rows, "--json")
+
+
+def _sweep_text(swept: _Sweep, parameter: str) -> str:
+    rows = [(f"  {parameter}", "roots", "growing, Hz", "largest real, 1/s", "verdict")]
+    for row in swept.rows:
+        noise = 1e-9 * np.abs(row.roots)
+        growing = row.roots[(row.roots.real > noise) & (row.roots.imag >= 0)]
+        named = ", ".join(number(f) for f in np.sort(np.abs(growing.imag)) / (2 * np.pi)) or "-"
+        largest = number(float(row.roots.real.max())) if len(row.roots) else "-"
+        rows.append((f"  {row.value:.6g}", str(len(row.roots)), named, largest, row.verdict))
+    told = elided(rows, "--json or --csv")
+    if swept.reduction is None:
+        return told
+    r = swept.reduction
+    at = ", ".join(f"{v:.6g}" for changes in r.samples for v in changes.values()) or "none"
+    return (
+        f"{told}\nbasis of {r.size} vectors ({r.method}), full solutions at {parameter} = {at}; "
+        f"worst residual in the full problem {r.worst:.2g}"
+    )
+
+
+def _write(
+    given: argparse.Namespace, system: TermSystem, roots: SystemRoots, swept: _Sweep
+) -> None:
+    """The files that are asked for: of the sweep if there is one."""
+    if given.table is not None:
+        if swept.rows:
+            write_sweep(given.table, system.parameter, swept.rows)
+        else:
+            units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
+            units |= {"residual": "", "condition": ""}
+            write_table(given.table, units, ([*root_row(e).values()] for e in roots.eigenvalues))
+    if given.figure is not None:
+        from squeal.plots.systems import draw_roots, draw_system_sweep
+
+        if swept.rows:
+            draw_system_sweep(given.figure, system.name, system.parameter, swept.rows)
+        else:
+            values = np.array([e.value for e in roots.eigenvalues])
+            draw_roots(given.figure, system.name, values)
+
+
+def write_sweep(path: Path, parameter: str, rows: list[SweepRow]) -> None:
+    """A row for each root at each value: the value, the root, its residual and the verdict."""
+    units = {parameter: "", "real": "1/s", "imag": "rad/s", "residual": "", "verdict": ""}
+    listed = (
+        (row.value, float(root.real), float(root.imag), float(residual), row.verdict)
+        for row in rows
+        for root, residual in zip(row.roots, row.residuals, strict=True)
+    )
+    write_table(path, units, listed)

@@ -1,0 +1,162 @@
+"""Figures of systems from matrices: roots in the complex plane, sweeps, stability charts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from squeal.plots.areas import VERDICT_COLOURS
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
+from squeal.stability import VERDICTS
+
+_MODULE = "squeal.plots.systems"
+NAMED = 6  # growing frequencies that are named in a figure
+NOISE = 1e-9  # of |lambda|: growth that may be rounding
+STABLE, GROWING = "0.25", "#C8380E"
+
+
+class Row(Protocol):
+    """One value of a sweep."""
+
+    @property
+    def value(self) -> float:
+        """The parameter."""
+
+    @property
+    def roots(self) -> NDArray[np.complex128]:
+        """Eigenvalues, rad/s."""
+
+    @property
+    def verdict(self) -> str:
+        """The verdict on them."""
+
+
+def _grows(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values.real > NOISE * np.abs(values))
+
+
+def roots_figure(values: np.ndarray) -> Figure:
+    """Roots (rad/s) of the upper half plane, those that grow in red and with their frequency."""
+    figure = Figure(figsize=(SINGLE, 3.0))
+    axes = figure.add_subplot()
+    upper = values[values.imag >= -NOISE * np.abs(values)]
+    axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
+    grows = _grows(upper)
+    for kept, colour, marker in ((~grows, STABLE, "o"), (grows, GROWING, "s")):
+        axes.scatter(
+            upper[kept].real,
+            upper[kept].imag / (2e3 * np.pi),
+            s=14,
+            marker=marker,
+            facecolor="none",
+            edgecolor=colour,
+            linewidth=0.8,
+        )
+    for root in sorted(upper[grows], key=lambda r: -r.real)[:NAMED]:
+        axes.annotate(
+            f"{root.imag / (2 * np.pi):.0f} Hz",
+            (root.real, root.imag / (2e3 * np.pi)),
+            xytext=(-4, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize=7,
+            color=GROWING,
+        )
+    axes.set_xlabel("real part [1/s]")
+    axes.set_ylabel(r"imaginary part / $2\pi$ [kHz]")
+    axes.margins(x=0.15)
+    return figure
+
+
+def sweep_figure(parameter: str, rows: Sequence[Row]) -> Figure:
+    """Roots over a parameter: frequency and growth rate, and their way in the complex plane.
+
+    Points that grow are red; the frequencies that grow anywhere are named where they grow most.
+    """
+    figure = Figure(figsize=(DOUBLE, 3.8))
+    left, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.5, 1.0]})
+    left.remove()
+    grid = left.get_subplotspec().subgridspec(2, 1, height_ratios=[1.5, 1.0])
+    upper = figure.add_subplot(grid[0])
+    lower = figure.add_subplot(grid[1], sharex=upper)
+    x = np.array([row.value for row in rows])
+    at = np.concatenate([np.full(len(row.roots), row.value) for row in rows])
+    values = np.concatenate([row.roots for row in rows])
+    keep = values.imag >= -NOISE * np.abs(values)
+    at, values = at[keep], values[keep]
+    grows = _grows(values)
+    khz = values.imag / (2e3 * np.pi)
+    _background((upper, lower), x, rows)
+    for kept, colour, size in ((~grows, STABLE, 1.5), (grows, GROWING, 4.0)):
+        for axes, y in ((upper, khz), (lower, values.real)):
+            axes.scatter(at[kept], y[kept], s=size, color=colour, linewidth=0)
+    lower.axhline(0.0, color="0.5", linewidth=0.6)
+    _named(upper, at[grows], khz[grows], values.real[grows])
+    points = plane.scatter(values.real, khz, c=at, s=5, cmap="viridis", linewidth=0)
+    plane.axvline(0.0, color="0.5", linewidth=0.6)
+    bar = figure.colorbar(points, ax=plane, location="top", aspect=30)
+    bar.set_label(parameter)
+    upper.set_ylabel("frequency [kHz]")
+    upper.tick_params(labelbottom=False)
+    upper.set_xlim(x[0], x[-1])
+    lower.set_ylabel("real part [1/s]")
+    lower.set_xlabel(parameter)
+    plane.set_xlabel("real part [1/s]")
+    plane.set_ylabel("frequency [kHz]")
+    return figure
+
+
+def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Row]) -> None:
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    for axes in axes_list:
+        for low, high, row in zip(edges, edges[1:], rows, strict=False):
+            colour = VERDICT_COLOURS[VERDICTS.index(row.verdict)]
+            axes.axvspan(low, high, color=colour, alpha=0.2, linewidth=0)
+
+
+def _named(axes, at: np.ndarray, khz: np.ndarray, growth: np.ndarray) -> None:  # type: ignore
+    """Name each group of growing frequencies once, where it grows most."""
+    taken: list[float] = []
+    for k in np.argsort(-growth):
+        if len(taken) == NAMED:
+            return
+        if all(abs(khz[k] - other) > 0.04 * max(khz[k], other, 1e-9) for other in taken):
+            taken.append(float(khz[k]))
+            axes.annotate(
+                f"{1e3 * khz[k]:.0f} Hz",
+                (at[k], khz[k]),
+                xytext=(0, 4),
+                textcoords="offset points",
+                ha="right" if at[k] > np.max(at) - 0.1 * np.ptp(axes.get_xlim()) else "center",
+                fontsize=7,
+                color=GROWING,
+            )
+
+
+def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
+    """Save the roots in the complex plane as PDF, SVG or PNG."""
+    growing = np.sort(values[_grows(values) & (values.imag >= 0)].imag) / (2 * np.pi)
+    listed = ", ".join(f"{f:.1f}" for f in growing) or "none"
+    text = f"Roots of {name} in the complex plane; growing frequencies in Hz: {listed}."
+    with style():
+        figure = roots_figure(values)
+    save(Drawing(figure, text, f"Roots of {name}", origin(_MODULE)), path, text=False)
+
+
+def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[Row]) -> None:
+    """Save a sweep as PDF, SVG or PNG."""
+    seen = ", ".join(dict.fromkeys(row.verdict for row in rows))
+    text = (
+        f"Frequencies and real parts of the roots of {name} over {parameter} from "
+        f"{rows[0].value:g} to {rows[-1].value:g}, and their way in the complex plane; verdicts "
+        f"in this order: {seen}."
+    )
+    with style():
+        figure = sweep_figure(parameter, rows)
+    save(Drawing(figure, text, f"Sweep of {name}", origin(_MODULE)), path, text=False)

@@ -1,0 +1,183 @@
+"""`eigenvalues` of systems from matrices, against NumPy on the same matrices."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csc_array
+
+from squeal.commands import cli
+from tests import large
+
+FILE = """\
+name: blocks
+parameters: {mu: 0.2}
+M: {file: m.mtx}
+C: {file: c.mtx}
+K: [{file: k.mtx}, {file: f.mtx, factor: mu}]
+"""
+
+
+def command(capsys, *arguments):
+    code = cli.main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def answer(capsys, *arguments):
+    code, out, err = command(capsys, *arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def _folder(path, n):
+    rng = np.random.default_rng(3)
+    a, w = rng.uniform(0.5, 3.0, n), np.sort(rng.uniform(100.0, 5000.0, n))
+    M, C, K = large.blocks(a, w, rng)
+    F = csc_array(([2e4], ([0], [1])), shape=(n, n))
+    for name, matrix in zip("mckf", (M, C, K, F), strict=True):
+        mmwrite(path / f"{name}.mtx", matrix)
+    (path / "system.yaml").write_text(FILE)
+    mu = 0.2
+    A = np.linalg.solve(M.toarray(), np.hstack([-(K + mu * F).toarray(), -C.toarray()]))
+    return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), A]))
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    path = tmp_path_factory.mktemp("small")
+    return path, _folder(path, 30)
+
+
+@pytest.fixture(scope="module")
+def sparse(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sparse")
+    return path, _folder(path, 600)
+
+
+def _values(found):
+    return np.array([complex(e["real"], e["imag"]) for e in found["eigenvalues"]])
+
+
+def _same(found, expected):
+    assert len(found) == len(expected)
+    distance = np.abs(found[:, None] - expected[None, :])
+    assert distance.min(axis=0).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_all_roots_of_a_small_system(small, capsys):
+    path, expected = small
+    found = answer(capsys, "eigenvalues", path / "system.yaml")
+    _same(_values(found), expected)
+    assert found["certified"]
+    assert found["count"] == 60
+    assert max(e["residual"] for e in found["eigenvalues"]) < 1e-14
+    assert [m["file"] for m in found["matrices"]] == ["m.mtx", "c.mtx", "k.mtx", "f.mtx"]
+    assert found["basis"] is None
+
+
+@pytest.mark.parametrize("which", ["small", "sparse"])
+def test_a_band_is_complete(which, request, capsys):
+    path, expected = request.getfixturevalue(which)
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--band", "200:400")
+    hertz = expected.imag / (2 * np.pi)
+    _same(_values(found), expected[(hertz > 200) & (hertz < 400)])
+    assert found["certified"]
+    assert found["count"] == len(found["eigenvalues"]) > 5
+    assert max(e["residual"] for e in found["eigenvalues"]) < 1e-12
+
+
+def test_region_and_modes(sparse, capsys):
+    path, expected = sparse
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--region", "-2:1:300:900")
+    r, i = expected.real, expected.imag
+    _same(_values(found), expected[(r > -2) & (r < 1) & (i > 300) & (i < 900)])
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--modes", "6")
+    _same(_values(found), np.array(sorted(expected[i > 0], key=abs)[:6]))
+    assert found["certified"]
+
+
+@pytest.mark.parametrize("method", ["full", "reduced"])
+def test_sweeps(method, sparse, capsys):
+    path, expected = sparse
+    options = ("--band", "200:300", "--sweep", "0:0.4:3", "--method", method)
+    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
+    assert [row["mu"] for row in found["sweep"]] == [0.0, 0.2, 0.4]
+    hertz = expected.imag / (2 * np.pi)
+    _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 300)])
+    assert all(e["residual"] < 1e-8 for row in found["sweep"] for e in row["eigenvalues"])
+    assert (found["basis"] is None) == (method == "full")
+
+
+def test_set_changes_a_named_number(small, capsys):
+    path, _ = small
+    file = path / "system.yaml"
+    one = answer(capsys, "eigenvalues", file, "--set", "mu=0.3")
+    other = answer(capsys, "eigenvalues", file, "--at", "0.3")
+    assert _values(one) == pytest.approx(_values(other))
+    assert one["parameters"] == {"mu": 0.3}
+
+
+def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
+    from squeal.analysis.systems import sweeps
+    from squeal.analysis.systems.roots import system_roots
+
+    path, _ = sparse
+    table = tmp_path / "sweep.csv"
+    options = ("eigenvalues", path / "system.yaml", "--band", "200:230", "--sweep", "0:0.4:3")
+    more = ("--method", "full", "--csv", table)
+    solved: list[object] = []
+    roots = system_roots
+
+    def stopping(*arguments):
+        if len(solved) == 2:
+            raise KeyboardInterrupt
+        solved.append(arguments)
+        return roots(*arguments)
+
+    monkeypatch.setattr(sweeps, "system_roots", stopping)
+    assert command(capsys, *options, *more)[0] == 130
+    assert not table.exists()
+    solved.clear()
+    assert command(capsys, *options, *more)[0] == 0
+    assert len(solved) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["sweep.csv"]
+    assert len({line.split(",")[0] for line in table.read_text().splitlines()[1:]}) == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--band", "400:200"), "LOW < HIGH"),
+        (("--band", "x"), "--band x: is not allowed; it must be LOW:HIGH"),
+        (("--modes", "0"), "whole number from 1"),
+        (("--region", "1:0:0:1"), "RE0 < RE1"),
+        (("--method", "best", "--band", "1:2"), "one of full, reduced, modal"),
+        (("--band", "1:2", "--modes", "3"), "one of them is allowed"),
+        (("--sweep", "1:0:5"), "A < B"),
+        (("--set", "nu=1"), "unknown key"),
+        (("--memory", "0"), "above 0"),
+    ],
+)
+def test_refusals(options, words, small, sparse, capsys):
+    path, _ = sparse if "--memory" in options else small
+    code, out, err = command(capsys, "eigenvalues", path / "system.yaml", *options)
+    assert (code, out) == (2, "")
+    assert words in err
+
+
+def test_too_little_memory_is_told_before_anything_runs(sparse, capsys):
+    code, _, err = command(capsys, "eigenvalues", sparse[0] / "system.yaml", "--memory", "0.001")
+    assert code == 1
+    assert "600 rows need about" in err
+
+
+@pytest.mark.parametrize("sweep", [(), ("--sweep", "0:0.4:5")])
+def test_pictures(sweep, small, tmp_path, capsys):
+    figure = tmp_path / "roots.svg"
+    options = ("--band", "0:800", *sweep, "--pdf", figure)
+    code, out, _ = command(capsys, "eigenvalues", small[0] / "system.yaml", *options)
+    assert code == 0
+    assert "none is missing" in out
+    assert "</svg>" in figure.read_text()
