@@ -1,1 +1,1 @@
-"""The commands of the command line, one module each; also `python -m squeal.commands.NAME`."""
+"""The commands of the command line, one module each, with functions `options` and `run`."""

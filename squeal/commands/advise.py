@@ -1,23 +1,22 @@
-"""`squeal advise`: which parameter moves the critical friction most, each changed both ways."""
+"""`squeal advise`: each parameter lowered and raised by a tolerance: the critical friction computed
+anew, the strongest lever first."""
 
 from __future__ import annotations
 
 import argparse
 import math
-import sys
 from typing import Any
 
 from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
 from squeal.analysis.advice_text import advice_in_words, change_in_words
 from squeal.analysis.subject import Subject, check_name, is_angle
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.critical_friction import upper_end
 from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
 from squeal.commands.source import Source
 from squeal.commands.tables import number, table
 from squeal.errors import InputError
-from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
 
 COLUMNS = {
@@ -180,17 +179,4 @@ def run(given: argparse.Namespace) -> Answer:
             for lever in advice.levers
         ]
         write_table(given.table, COLUMNS, rows)
-    made = provenance([given.source.file], "squeal.commands.advise")
-    return Answer(lambda: data(advice) | {"provenance": made.to_dict()}, lambda: text(advice))
-
-
-COMMAND = Command(
-    "advise",
-    "Each parameter lowered and raised by a tolerance: the critical friction computed anew, the "
-    "strongest lever first.",
-    run,
-    options,
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
+    return Answer(lambda: data(advice), lambda: text(advice))

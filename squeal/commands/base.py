@@ -17,15 +17,20 @@ import numpy as np
 from squeal.commands.outputs import check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
 from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
+from squeal.files.provenance import provenance
 from squeal.files.writing import to_json
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command found: an object for --json and a text for people, made only when wanted."""
+    """What a command found: an object for --json and a text for people, made only when wanted.
+
+    inputs: the files behind it, whose provenance joins the object; None where it tells none.
+    """
 
     data: Callable[[], dict[str, Any]]
     text: Callable[[], str]
+    inputs: Sequence[Path] | None = None
 
 
 class Parser(argparse.ArgumentParser):
@@ -41,20 +46,21 @@ class Parser(argparse.ArgumentParser):
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its name, what it does, its own options and the function that runs it.
+    """A command: its name and its module, whose docstring says what it does.
 
-    With `scene` the function finds what its first argument names as `source` in its options.
+    The module's function `options` adds options to a parser, and `run` makes the Answer from them.
+    With `scene` it finds what the first argument names as `source` in them.
     """
 
     name: str
-    summary: str
-    run: Callable[[argparse.Namespace], Answer]
-    options: Callable[[Parser], None] = lambda parser: None
+    module: Any
     scene: bool = True
 
     def parser(self) -> Parser:
         """The parser of this command's arguments."""
-        parser = Parser(prog=f"squeal {self.name}", description=self.summary, allow_abbrev=False)
+        summary = " ".join(self.module.__doc__.partition("`: ")[2].split())
+        summary = summary[0].upper() + summary[1:]
+        parser = Parser(prog=f"squeal {self.name}", description=summary, allow_abbrev=False)
         if self.scene:
             parser.add_argument(
                 "scene", metavar="SCENE.yaml", help="the scene file; - reads standard input"
@@ -66,7 +72,7 @@ class Command:
                 default=[],
                 help="change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)",
             )
-        self.options(parser)
+        self.module.options(parser)
         parser.add_argument("--json", action="store_true", help="print one JSON object instead")
         return parser
 
@@ -78,8 +84,14 @@ class Command:
             check_outputs(options, named)
             options.source = read_source(options.scene, options.set)
             changes = {"set": options.source.changes} if options.set else {}
-        answer = self.run(options)
-        return to_json(answer.data() | changes) if options.json else answer.text()
+        answer = self.module.run(options)
+        if not options.json:
+            return str(answer.text())
+        inputs = [options.source.file] if self.scene else answer.inputs
+        made = {}
+        if inputs is not None:
+            made = {"provenance": provenance(inputs, self.module.__name__).to_dict()}
+        return to_json(answer.data() | made | changes)
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run from arguments; returns the exit code 0, 1 (not completed) or 2 (refused)."""
@@ -108,10 +120,7 @@ class Command:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
         except OSError as error:
-            print(
-                f"squeal: {error.filename or 'output'}: {error.strerror}",
-                file=sys.stderr,
-            )
+            print(f"squeal: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
             return 1
         except KeyboardInterrupt:
             print("squeal: stopped", file=sys.stderr)

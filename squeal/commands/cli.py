@@ -6,8 +6,12 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from squeal import __version__
+
+if TYPE_CHECKING:
+    from squeal.commands.base import Command
 
 # a command's summary, and the package that holds it (the toolkit never imports the companion)
 _HERE, _ARTICLE = "squeal.commands", "squeal.article.commands"
@@ -27,6 +31,7 @@ COMMANDS = {
 
 
 OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite", "take")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
 
 
 def _help() -> str:
@@ -36,6 +41,15 @@ def _help() -> str:
         ["usage: squeal COMMAND [OPTIONS] SCENE.yaml", "", "commands", *lines, ""]
         + ["squeal COMMAND --help tells the options; squeal --version the version."]
     )
+
+
+def command(name: str) -> Command:
+    """A command by its name, for which its module is imported."""
+    from squeal.commands.base import Command
+
+    home = _ARTICLE if name in OF_ARTICLE else _HERE
+    module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
+    return Command(name, module, scene=name not in WITHOUT_SCENE)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -56,6 +70,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    home = _ARTICLE if given[0] in OF_ARTICLE else _HERE
-    module = importlib.import_module(f"{home}.{given[0].replace('-', '_')}")
-    return int(module.COMMAND.main(given[1:]))
+    return command(given[0]).main(given[1:])

@@ -1,25 +1,24 @@
-"""`squeal critical-friction`: every change of stability in a range of mu."""
+"""`squeal critical-friction`: every flutter and divergence threshold in 0 < mu <= --mu-max, along
+the branch from mu = 0."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.critical import CriticalFriction, critical_friction
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw, sweep
 from squeal.commands.tables import elided, in_words, number
 from squeal.errors import InputError
-from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
 from squeal.scene import Scene
 
@@ -133,20 +132,5 @@ def run(given: argparse.Namespace) -> Answer:
         mus = np.linspace(0.0, found.mu_end, SHOWN).tolist()
         points = [p.mu for p in found.points]
         draw(given.figure, given.source.name, sweep(source, mus), points)
-    made = provenance([given.source.file], "squeal.commands.critical_friction")
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
-    return Answer(
-        lambda: data(found) | more | {"provenance": made.to_dict()},
-        lambda: text(found) + shown,
-    )
-
-
-COMMAND = Command(
-    "critical-friction",
-    "Every flutter and divergence threshold in 0 < mu <= --mu-max, along the branch from mu = 0.",
-    run,
-    options,
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
+    return Answer(lambda: data(found) | more, lambda: text(found) + shown)

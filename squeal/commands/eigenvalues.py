@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
 from squeal.analysis.unstable import growing_modes
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
@@ -40,11 +39,8 @@ from squeal.commands.unstable import (
     unstable_rows,
     unstable_text,
 )
-from squeal.files.provenance import provenance
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, judge
-
-MODULE = "squeal.commands.eigenvalues"
 
 
 def options(parser: Parser) -> None:
@@ -163,11 +159,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         unstable_text(listed, chosen, len(grow), system.parameter),
     ]
     return Answer(
-        lambda: (
-            found
-            | ({"sweep": sweep_rows(steps, contact=False)} if steps else {})
-            | {"provenance": provenance([given.source.file], MODULE).to_dict()}
-        ),
+        lambda: found | ({"sweep": sweep_rows(steps, contact=False)} if steps else {}),
         lambda: "\n\n".join(parts + ([sweep_text(steps, system.parameter)] if steps else [])),
     )
 
@@ -194,7 +186,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
             found["sweep"] = sweep_rows(steps, contact=True)
         if moves is not None:
             found["sensitivity"] = moves
-        return found | {"provenance": provenance([given.source.file], MODULE).to_dict()}
+        return found
 
     def shown() -> str:
         parts = [text(analysis), unstable_text(listed, chosen, len(grow))]
@@ -210,10 +202,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
 
 
 def write(
-    given: argparse.Namespace,
-    spectrum: Spectrum,
-    steps: list[Step],
-    origin: Analysis | None,
+    given: argparse.Namespace, spectrum: Spectrum, steps: list[Step], origin: Analysis | None
 ) -> None:
     """Write the files that are asked for: of the sweep if there is one."""
     if given.table is not None:
@@ -244,11 +233,3 @@ def run(given: argparse.Namespace) -> Answer:
     if system is not None:
         return of_plain(given, system, mus)
     return of_scene(given, given.source.scene(), mus)
-
-
-COMMAND = Command(
-    "eigenvalues", "Complex eigenvalues and verdict of the sliding equilibrium.", run, options
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())

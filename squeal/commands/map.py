@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +19,11 @@ from squeal.analysis.maps import (
     check_names,
     stability_map,
 )
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import table
 from squeal.files.document import scalar
 from squeal.files.place import Place
-from squeal.files.provenance import provenance
 from squeal.files.values import Angle, Number, Whole, warn_of_degrees
 from squeal.files.writing import write_table
 from squeal.model.pad import PARAMETERS
@@ -139,16 +137,9 @@ def run(given: argparse.Namespace) -> Answer:
             "n": wanted[0].n,
             "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
             **({} if shown is None else _numbers(shown)),
-            "provenance": provenance([given.source.file], "squeal.commands.map").to_dict(),
         },
         lambda: (
             f"share of the area: {head}\n{table(rows)}"
             + ("" if shown is None else f"\n{_span(shown)}")
         ),
     )
-
-
-COMMAND = Command("map", "The verdict over alpha1 and alpha2 in (0, pi).", run, options)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())

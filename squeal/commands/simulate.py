@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import number, table
-from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
 from squeal.model.contact import contact_law
 from squeal.scene import COORDINATES, Scene
@@ -137,13 +136,7 @@ def run(given: argparse.Namespace) -> Answer:
     result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
     if given.table is not None:
         write_history(given.table, result)
-    return Answer(
-        lambda: (
-            data(scene, result)
-            | {"provenance": provenance([given.source.file], "squeal.commands.simulate").to_dict()}
-        ),
-        lambda: text(scene, result),
-    )
+    return Answer(lambda: data(scene, result), lambda: text(scene, result))
 
 
 def write_history(path: Path, result: Simulation) -> None:
@@ -156,17 +149,4 @@ def write_history(path: Path, result: Simulation) -> None:
 
 
 def _progress(share: float) -> None:
-    print(
-        f"\r{100 * share:3.0f} %",
-        end="" if share < 1 else "\n",
-        file=sys.stderr,
-        flush=True,
-    )
-
-
-COMMAND = Command(
-    "simulate", "Integrate a B1 or B2 scene through its contact changes.", run, options
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
+    print(f"\r{100 * share:3.0f} %", end="" if share < 1 else "\n", file=sys.stderr, flush=True)

@@ -14,7 +14,7 @@ from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.figures import charts, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
-from squeal.commands.simulate import COMMAND as SIMULATE
+from squeal.commands.cli import command
 from squeal.files.results import read_run
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
@@ -35,7 +35,10 @@ def runs(tmp_path_factory):
         with (folder / f"{stem}.json").open("w") as stream, pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.stdout", stream)
             history = str(folder / f"{stem}.csv")
-            assert SIMULATE.main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"]) == 0
+            assert (
+                command("simulate").main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"])
+                == 0
+            )
         found[stem] = read_run(folder / f"{stem}.json", Path(history))
     return found
 

@@ -11,8 +11,7 @@ import pytest
 from squeal.article.report.contact_states import table_1
 from squeal.article.report.plain import table_rows
 from squeal.article.report.taking import ORIGIN, take
-from squeal.commands.cli import main
-from squeal.commands.simulate import COMMAND as SIMULATE
+from squeal.commands.cli import command, main
 from squeal.errors import InputError
 from squeal.files.results import read_run
 from tests.article import known
@@ -32,7 +31,7 @@ def build(tmp_path_factory):
     with (results / "b2-c.json").open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         scene = str(folder / "workflow" / "scenes" / "b2-c.yaml")
-        assert SIMULATE.main([scene, "--csv", str(results / "b2-c.csv"), "--json"]) == 0
+        assert command("simulate").main([scene, "--csv", str(results / "b2-c.csv"), "--json"]) == 0
     generated = folder / "paper" / "generated"
     generated.mkdir()
     (generated / "table-1.tex").write_text(table_1())

@@ -8,8 +8,8 @@ from importlib import metadata
 
 import pytest
 
-from squeal.article.commands import claims, findings
 from squeal.article.studies.__main__ import main
+from squeal.commands.cli import command
 from squeal.files.provenance import NOT_INSTALLED, Provenance, provenance, version
 from squeal.files.sources import digest, packages
 from tests.conftest import ROOT, SCENES
@@ -61,11 +61,11 @@ def test_studies_of_several_scenes_name_them_all(study, capsys):
 
 
 @pytest.mark.parametrize(
-    ("command", "more"), [(claims, ["identified.json"]), (findings, ["b3.yaml"])]
+    ("name", "more"), [("claims", ["identified.json"]), ("findings", ["b3.yaml"])]
 )
-def test_commands_of_several_scenes_name_them_all(command, more, capsys):
+def test_commands_of_several_scenes_name_them_all(name, more, capsys):
     scenes = ROOT / "workflow" / "scenes"
-    assert command.COMMAND.main(["--scenes", str(scenes), "--json"]) == 0
+    assert command(name).main(["--scenes", str(scenes), "--json"]) == 0
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
     assert [file.name for file in made.inputs] == [*cases, *more]

@@ -1,15 +1,14 @@
-"""`squeal cite`: BibTeX for the article, this software and the libraries behind a result."""
+"""`squeal cite`: BibTeX for the article, this software and what a result was computed with."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 import json
-import sys
 from pathlib import Path
 
 from squeal.article.report.bibliography import behind, installed, references
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.errors import InputError
 from squeal.files.provenance import Provenance
 
@@ -46,15 +45,3 @@ def run(given: argparse.Namespace) -> Answer:
         lambda: {"references": [dataclasses.asdict(entry) for entry in found]},
         lambda: "\n\n".join(entry.bibtex for entry in found),
     )
-
-
-COMMAND = Command(
-    "cite",
-    "BibTeX for the article, this software and what a result was computed with.",
-    run,
-    options,
-    scene=False,
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())

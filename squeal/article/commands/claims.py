@@ -1,20 +1,17 @@
-"""`squeal claims`: the article's statements, each measured and judged on the article's scenes."""
+"""`squeal claims`: the article's statements, each with its verdict as measured on its scenes."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.claims import Claims
 from squeal.article.studies.claims import study
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.tables import table
 from squeal.errors import InputError
-from squeal.files.provenance import provenance
 from squeal.files.sources import ROOT
 
 
@@ -65,13 +62,5 @@ def run(given: argparse.Namespace) -> Answer:
     files = scene_files(given.scenes, HISTORY_FIGURES)
     stored = files[0].parent.parent / "identified.json"
     files += [stored] * stored.is_file()
-    found, made = study(files), provenance(files, "squeal.article.commands.claims")
-    return Answer(lambda: replace(found, provenance=made).to_dict(), lambda: text(found))
-
-
-COMMAND = Command(
-    "claims", "The article's statements, each with its measured verdict.", run, options, scene=False
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
+    found = study(files)
+    return Answer(found.to_dict, lambda: text(found), files)

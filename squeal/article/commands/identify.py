@@ -11,10 +11,9 @@ from typing import Any
 
 from squeal.article.identify import Found, search
 from squeal.article.identify.write import write_scenes
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.tables import table
 from squeal.errors import InputError
-from squeal.files.provenance import provenance
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 
@@ -92,26 +91,8 @@ def run(given: argparse.Namespace) -> Answer:
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
-    return Answer(
-        lambda: (
-            data(found)
-            | {"provenance": provenance([], "squeal.article.commands.identify").to_dict()}
-        ),
-        lambda: text(found),
-    )
+    return Answer(lambda: data(found), lambda: text(found), inputs=[])
 
 
 def _tell(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
-
-
-COMMAND = Command(
-    "identify",
-    "Search for the pad that reproduces most of the article's statements.",
-    run,
-    options,
-    scene=False,
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())

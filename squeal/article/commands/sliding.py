@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import judged_equilibria
 from squeal.article.equations import bounds, stiffness
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import number, table
 from squeal.errors import InputError
-from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
 from squeal.model.linear import rank
 from squeal.scene import Scene
@@ -119,13 +117,4 @@ def run(given: argparse.Namespace) -> Answer:
         write_table(
             given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"])
         )
-    made = provenance([given.source.file], "squeal.article.commands.sliding")
-    return Answer(lambda: found | {"provenance": made.to_dict()}, lambda: text(found))
-
-
-COMMAND = Command(
-    "sliding", "Eq. (22), the bounds (23a, b) and all sliding equilibria.", run, options
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
+    return Answer(lambda: found, lambda: text(found))

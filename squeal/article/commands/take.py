@@ -1,13 +1,13 @@
-"""`squeal take`: a figure, table or number of the report with all that belongs to it."""
+"""`squeal take`: a figure, table or number of the report in a folder: data, caption, references,
+origin."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from squeal.article.report.taking import names, take
-from squeal.commands.base import Answer, Command, Parser
+from squeal.commands.base import Answer, Parser
 from squeal.commands.tables import table
 from squeal.errors import InputError
 from squeal.files.sources import ROOT
@@ -58,15 +58,3 @@ def run(given: argparse.Namespace) -> Answer:
     return Answer(
         lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files)
     )
-
-
-COMMAND = Command(
-    "take",
-    "A figure, table or number of the report in a folder: data, caption, references, origin.",
-    run,
-    options,
-    scene=False,
-)
-
-if __name__ == "__main__":
-    sys.exit(COMMAND.main())
