@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,22 @@ def angle_axes_of_pi(axes: Axes) -> None:
     axes.set_ylim(0.0, 1.0)
     axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
+
+
+def mark(axes: Axes, marks: Mapping[str, tuple[float, float]], unit: float = 1.0) -> None:
+    """Names in rings at their places, coordinates over `unit`."""
+    for name, (x, y) in marks.items():
+        axes.text(
+            x / unit,
+            y / unit,
+            name,
+            ha="center",
+            va="center",
+            fontsize=7,
+            bbox={"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6},
+            clip_on=False,
+            zorder=5,
+        )
 
 
 def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:

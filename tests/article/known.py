@@ -77,6 +77,8 @@ def result(name: str) -> Result:
         given["scenes"] = by("scenes", B2)
     elif name == "energy":
         given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))
+    elif name == "map_ranges":
+        given = {"sweeps": by("sweeps", ("h/w", "k2/k1", "mu")), "members": by("members", CASES)}
     elif name == "accuracy":
         given["scenes"] = by("scenes", HISTORY_FIGURES)
     elif name == "angles":

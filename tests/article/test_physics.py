@@ -1,16 +1,37 @@
 """The physics chapter: its studies against independent truth, its sentences against their turn."""
 
 import dataclasses
+from typing import TypeVar
 
+import numpy as np
 import pytest
 
+from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
+from squeal.article.equations import Bounds, bounds
 from squeal.article.report.physics import energy_table, generated
 from squeal.article.results.energy import Energy, Motion, Stay
+from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import energy as energy_study
-from squeal.files.records import Missing
+from squeal.article.studies import map_ranges as ranges_study
+from squeal.equilibrium.find import find_all
+from squeal.files.records import Missing, Result
+from squeal.model.linear import linearise
+from squeal.scene import read_scene
+from squeal.stability import verdict
+from tests.article import known
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
+
+
+R = TypeVar("R", bound=Result)
+
+
+def known_of(kind: type[R]) -> R:
+    """A result of the right form without any computation."""
+    found = known.result(kind.__module__.rpartition(".")[2])
+    assert isinstance(found, kind)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +79,91 @@ def test_sentences_on_energy_follow_the_numbers(fed, friction, kinetic, words):
         "b2-a-mean": Missing("the pad has turned past 90 degrees at t = 1 s"),
     }
     found = Energy(motions=motions)
-    values, _ = generated(found)
+    values, _ = generated(found, known_of(MapRanges))
     told = [values[f"physics.energy.{key}"] for key in ("law", "source", "start")]
     for text, part in zip(told, words, strict=True):
         assert part.lower() in text.lower()
     assert "90 degrees" in energy_table(found)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return read_scene(SCENES / "b2-c.yaml")
+
+
+def test_shares_of_the_printed_conditions_lie_where_they_are_known_to(scene):
+    """Equal springs, level pad, h/w from 0.1 to 1 and mu from 0.1 to 0.7: 3 to 20 %, 89 to 99 %."""
+    printed, signs = [], []
+    angles = ranges_study._angles(90)
+    for ratio in (0.1, 0.4, 1.0):
+        for mu in (0.1, 0.4, 0.7):
+            pad = ranges_study.with_values(scene.pad.replace(theta0=0.0), ratio, 1.0, mu)
+            assert pad.k1 == pytest.approx(pad.k2)
+            assert pad.k1 + pad.k2 == pytest.approx(scene.pad.k1 + scene.pad.k2)
+            found = bounds(pad, angles)
+            printed.append(found.as_printed.mean())
+            signs.append(found.sign_aware.mean())
+    assert 0.025 < min(printed) < 0.04
+    assert 0.18 < max(printed) < 0.21
+    assert 0.88 < min(signs) < 0.90
+    assert max(signs) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("angles", "place"),
+    [((0.7, 0.5), "inside"), ((0.5, 0.5), "on the edge"), ((0.5, 0.7), "outside")],
+)
+def test_a_case_lies_inside_on_the_edge_or_outside(scene, monkeypatch, angles, place):
+    """With a condition in place of (23a, b) whose edge is the diagonal."""
+
+    def below(pad, at):
+        return Bounds(0.0, 0.0, np.asarray(at[1] < at[0]), np.asarray(at[1] < at[0]))
+
+    monkeypatch.setattr(ranges_study, "bounds", below)
+    assert ranges_study.where(scene.pad, angles) == place
+
+
+def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
+    """A point of the map at a time, from some hundreds of places, in each contact state."""
+    found = ranges_study.off_branch(scene, 4)
+    axis = angle_axes(4)[0].values
+    codes, _ = on_grid(scene, ("alpha1", "alpha2"), axis, axis)
+    beyond = axis[np.argwhere(codes == BEYOND_FOLD)]
+    assert (found.points, found.beyond) == (16, len(beyond))
+    others, kept = 0, 0
+    for a1, a2 in beyond.tolist():
+        model = scene.pad_model.replace(alpha1=a1, alpha2=a2)
+        matrices = [linearise(model, e.q, e.state) for e in find_all(model)]
+        verdicts = [verdict(one.M, one.C, one.K) for one in matrices]
+        others += bool(verdicts)
+        kept += bool({"stable", "marginal"} & set(verdicts))
+    assert 0 < found.found <= others
+    assert 0 < found.kept <= kept
+    assert found.upright <= found.kept
+
+
+def told(ranges: MapRanges) -> dict[str, str]:
+    return generated(known_of(Energy), ranges)[0]
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [("inside", "against the article"), ("on the edge", "neither"), ("outside", "as the article")],
+)
+def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
+    known_ranges = known_of(MapRanges)
+    members = {
+        case: dataclasses.replace(one, own=place if case == "c" else "outside")
+        for case, one in known_ranges.members.items()
+    }
+    values = told(dataclasses.replace(known_ranges, members=members))
+    assert words in values["physics.map.reading"]
+    assert ("(c)" in values["physics.map.lie"].partition(place)[0]) or place == "outside"
+
+
+@pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
+def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
+    ranges = known_of(MapRanges)
+    changed = dataclasses.replace(ranges.off_branch, kept=kept)
+    values = told(dataclasses.replace(ranges, off_branch=changed))
+    assert words in values["physics.map.other"]

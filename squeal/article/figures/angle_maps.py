@@ -34,18 +34,7 @@ Marks = Mapping[str, tuple[float, float]]
 
 def _panel(axes: Axes, found: Outline, marks: Marks, colours: tuple[str, ...], title: str) -> None:
     areas.draw(axes, found, colours)
-    for case, (a, b) in marks.items():
-        axes.text(
-            a,
-            b,
-            case,
-            ha="center",
-            va="center",
-            fontsize=7,
-            bbox={"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6},
-            clip_on=False,
-            zorder=5,
-        )
+    areas.mark(axes, marks)
     axes.set_aspect("equal")
     axes.set_xlim(0.0, np.pi)
     axes.set_ylim(0.0, np.pi)

@@ -130,10 +130,13 @@ _PARTS = (
     ),
     Chapter(
         "physics",
-        reads=_results("energy"),
-        tables=("works",),
-        studies=(Study("energy", _scenes(*HISTORY_FIGURES)),),
-        figures=(Figure("energy", "energy", _results("energy")),),
+        reads=_results("energy", "map_ranges"),
+        tables=("works", "members"),
+        studies=(
+            Study("energy", _scenes(*HISTORY_FIGURES)),
+            Study("map_ranges", _scenes("b2-c")),
+        ),
+        figures=tuple(Figure(name, name, _results(name)) for name in ("energy", "map_ranges")),
     ),
     Chapter(
         "identification",

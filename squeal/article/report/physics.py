@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from squeal.article.report.latex import Generated, number, tabular, typeset
+from squeal.article.report.latex import Generated, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.article.results.map_ranges import MapRanges
 from squeal.files.records import Missing
 
 MULTIPLE = 2.0  # times more is called a multiple
@@ -83,6 +84,52 @@ def _energy(found: Energy) -> dict[str, str]:
     }
 
 
-def generated(energy: Energy) -> Generated:
+HAMMERS = "c"
+"""The case that hammers severely with both models, as the article says."""
+READINGS = {
+    "inside": "inside the black area, against the article's reading that hammering begins where "
+    "sliding is not possible",
+    "on the edge": "on the edge of the black area, which says neither",
+    "outside": "outside the black area, as the article's reading asks",
+}
+
+
+def _ranges(found: MapRanges) -> dict[str, str]:
+    """Where the cases lie in the map of Fig. 13, and what its size depends on."""
+    groups: dict[str, list[str]] = {}
+    for case, member in found.members.items():
+        groups.setdefault(member.own, []).append(f"({case})")
+    lie = _listed([f"{_listed(cases)} {place}" for place, cases in groups.items()])
+    spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
+    widest = max(spread, key=lambda name: spread[name])
+    of = found.off_branch
+    other = (
+        "so that the equilibrium ceases there for the branch only"
+        if of.kept
+        else "so that the branch tells all there is to tell"
+    )
+    return {
+        "physics.map.lie": f"With the pad of the scenes {lie} of the area",
+        "physics.map.reading": READINGS[found.members[HAMMERS].own],
+        "physics.map.widest": f"${_SYMBOLS[widest]}$",
+        "physics.map.other": other,
+    }
+
+
+_SYMBOLS = {"h/w": "h/w", "k2/k1": "k_2/k_1", "mu": r"\mu"}
+
+
+def members_table(found: MapRanges) -> str:
+    """Where the four cases lie, for the scenes' pad and over all ranges."""
+    head = ["case", "scenes' pad", "inside", "on the edge", "outside"]
+    rows = [
+        [f"({case})", one.own, *(percent(v) for v in (one.inside, one.edge, one.outside))]
+        for case, one in found.members.items()
+    ]
+    return tabular("llrrr", head, [rows])
+
+
+def generated(energy: Energy, ranges: MapRanges) -> Generated:
     """Values and tables of the chapter."""
-    return _energy(energy), {"works": energy_table(energy)}
+    tables = {"works": energy_table(energy), "members": members_table(ranges)}
+    return _energy(energy) | _ranges(ranges), tables

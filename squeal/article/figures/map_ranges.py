@@ -1,0 +1,75 @@
+"""Fig. 13 over its parameters, from the study of the same name."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from squeal.article.results.map_ranges import MapRanges
+from squeal.plots import areas
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+COLOURS = ("#3498DB", "#000000", "#C8380E")
+SYMBOLS = {"h/w": "$h/w$", "k2/k1": "$k_2/k_1$", "mu": r"friction $\mu$"}
+
+
+def map_ranges_figure(found: MapRanges) -> Figure:
+    """Above outlines of the area at three values of each parameter, below the shares over it."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 4.5))
+        grid = figure.subplots(2, 3)
+        for column, (name, sweep) in enumerate(found.sweeps.items()):
+            shape, share = grid[:, column]
+            for (value, curves), colour in zip(sweep.shapes.items(), COLOURS, strict=False):
+                label = f"{SYMBOLS[name].split()[-1]} = {value}"
+                for line in curves:
+                    shape.plot(*(np.array(line).T / np.pi), color=colour, label=label, lw=0.8)
+                    label = "_"
+            areas.mark(shape, {c: (m.alpha1, m.alpha2) for c, m in found.members.items()}, np.pi)
+            shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
+            areas.angle_axes_of_pi(shape)
+            if column:
+                shape.set_ylabel("")
+            shape.legend(loc="lower left", fontsize=7)
+            share.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
+            share.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
+            share.plot(sweep.values, sweep.signs, "k--", label="signs followed")
+            share.plot(
+                sweep.sparse,
+                sweep.reached,
+                "o-",
+                color="#3498DB",
+                ms=3,
+                label="equilibrium on the branch",
+            )
+            share.plot(
+                sweep.sparse, sweep.kept, "s-", color="#6A1B7B", ms=3, label="kept equilibrium"
+            )
+            share.axvline(sweep.own, color="0.5", lw=0.6, zorder=0)
+            share.set_title(f"({'def'[column]})", loc="left", pad=3.0)
+            share.set_xlabel(SYMBOLS[name])
+            share.set_xlim(sweep.values[0], sweep.values[-1])
+            share.set_ylim(0.0, 1.0)
+        grid[1, 1].set_xscale("log")
+        grid[1, 1].set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
+        grid[1, 1].minorticks_off()
+        grid[1, 0].set_ylabel("share of the map")
+        handles, labels = grid[1, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+def draw(found: MapRanges) -> Drawing:
+    """The figure, ready to be saved."""
+    low, high = (100 * v for v in (found.printed.low, found.printed.high))
+    lies = ", ".join(f"({case}) {member.own}" for case, member in found.members.items())
+    text = (
+        "Upper row: outlines over the two spring angles of the area in which the conditions "
+        "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
+        "marked: "
+        f"{lies}. Lower row: shares of the map over the same parameters. Over all {found.pads} "
+        f"pads the printed conditions hold on {low:.1f} to {high:.1f} % of the map; grey bands "
+        "show that range at each value."
+    )
+    made = origin(__name__, found.provenance)
+    return Drawing(map_ranges_figure(found), text, "The map of Fig. 13 over its parameters", made)

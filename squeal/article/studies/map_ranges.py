@@ -1,0 +1,197 @@
+"""Fig. 13 over its parameters: how large the black area is, where the four cases lie in it.
+
+Beside the printed conditions stand the true equilibria of model B2, those off the branch too.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
+from squeal.article.cases import CASES
+from squeal.article.equations import bounds
+from squeal.article.results.map_ranges import (
+    Curve,
+    MapRanges,
+    Member,
+    OffBranch,
+    Span,
+    Sweep,
+    Where,
+)
+from squeal.article.scenes import read_scenes
+from squeal.equilibrium.many import solved
+from squeal.equilibrium.statics import Statics
+from squeal.model.pad import Pad
+from squeal.numerics.outline import outline
+from squeal.scene import Scene
+from squeal.stability import VERDICTS
+
+VALUES = {
+    "h/w": np.linspace(0.1, 1.0, 10),
+    "k2/k1": np.geomspace(0.25, 4.0, 9),
+    "mu": np.linspace(0.1, 0.9, 9),
+}
+"""MapRanges: flat to square pads, springs of like size, brake linings."""
+SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.9)}
+CELLS = 60  # a side of the maps of all combinations
+FINE = 80  # a side of the maps whose area is outlined
+COARSE = 16  # a side of the maps of equilibria
+SPARSE = 5  # values of a parameter at which equilibria are sought
+GRID = 20  # a side of the map on which equilibria off the branch are sought
+NEAR = 0.02  # rad: a case is on the edge if the conditions change within
+UPRIGHT = 0.2  # rad
+KEPT = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
+
+
+def with_values(pad: Pad, ratio: Any, springs: Any, mu: Any) -> Pad:
+    """The pad with other h/w, k2/k1 (of the same sum) and mu; I grows as that of a rectangle."""
+    h = ratio * pad.w
+    inertia = pad.I * (pad.w**2 + h**2) / (pad.w**2 + pad.h**2)
+    k1 = (pad.k1 + pad.k2) / (1.0 + springs)
+    return pad.replace(h=h, I=inertia, k1=k1, k2=springs * k1, mu=mu)
+
+
+def _axes(cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Axes of the map with one cell more along the second.
+
+    No point then lies on a diagonal, where K21 = 0 if k1 = k2, so that the bounds are infinite.
+    """
+    return angle_axes(cells)[0].values, angle_axes(cells + 1)[1].values
+
+
+def _angles(cells: int) -> tuple[np.ndarray, np.ndarray]:
+    a1, a2 = np.meshgrid(*_axes(cells), indexing="ij")
+    return a1.ravel(), a2.ravel()
+
+
+def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of both readings of (23a, b) over all combinations of `VALUES`."""
+    angles = _angles(CELLS)
+    shape = [len(v) for v in VALUES.values()]
+    printed, signs = np.empty(shape), np.empty(shape)
+    for index in np.ndindex(*shape):
+        values = (v[i] for v, i in zip(VALUES.values(), index, strict=True))
+        found = bounds(with_values(pad, *values), angles)
+        printed[index], signs[index] = found.as_printed.mean(), found.sign_aware.mean()
+    return printed, signs
+
+
+def _curves(pad: Pad) -> tuple[Curve, ...]:
+    """The curves around the area in which (23a, b) hold as printed."""
+
+    def at(angles: np.ndarray) -> np.ndarray:
+        return np.asarray(bounds(pad, (angles[0], angles[1])).as_printed).astype(int)
+
+    x, y = _axes(FINE)
+    codes = at(np.array(_angles(FINE)))
+    found = outline(((0.0, math.pi), (0.0, math.pi)), x, y, codes.reshape(FINE, -1), at)
+    return tuple(
+        tuple((round(x, 5), round(y, 5)) for x, y in line.tolist()) for line, _ in found.curves
+    )
+
+
+def where(pad: Pad, angles: tuple[float, float]) -> Where:
+    """Whether the printed conditions hold at and about a case's angles."""
+    around = 2.0 * math.pi * np.arange(24) / 24
+    a1 = angles[0] + NEAR * np.append(np.cos(around), 0.0)
+    a2 = angles[1] + NEAR * np.append(np.sin(around), 0.0)
+    holds = np.asarray(bounds(pad, (a1, a2)).as_printed)
+    return "inside" if holds.all() else "on the edge" if holds.any() else "outside"
+
+
+def _members(pad: Pad) -> dict[str, Member]:
+    """Where the cases lie, for the pad and for all combinations of `VALUES`."""
+    grid = [v.ravel() for v in np.meshgrid(*VALUES.values(), indexing="ij")]
+    found = {}
+    for case, angles in CASES.items():
+        places = [where(with_values(pad, *values), angles) for values in zip(*grid, strict=True)]
+        share = {word: places.count(word) / len(places) for word in ("inside", "on the edge")}
+        inside, edge = share["inside"], share["on the edge"]
+        found[case] = Member(*angles, where(pad, angles), inside, edge, 1.0 - inside - edge)
+    return found
+
+
+def _equilibria(scene: Scene, pads: Pad) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of the map on which the branch has an equilibrium, and on which it is kept.
+
+    `pads` holds parameters as arrays (n,); so do the shares.
+    """
+    angles = _angles(COARSE)
+    names = ("h", "I", "k1", "k2", "mu")
+    given = [np.asarray(getattr(pads, name), dtype=float) for name in names]
+    count, cells = len(given[0]), len(angles[0])
+    values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, cells) for v in given)])
+    codes = codes_at(scene, ("alpha1", "alpha2", *names), values).codes.reshape(count, cells)
+    return (codes != BEYOND_FOLD).mean(axis=1), np.isin(codes, KEPT).mean(axis=1)
+
+
+def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
+    """Other equilibria at the angles at which the branch does not reach the scene's mu."""
+    axis = angle_axes(grid)[0].values
+    codes, _ = on_grid(scene, ("alpha1", "alpha2"), axis, axis)
+    beyond = axis[np.argwhere(codes == BEYOND_FOLD)].T
+    statics = Statics.of(scene.pad_model)
+    width = scene.pad.w / statics.units.length
+    tilts = np.linspace(-0.49 * np.pi, 0.49 * np.pi, 13)
+    one = np.array([-1.0, 0.0, 1.0])
+    starts = np.meshgrid(one, one, tilts, [scene.pad.mu / width], indexing="ij")
+    seeds = width * np.array([v.ravel() for v in starts])
+    points, each = beyond.shape[1], seeds.shape[1]
+    angles, z = np.repeat(beyond, each, axis=1), np.tile(seeds, (1, points))
+    names = ("alpha1", "alpha2")
+    model = statics.model.replace(**dict(zip(names, angles, strict=True)))
+    side = solved(dataclasses.replace(statics, model=model), names, z, 40)
+    there = side != 0.0
+    found = codes_at(scene, names, angles[:, there], np.array([*z[:3], side])[:, there])
+    who = np.repeat(np.arange(points), each)[there]
+    exists, kept = found.codes != BEYOND_FOLD, np.isin(found.codes, KEPT)
+    upright = kept & (np.abs(statics.tilt(z[:, there])) < UPRIGHT)
+    any_, some, few = (len(set(who[chosen].tolist())) for chosen in (exists, kept, upright))
+    return OffBranch(grid**2, points, any_, some, few, UPRIGHT)
+
+
+def study(files: Sequence[Path]) -> MapRanges:
+    """The map about the scene of case (c) of model B2, whose pad the four cases share."""
+    scene = read_scenes(files, ["b2-c"])["b2-c"]
+    pad = scene.pad
+    own = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
+    printed, signs = _shares(pad)
+    angles = _angles(CELLS)
+    sparse = {n: v[np.linspace(0, len(v) - 1, SPARSE).astype(int)] for n, v in VALUES.items()}
+    each = [own | {name: v} for name, values in sparse.items() for v in values.tolist()]
+    many = with_values(pad, *(np.array([one[name] for one in each]) for name in own))
+    reached, kept = (part.reshape(-1, SPARSE) for part in _equilibria(scene, many))
+    sweeps = {}
+    for axis, (name, values) in enumerate(VALUES.items()):
+        pads = {v: with_values(pad, *(own | {name: v}).values()) for v in values.tolist()}
+        along = [bounds(one, angles) for one in pads.values()]
+        rest = tuple(i for i in range(len(VALUES)) if i != axis)
+        shapes = {v: with_values(pad, *(own | {name: v}).values()) for v in SHAPES[name]}
+        sweeps[name] = Sweep(
+            own[name],
+            tuple(pads),
+            tuple(float(b.as_printed.mean()) for b in along),
+            tuple(float(b.sign_aware.mean()) for b in along),
+            tuple(printed.min(axis=rest).tolist()),
+            tuple(printed.max(axis=rest).tolist()),
+            tuple(sparse[name].tolist()),
+            tuple(reached[axis].tolist()),
+            tuple(kept[axis].tolist()),
+            {f"{v:g}": _curves(one) for v, one in shapes.items()},
+        )
+    return MapRanges(
+        sweeps=sweeps,
+        pads=printed.size,
+        printed=Span(float(printed.min()), float(printed.max())),
+        signs=Span(float(signs.min()), float(signs.max())),
+        members=_members(pad),
+        near=NEAR,
+        off_branch=off_branch(scene),
+    )
