@@ -27,6 +27,8 @@ class CriticalFriction:
 
     `crossings` are all crossings of the imaginary axis, whatever else grows. `at_zero` is the
     verdict without friction; `mu_end` how far the branch reaches and `end` why it stops there.
+    `admissible_to` is the mu up to which the equilibria keep to `AdmissibleLimits`; warnings: a
+    sentence for each reason why they do not, or why the scene's own mu is not on the branch.
     """
 
     at_zero: str
@@ -34,6 +36,13 @@ class CriticalFriction:
     mu_end: float
     end: str
     crossings: tuple[Crossing, ...] = ()
+    admissible_to: float = np.inf
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def admissible(self) -> bool:
+        """True if all equilibria on the way are those that the model means."""
+        return not self.warnings
 
     @property
     def first(self) -> CriticalPoint | None:
@@ -67,12 +76,20 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     reached = [point for point in found.points if point.mu < end_of_path]
     if path.fold is not None:
         reached.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
+    admissible_to, warnings = _admissible(path)
+    if path.fold is not None and path.fold < scene.pad.mu <= mu_max:
+        warnings += (
+            f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 turns "
+            f"back at mu = {path.fold:.9g}",
+        )
     return CriticalFriction(
         verdict(*system(0.0)),
         tuple(reached),
         path.mu_end,
         path.end,
         tuple(crossing for crossing in found.crossings if crossing.mu < end_of_path),
+        admissible_to,
+        warnings,
     )
 
 
@@ -105,3 +122,21 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
         return matrices.M, matrices.C, matrices.K
 
     return on_branch, path
+
+
+def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
+    """The mu from which on equilibria exceed a limit, by bisection, and which limit that is."""
+
+    def excesses(mu: float) -> tuple[str, ...]:
+        found = path.equilibrium(mu)
+        return () if found is None else found.excesses
+
+    mus = [float(point.z[3]) for point in path.points]
+    first = next((i for i, mu in enumerate(mus) if excesses(mu)), None)
+    if first is None:
+        return path.mu_end, ()
+    low, high = mus[max(first - 1, 0)], mus[first]
+    while high - low > 1e-9 * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if excesses(middle) else (middle, high)
+    return low, tuple(f"from mu = {high:.6g} on {words}" for words in excesses(high))

@@ -26,7 +26,8 @@ class Analysis:
     """One equilibrium, the linearisation about it, its six eigenvalues and the verdict.
 
     q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
-    on_branch: the equilibrium is reached from the one without friction.
+    on_branch: the equilibrium is reached from the one without friction; warnings: a sentence for
+    each reason why it is none that the model means.
     """
 
     model: str
@@ -38,6 +39,12 @@ class Analysis:
     spectrum: Spectrum = field(repr=False)
     judgement: Judgement
     on_branch: bool = True
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def admissible(self) -> bool:
+        """True if nothing speaks against the equilibrium."""
+        return not self.warnings
 
     @property
     def contact(self) -> str:
@@ -62,7 +69,7 @@ def analyse(scene: Scene) -> Analysis:
     found, how = sliding_equilibrium(model)
     if found is None:
         raise ComputationError(how)
-    return dataclasses.replace(_about(model, found, how), on_branch=found.on_branch)
+    return _about(model, found, how)
 
 
 @takes_scene
@@ -81,7 +88,8 @@ def _about_origin(model: PadModel) -> Analysis:
 
 def _about(model: PadModel, found: Equilibrium, how: str) -> Analysis:
     matrices = at_equilibrium(model.replace(mu=found.mu), found)
-    return _analysis(model.name, found.q, found.R_n, found.state, how, matrices)
+    analysis = _analysis(model.name, found.q, found.R_n, found.state, how, matrices)
+    return dataclasses.replace(analysis, on_branch=found.on_branch, warnings=found.warnings)
 
 
 def _analysis(
@@ -115,7 +123,9 @@ def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | Non
 def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
 
-    Raises InputError for a linear model, which has none of its own.
+    The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
+    not reach the scene's mu; where it does not rise up to there, all of them lie beyond. Raises
+    InputError for a linear model, which has none of its own.
     """
     if contact_model(scene.model).linear:
         raise Place("judged_equilibria").refuse(
@@ -123,7 +133,23 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
         )
     model = damped_model(scene)
     judged = []
-    for found in find_all(model):
+    for found in _with_taken(find_all(model), sliding_equilibrium(model)[0], scene.pad.w):
         matrices = at_equilibrium(model, found)
         judged.append((found, judge(matrices.M, matrices.C, matrices.K)))
     return judged
+
+
+def _with_taken(
+    others: list[Equilibrium], taken: Equilibrium | None, w: float
+) -> list[Equilibrium]:
+    """The equilibria with the one taken in its place among them, all marked alike."""
+    if taken is None:
+        return others
+
+    def apart(other: Equilibrium) -> float:
+        steps = np.subtract(other.q, taken.q) * (1.0, 1.0, w)
+        size = np.abs(np.multiply(taken.q, (1.0, 1.0, w))).max()
+        return float(np.abs(steps).max() - 1e-6 * size)
+
+    rest = [dataclasses.replace(e, beyond=taken.beyond) for e in others if apart(e) > 0.0]
+    return sorted([*rest, taken], key=lambda e: e.potential)

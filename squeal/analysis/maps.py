@@ -15,6 +15,7 @@ import numpy as np
 
 from squeal.analysis.points import Names, normalised, points_at
 from squeal.analysis.sensitivity import parameters
+from squeal.equilibrium.admissible import LIMITED
 from squeal.files.place import Place
 from squeal.files.values import Number, Whole
 from squeal.model.equations import PadModel
@@ -74,12 +75,33 @@ def angle_axes(n: int) -> tuple[Axis, Axis]:
 class StabilityMap:
     """codes (n1, n2) are indices into `NAMES`; the first axis runs along the rows.
 
-    `outline` holds the boundaries between them, if the map was asked to trace them.
+    beyond (3, n1, n2) says which of the limits on tilt, travel and reaction an equilibrium exceeds;
+    `outline` holds the boundaries between the codes, if the map was asked to trace them.
     """
 
     axes: tuple[Axis, Axis]
     codes: np.ndarray = field(repr=False)
+    beyond: np.ndarray = field(repr=False)
     outline: Outline | None = field(default=None, repr=False)
+
+    @property
+    def admissible(self) -> np.ndarray:
+        """Where there is an equilibrium that the model means (B3: everywhere), shape (n1, n2)."""
+        return (self.codes != BEYOND_FOLD) & ~self.beyond.any(axis=0)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for each reason why some of the points are not admissible."""
+        parts = [(self.codes == BEYOND_FOLD, "lie beyond a fold or the end of the branch")]
+        parts += [
+            (part, f"exceed the limit of {name}")
+            for part, name in zip(self.beyond, LIMITED, strict=True)
+        ]
+        return tuple(
+            f"{100 * part.mean():.3g} % of the points {words}"
+            for part, words in parts
+            if part.any()
+        )
 
     @property
     def share(self) -> dict[str, float]:
@@ -113,12 +135,14 @@ class Found(NamedTuple):
     """What is found at n points of a map, arrays over them.
 
     `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
-    fold). Except for B3 `places` (4, n) hold the equilibrium in the map's own units and the sign of
-    the determinant of its balance; they let other points start from there.
+    fold), `beyond` (3, n) says which limits of `AdmissibleLimits` the equilibrium exceeds. Except
+    for B3 `places` (4, n) hold the equilibrium in the map's own units and the sign of the
+    determinant of its balance; they let other points start from there.
     """
 
     codes: np.ndarray
     contact: np.ndarray
+    beyond: np.ndarray
     places: np.ndarray | None = None
 
 
@@ -134,21 +158,23 @@ def codes_at(
     for i, state in enumerate(states):
         here = at.there & np.all(at.touching == np.array(state)[:, None], axis=0)
         contact[here] = i
-    return Found(codes, contact, at.places)
+    beyond = np.zeros((3, len(at.there)), dtype=bool)
+    beyond[:, at.there] = at.beyond
+    return Found(codes, contact, beyond, at.places)
 
 
-def on_grid(
-    scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """`codes_at` on the grid of x (n1,) and y (n2,): two arrays (n1, n2)."""
+def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> Found:
+    """`codes_at` on the grid of x (n1,) and y (n2,), without places: each array (..., n1, n2)."""
     codes, contact = (np.empty((len(x), len(y)), dtype=np.int8) for _ in range(2))
+    beyond = np.zeros((3, len(x), len(y)), dtype=bool)
     rows = max(1, 20_000 // len(y))
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
         found = codes_at(scene, names, np.array([values.ravel() for values in grid]))
         for whole, part in zip((codes, contact), found[:2], strict=True):
             whole[start : start + rows] = part.reshape(-1, len(y))
-    return codes, contact
+        beyond[:, start : start + rows] = found.beyond.reshape(3, -1, len(y))
+    return Found(codes, contact, beyond)
 
 
 def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
@@ -173,11 +199,11 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
     x, y = axes[0].values, axes[1].values
     if scene.pad_model.linear and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_rows(scene.pad_model, axes)
+        beyond = np.zeros((3, *codes.shape), dtype=bool)
     else:
-        codes, _ = on_grid(scene, names, x, y)
-    if not traced:
-        return StabilityMap(axes, codes)
-    return StabilityMap(axes, codes, traced_map(scene, axes, codes))
+        found = on_grid(scene, names, x, y)
+        codes, beyond = found.codes, found.beyond
+    return StabilityMap(axes, codes, beyond, traced_map(scene, axes, codes) if traced else None)
 
 
 def traced_map(

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
-from squeal.equilibrium.many import branch_ends, moved_little, solved, subset
+from squeal.equilibrium.many import branch_ends, moved_little, rests, solved, subset
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
@@ -51,7 +52,7 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
     rest = Statics(model.replace(mu=0.0 * model.pad.mu), units)
     z, touching = np.zeros((4, n)), np.ones((model.law.points, n), dtype=bool)
     if not scene.pad_model.linear:
-        solved(rest, names, z, 40)
+        z, _ = rests(rest, names, n)
         touching = rest.gaps(z) < 0.0
     A = normalised(rest.model.pad, _stiffness(rest.model, names, rest.place(z), touching))
     if scene.damping.ratios is None:
@@ -73,7 +74,8 @@ class Points:
     there (n,): where an equilibrium was found; touching (points, n): which points touch; places
     (4, n): the equilibrium and the sign of the determinant of its balance, which let others start
     from there; of the m pads with an equilibrium: pads, K (3, 3, m), B (m, 3, 3) the
-    mass-normalised damping, None without; rate (1/s) turns their eigenvalues into rad/s.
+    mass-normalised damping, None without; rate (1/s) turns their eigenvalues into rad/s; beyond
+    (3, m): which limits of `AdmissibleLimits` each equilibrium exceeds (B3 has none).
     """
 
     there: np.ndarray
@@ -83,6 +85,7 @@ class Points:
     K: np.ndarray
     B: np.ndarray | None
     rate: float
+    beyond: np.ndarray
 
 
 def points_at(
@@ -122,4 +125,7 @@ def points_at(
         K,
         _damping(scene, part, names, values[:, here]),
         1.0 / units.time,
+        np.zeros((3, int(here.sum())), dtype=bool)
+        if held
+        else excursion(part, z[:, here], touching[:, here]).beyond(),
     )

@@ -26,11 +26,21 @@ class Answer:
     """What a command found: an object for --json and a text for people, made only when wanted.
 
     inputs: the files behind it, whose provenance joins the object; None where it tells none.
+    warnings: reasons why the equilibria behind it are none that the model means; None where there
+    are no equilibria. They go to standard error and, with the key `admissible`, into the object,
+    which may have such a key of its own.
     """
 
     data: Callable[[], dict[str, Any]]
     text: Callable[[], str]
     inputs: Sequence[Path] | None = None
+    warnings: Sequence[str] | None = None
+
+    def judged(self) -> dict[str, Any]:
+        """The object, which says whether all that it tells of is admissible."""
+        if self.warnings is None:
+            return self.data()
+        return {"admissible": not self.warnings, "warnings": list(self.warnings)} | self.data()
 
 
 class Parser(argparse.ArgumentParser):
@@ -85,13 +95,15 @@ class Command:
             options.source = read_source(options.scene, options.set)
             changes = {"set": options.source.changes} if options.set else {}
         answer = self.module.run(options)
+        for words in answer.warnings or ():
+            warnings.warn(words, InputWarning, stacklevel=2)
         if not options.json:
             return str(answer.text())
         inputs = [options.source.file] if self.scene else answer.inputs
         made = {}
         if inputs is not None:
             made = {"provenance": provenance(inputs, self.module.__name__).to_dict()}
-        return to_json(answer.data() | made | changes)
+        return to_json(answer.judged() | made | changes)
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run from arguments; returns the exit code 0, 1 (not completed) or 2 (refused)."""

@@ -86,6 +86,7 @@ def data(found: CriticalFriction) -> dict[str, Any]:
         ],
         "verdict_at_zero": found.at_zero,
         "mu_end": found.mu_end,
+        "admissible_to": min(found.admissible_to, found.mu_end),
         "end": found.end,
     }
 
@@ -133,4 +134,4 @@ def run(given: argparse.Namespace) -> Answer:
         points = [p.mu for p in found.points]
         draw(given.figure, given.source.name, sweep(source, mus), points)
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
-    return Answer(lambda: data(found) | more, lambda: text(found) + shown)
+    return Answer(lambda: data(found) | more, lambda: text(found) + shown, warnings=found.warnings)

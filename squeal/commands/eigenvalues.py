@@ -22,6 +22,7 @@ from squeal.commands.sweep import (
     sweep_range,
     sweep_rows,
     sweep_text,
+    sweep_warnings,
     write_eigenvalues,
     write_sweep,
 )
@@ -198,7 +199,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
             parts.append(eigenvalue_moves_text(scene, analysis, moves))
         return "\n\n".join(parts)
 
-    return Answer(full, shown)
+    return Answer(full, shown, warnings=[*analysis.warnings, *sweep_warnings(steps)])
 
 
 def write(

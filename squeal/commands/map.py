@@ -77,11 +77,21 @@ def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
     return first, second
 
 
-def write_map(path: Path, found: StabilityMap, shown: Field | None) -> None:
-    """A row for each point: both parameters, the verdict, and the quantity if there is one."""
+def write_map(path: Path, found: StabilityMap, shown: Field | None, judged: bool) -> None:
+    """A row for each point: both parameters, the verdict, the quantity if there is one.
+
+    judged: also whether the equilibrium is admissible, 1 or 0.
+    """
     first, second = (axis.values.tolist() for axis in found.axes)
+    admissible = found.admissible
     rows = (
-        (a, b, NAMES[found.codes[i, j]], *([] if shown is None else [float(shown.values[i, j])]))
+        (
+            a,
+            b,
+            NAMES[found.codes[i, j]],
+            *([] if shown is None else [float(shown.values[i, j])]),
+            *([int(admissible[i, j])] if judged else []),
+        )
         for i, a in enumerate(first)
         for j, b in enumerate(second)
     )
@@ -89,6 +99,8 @@ def write_map(path: Path, found: StabilityMap, shown: Field | None) -> None:
     heads |= {"verdict": ""}
     if shown is not None:
         heads |= {shown.quantity: shown.unit.removeprefix("1")}
+    if judged:
+        heads |= {"admissible": ""}
     write_table(path, heads, rows)
 
 
@@ -118,7 +130,7 @@ def run(given: argparse.Namespace) -> Answer:
     shown = None if given.quantity is None else field(scene, wanted, given.quantity)
     found = stability_map(scene, wanted, traced=given.figure is not None and shown is None)
     if given.table is not None:
-        write_map(given.table, found, shown)
+        write_map(given.table, found, shown, not scene.pad_model.linear)
     own = (getattr(scene.pad, wanted[0].name), getattr(scene.pad, wanted[1].name))
     if given.figure is not None and shown is None:
         from squeal.plots.maps import draw_stability_map
@@ -134,6 +146,7 @@ def run(given: argparse.Namespace) -> Answer:
     return Answer(
         lambda: {
             "share": found.share,
+            "admissible_share": float(found.admissible.mean()),
             "n": wanted[0].n,
             "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
             **({} if shown is None else _numbers(shown)),
@@ -142,4 +155,5 @@ def run(given: argparse.Namespace) -> Answer:
             f"share of the area: {head}\n{table(rows)}"
             + ("" if shown is None else f"\n{_span(shown)}")
         ),
+        warnings=found.warnings,
     )

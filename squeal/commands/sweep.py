@@ -19,21 +19,25 @@ from squeal.stability import Spectrum, complex_eigenvalues, verdict
 
 @dataclass(frozen=True)
 class Step:
-    """One value of mu; None where the branch does not reach it, contact also for plain systems."""
+    """One value of mu; None where the branch does not reach it, contact also for plain systems.
+
+    admissible: whether the equilibrium is one that the model means, None for plain systems.
+    """
 
     mu: float
     contact: str | None
     spectrum: Spectrum | None
     verdict: str | None
+    admissible: bool | None = None
 
 
 def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
     """The eigenvalues at each mu; of a scene along its equilibrium branch."""
     if isinstance(source, Scene):
         return [
-            Step(mu, a.contact, a.spectrum, a.judgement.verdict)
+            Step(mu, a.contact, a.spectrum, a.judgement.verdict, a.admissible)
             if a
-            else Step(mu, None, None, None)
+            else Step(mu, None, None, None, False)
             for mu, a in sweep_mu(source, list(mus))
         ]
     at = [(mu, source(mu)) for mu in mus]
@@ -93,7 +97,19 @@ def sweep_rows(steps: Sequence[Step], contact: bool) -> list[dict[str, Any]]:
             "eigenvalues": None if s.spectrum is None else eigenvalue_rows(s.spectrum),
             "verdict": s.verdict,
         }
+        | ({} if s.admissible is None else {"admissible": s.admissible})
         for s in steps
+    ]
+
+
+def sweep_warnings(steps: Sequence[Step]) -> list[str]:
+    """How many of the steps are not admissible, as a sentence, if some are not."""
+    lost = [s.mu for s in steps if s.admissible is False]
+    if not lost:
+        return []
+    return [
+        f"sweep: {len(lost)} of {len(steps)} values of mu, the first of them {lost[0]:.6g}, have "
+        "no equilibrium that the model means"
     ]
 
 

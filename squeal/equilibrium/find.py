@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from squeal.equilibrium.branch import follow
+from squeal.equilibrium.admissible import excursion
+from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
@@ -19,6 +21,8 @@ class Equilibrium:
 
     R_n is the normal reaction in N and delta its distance in m from the mass centre (or from the
     frame's origin, in that formulation); potential in J. `on_branch`: it was reached from mu = 0.
+    beyond: why it does not lie on the part of the branch that rises from mu = 0, if that is so;
+    excesses: a sentence for each limit of `AdmissibleLimits` that it exceeds.
     """
 
     q: tuple[float, float, float]
@@ -28,6 +32,18 @@ class Equilibrium:
     delta: float
     potential: float
     on_branch: bool = False
+    beyond: str = ""
+    excesses: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Every reason why it is none that the model means."""
+        return (*([self.beyond] if self.beyond else []), *self.excesses)
+
+    @property
+    def admissible(self) -> bool:
+        """True if nothing speaks against it."""
+        return not self.warnings
 
 
 def record(
@@ -39,7 +55,16 @@ def record(
         return None
     x, y, theta = (float(v) for v in statics.to_si(z))
     potential = statics.potential(z, state) * statics.units.energy
-    return Equilibrium((x, y, theta), float(z[3]), state, R_n, delta, potential, on_branch)
+    return Equilibrium(
+        (x, y, theta),
+        float(z[3]),
+        state,
+        R_n,
+        delta,
+        potential,
+        on_branch,
+        excesses=excursion(statics, z, state).warnings(),
+    )
 
 
 def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
@@ -129,24 +154,41 @@ def _least(smooth: PadModel) -> Equilibrium | None:
     return found[0] if found else None
 
 
+def _beyond(branch: Branch) -> str:
+    """Why the pad's mu lies beyond the rising part of its branch; empty if it does not."""
+    if branch.reached and not branch.folds:
+        return ""
+    if not branch.reached:
+        return f"the equilibrium is not on the branch from mu = 0: {branch.end}"
+    fold = float(branch.folds[0].z[3])
+    return (
+        f"the equilibrium lies beyond a fold: the branch from mu = 0 turns back at mu = {fold:.9g}"
+    )
+
+
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     """The equilibrium that a query is about, and how it was found or why there is none.
 
     It is the one on the branch continued from mu = 0, if that branch reaches the pad's mu, else
-    the one of least potential energy at the pad's mu.
+    the one of least potential energy at the pad's mu. Its warnings tell if it is not on the part
+    of the branch that rises from mu = 0, or leaves what the model means.
     """
     start = least_at_zero(model)
     reason = "without friction there is no equilibrium in contact"
+    beyond = f"the equilibrium is on no branch from mu = 0: {reason}"
     if start is not None:
         branch = follow(model, *start, model.pad.mu)
+        beyond = _beyond(branch)
         if branch.reached:
             statics = Statics.of(model)
             last = branch.points[-1]
             found = record(statics, last.z, last.state, on_branch=True)
             if found is not None:
-                return found, "on the branch continued from mu = 0"
+                return dataclasses.replace(
+                    found, beyond=beyond
+                ), "on the branch continued from mu = 0"
         reason = branch.end
     others = find_all(model)
     if others:
-        return others[0], f"least potential energy; {reason}"
+        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {reason}"
     return None, f"no steady sliding exists: {reason}, and no other equilibrium was found"

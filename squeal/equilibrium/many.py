@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Iterator
 
 import numpy as np
 
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
+from squeal.model.states import State
+from squeal.model.units import natural_units
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
@@ -17,18 +21,20 @@ def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadMode
 
 
 def _balance(
-    statics: Statics, names: tuple[str, ...], z: np.ndarray
+    statics: Statics, names: tuple[str, ...], z: np.ndarray, kept: State | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """One pass of Newton's method with the contact state that the gaps tell; z (4, n) is moved.
+    """One pass of Newton's method in the state `kept`, or that of the gaps; z (4, n) is moved.
 
     Returns the size of each step relative to z, and the sign of the balance's determinant, which
     changes at a fold. A separated pad is treated as if in full contact, which pulls it back.
     """
     heights = statics.gaps(z)
     size, side = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
-    for state in filter(any, statics.model.states):
+    for state in filter(any, statics.model.states) if kept is None else (kept,):
         here = np.all((heights < 0.0) == np.array(state)[:, None], axis=0)
-        if all(state):
+        if kept is not None:
+            here[:] = True
+        elif all(state):
             here |= np.all(heights >= 0.0, axis=0)
         if not here.any():
             continue
@@ -49,14 +55,20 @@ def _balance(
     return size, side
 
 
-def solved(statics: Statics, names: tuple[str, ...], z: np.ndarray, passes: int) -> np.ndarray:
-    """Newton's method at fixed mu from z (4, n), which is moved.
+def solved(
+    statics: Statics,
+    names: tuple[str, ...],
+    z: np.ndarray,
+    passes: int,
+    kept: State | None = None,
+) -> np.ndarray:
+    """Newton's method at fixed mu from z (4, n), which is moved; in one contact state if given.
 
     Returns the sign of the determinant at the equilibrium, 0 where none was found or where the pad
     has turned past 90 degrees.
     """
     for _ in range(passes):
-        size, side = _balance(statics, names, z)
+        size, side = _balance(statics, names, z, kept)
         if np.all(size < 1e-12):
             break
     upright = np.abs(statics.tilt(z)) < np.pi / 2
@@ -69,6 +81,43 @@ def moved_little(z: np.ndarray, before: np.ndarray) -> np.ndarray:
     return np.asarray(jump < 0.3 * (1.0 + np.max(np.abs(before[:3]), axis=0)))
 
 
+def _seeds(statics: Statics, n: int) -> Iterator[np.ndarray]:
+    """Places (4, n) that the load of each of n pads reaches, as `find.find_all` takes them."""
+    own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
+    near = (0.0, -1.0, 1.0)
+    for turn, x, y in itertools.product((*near, -10.0, 10.0), near, near):
+        yield own * np.array([x, y, turn, 0.0])[:, None]
+
+
+def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where n pads rest without friction: places (4, n), and the sign of the determinant there.
+
+    Newton's method from the initial position finds the only such place of a law that turns the pad
+    back. Where it fails, and with other laws, it starts from all places that the load reaches, and
+    the least potential energy decides, as it does for a single pad.
+    """
+    z = np.zeros((4, n))
+    side = solved(statics, names, z, 40)
+    doubtful = np.flatnonzero(side != -1.0) if statics.model.law.restoring else np.arange(n)
+    if not doubtful.size:
+        return z, side
+    part = dataclasses.replace(statics, model=subset(statics.model, names, doubtful))
+    least = np.full(doubtful.size, np.inf)
+    for state in filter(any, statics.model.states):
+        for trial in _seeds(part, doubtful.size):
+            met = solved(part, names, trial, 20, state)
+            own = np.all((part.gaps(trial) < 0.0) == np.array(state)[:, None], axis=0)
+            energy = np.where(
+                (met != 0.0) & own, part.model.energy(part.place(trial), np.zeros(3), state), np.inf
+            )
+            with np.errstate(invalid="ignore"):
+                better = energy < least - 1e-9 * np.abs(energy)
+            least[better] = energy[better]
+            z[:, doubtful[better]], side[doubtful[better]] = trial[:, better], met[better]
+    side[doubtful[~np.isfinite(least)]] = 0.0
+    return z, side
+
+
 def branch_ends(
     statics: Statics, names: tuple[str, ...], mu: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -77,8 +126,7 @@ def branch_ends(
     Each point walks in steps of its own, halved where Newton's method fails, passes a fold or
     jumps to another branch; a step below mu/2000 means that the branch turns back.
     """
-    z = np.zeros((4, mu.size))
-    side = solved(statics, names, z, 40)
+    z, side = rests(statics, names, mu.size)
     reached = (side != 0.0) & (mu == 0.0)
     active = (side != 0.0) & ~reached
     step = mu / 8

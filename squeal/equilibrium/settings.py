@@ -1,11 +1,22 @@
-"""The numbers of the continuation of an equilibrium over mu, in one record."""
+"""Settings of equilibria: how a branch over mu is followed, and what counts as admissible."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from squeal.errors import InputError
+
+
+def _check_positive(record: Any) -> None:
+    for one in fields(record):
+        value = getattr(record, one.name)
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(
+                f"{type(record).__name__}: {one.name}: {value!r} is not allowed; it must be a "
+                "finite number above 0"
+            )
 
 
 @dataclass(frozen=True)
@@ -28,13 +39,7 @@ class ContinuationSettings:
     tilt: float = math.pi / 2  # rad: there the lower face no longer faces the surface
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(
-                    f"ContinuationSettings: {one.name}: {value!r} is not allowed; it must be a "
-                    "finite number above 0"
-                )
+        _check_positive(self)
         for name, allowed, holds in (
             ("growth", "above 1", self.growth > 1),
             ("cosine", "below 1", self.cosine < 1),
@@ -49,4 +54,25 @@ class ContinuationSettings:
                 )
 
 
+@dataclass(frozen=True)
+class AdmissibleLimits:
+    """How far an equilibrium may lie from where the pad is put and still be one of the model.
+
+    Pads at rest keep far within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths
+    and press with less than the load.
+    """
+
+    # rad: the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
+    tilt: float = 0.2
+    # of the shortest of half length and free lengths: the springs' far ends count as fixed beside
+    # it, and a displacement of that size against the surface is a penetration, no compression
+    travel: float = 0.5
+    # times the load: springs and friction, no more the brake, press the pad; it wedges itself
+    reaction: float = 10.0
+
+    def __post_init__(self) -> None:
+        _check_positive(self)
+
+
 DEFAULT = ContinuationSettings()
+LIMITS = AdmissibleLimits()

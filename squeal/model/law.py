@@ -42,8 +42,9 @@ class ContactLaw(Hashable, Protocol):
 
     parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
     y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
-    plotted: its signals; meanings: name and meaning of each contact state, as the article or the
-    field counts them.
+    restoring: its moment turns the pad back, so that without friction a pad rests in one place
+    near the initial one; plotted: its signals; meanings: name and meaning of each contact
+    state, as the article or the field counts them.
     """
 
     @property
@@ -51,6 +52,9 @@ class ContactLaw(Hashable, Protocol):
 
     @property
     def absolute_gap(self) -> bool: ...
+
+    @property
+    def restoring(self) -> bool: ...
 
     @property
     def plotted(self) -> tuple[Signal, ...]: ...

@@ -57,6 +57,11 @@ class LineContact:
     state_name = staticmethod(face_state)
     gaps = staticmethod(gaps)
 
+    @property
+    def restoring(self) -> bool:
+        """False with the sign of Eq. (21), which turns the pad ever further."""
+        return self.delta_moment == "+"
+
     def _reaction(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Point, Point, Number]:
         """Partial and full contact, one of which is zero, and the centroid of the partial one.
 

@@ -87,6 +87,11 @@ class Springs:
             total += Loads(c.mu * force, force, (ax + c.mu * height) * force)
         return total
 
+    @property
+    def restoring(self) -> bool:
+        """True: the springs have a potential."""
+        return True
+
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
         (fl, (al, _)), (ft, (at_, _)) = self._at_edges(c, at, on)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import NAMES, StabilityMap
+from squeal.analysis.maps import BEYOND_FOLD, NAMES, StabilityMap
 from squeal.plots.areas import VERDICT_COLOURS, draw
 from squeal.plots.parameters import settle, unit_of
 from squeal.plots.style import SINGLE, Drawing, origin, save, style
@@ -26,10 +27,25 @@ def stability_figure(found: StabilityMap, own: tuple[float, float] | None = None
         met = [i for i, name in enumerate(NAMES) if found.share[name] > 0.0]
         draw(axes, found.outline, VERDICT_COLOURS, tuple(unit_of(a) for a in found.axes))
         settle(axes, found.axes, own)
+        far = hatch(axes, found)
         handles = [Patch(facecolor=VERDICT_COLOURS[i], edgecolor="k", linewidth=0.5) for i in met]
         names = [f"{NAMES[i]} ({100 * found.share[NAMES[i]]:.1f} %)" for i in met]
+        if far is not None:
+            handles.append(far)
+            names.append("tilted, displaced or pressed too far")
         figure.legend(handles, names, loc="outside upper center", ncols=2)
     return figure
+
+
+def hatch(axes: Axes, found: StabilityMap) -> Patch | None:
+    """Hatch the points whose equilibrium is not admissible; what stands for it in a legend."""
+    far = ~found.admissible & (found.codes != BEYOND_FOLD)
+    if not far.any():
+        return None
+    x, y = (axis.values / unit_of(axis) for axis in found.axes)
+    values = far.T.astype(float)
+    axes.contourf(x, y, values, [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5)
+    return Patch(facecolor="none", edgecolor="k", hatch="////", linewidth=0.5)
 
 
 def draw_stability_map(

@@ -28,8 +28,10 @@ def run(capsys, *arguments):
 
 def answer(capsys, *arguments):
     code, out, err = run(capsys, *arguments, "--json")
-    assert (code, err) == (0, "")
-    return json.loads(out)
+    found = json.loads(out)
+    told = "".join(f"squeal: warning: {words}\n" for words in found.get("warnings", []))
+    assert (code, err) == (0, told)
+    return found
 
 
 @pytest.mark.parametrize(
@@ -84,7 +86,8 @@ def test_every_query_prints_a_table(capsys, command):
     )
     extra = ["--n", "10"] if command == "map" else []
     code, out, err = run(capsys, command, *scene, *extra)
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert all(line.startswith("squeal: warning: ") for line in err.splitlines())
     assert out.strip()
 
 

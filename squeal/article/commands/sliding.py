@@ -26,6 +26,7 @@ COLUMNS = {
     "delta": "m",
     "contact": "",
     "verdict": "",
+    "admissible": "",
 }
 
 
@@ -34,7 +35,10 @@ def _finite(value: float) -> float | None:
 
 
 def data(scene: Scene) -> dict[str, Any]:
-    """The answer as a JSON object; a bound is null where K21 = 0 and friction is not bounded."""
+    """The answer as a JSON object; a bound is null where K21 = 0 and friction is not bounded.
+
+    `admissible` is about the equilibrium that `squeal eigenvalues` takes.
+    """
     pad = scene.pad
     K = stiffness(pad)
     limits = bounds(pad)
@@ -49,6 +53,9 @@ def data(scene: Scene) -> dict[str, Any]:
         "holds_sign_aware": bool(limits.sign_aware),
     }
     if not scene.pad_model.linear:
+        judged = judged_equilibria(scene)
+        taken = next((e for e, _ in judged if e.on_branch), judged[0][0] if judged else None)
+        found["admissible"] = taken is not None and taken.admissible
         found["equilibria"] = [
             {
                 "x": e.q[0],
@@ -58,8 +65,11 @@ def data(scene: Scene) -> dict[str, Any]:
                 "delta": e.delta,
                 "contact": scene.pad_model.state_name(e.state),
                 "verdict": judgement.verdict,
+                "on_branch": e.on_branch,
+                "admissible": e.admissible,
+                "warnings": list(e.warnings),
             }
-            for e, judgement in judged_equilibria(scene)
+            for e, judgement in judged
         ]
     return found
 
@@ -86,17 +96,27 @@ def text(found: dict[str, Any]) -> str:
         ),
     ]
     if "equilibria" in found:
-        rows = [("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")]
+        heads = ("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")
+        rows = [(*heads, "admissible")]
         for e in found["equilibria"]:
             numbers = (number(e[key]) for key in ("x", "y", "theta", "R_n", "delta"))
             first, *rest = numbers
-            rows.append((f"  {first}", *rest, e["contact"], e["verdict"]))
+            rows.append((f"  {first}", *rest, e["contact"], e["verdict"], yes[e["admissible"]]))
         parts.append(
             "sliding equilibria, least potential energy first\n" + table(rows)
             if found["equilibria"]
             else "no sliding equilibrium was found: no steady sliding exists near the pad"
         )
     return "\n\n".join(parts)
+
+
+def _warnings(found: dict[str, Any]) -> list[str]:
+    """Why the equilibrium that is taken is not admissible, and how many of the others are not."""
+    rows = found.get("equilibria", [])
+    taken = next((row for row in rows if row["on_branch"]), rows[0] if rows else None)
+    others = [row for row in rows if row is not taken and not row["admissible"]]
+    more = f"{len(others)} of the {len(rows)} equilibria listed are none that the model means"
+    return (taken["warnings"] if taken else []) + ([more] if others else [])
 
 
 def options(parser: Parser) -> None:
@@ -117,4 +137,4 @@ def run(given: argparse.Namespace) -> Answer:
         write_table(
             given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"])
         )
-    return Answer(lambda: found, lambda: text(found))
+    return Answer(lambda: found, lambda: text(found), warnings=_warnings(found))

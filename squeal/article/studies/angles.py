@@ -32,7 +32,7 @@ def equilibria(scene: Scene) -> Outline:
 
     axes = angle_axes(COARSE)
     angles = axes[0].values
-    found = Found(*on_grid(scene, ("alpha1", "alpha2"), angles, angles))
+    found = on_grid(scene, ("alpha1", "alpha2"), angles, angles)
     codes = encoded(found, np.array(np.meshgrid(angles, angles, indexing="ij")))
     return traced_map(scene, axes, codes, encoded)
 
@@ -70,7 +70,7 @@ def study(files: Sequence[Path]) -> Angles:
     cases, b3 = read_cases(files, "B2"), read_scenes(files, ["b3"])["b3"]
     fine = angle_axes(FINE)
     grid = on_grid(b3, ("alpha1", "alpha2"), fine[0].values, fine[1].values)
-    of_b2, of_b3 = equilibria(cases["c"]), traced_map(b3, fine, grid[0])
+    of_b2, of_b3 = equilibria(cases["c"]), traced_map(b3, fine, grid.codes)
     return Angles(
         mu=cases["c"].pad.mu,
         marks={case: (s.pad.alpha1, s.pad.alpha2) for case, s in cases.items()},

@@ -1,0 +1,76 @@
+"""Admissible or not: where an equilibrium leaves what the models mean."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squeal.equilibrium.settings import LIMITS, AdmissibleLimits
+from squeal.equilibrium.statics import Statics
+from squeal.model.mechanics import pose
+
+
+class Excursion(NamedTuple):
+    """How far an equilibrium lies from the initial position, each a number or an array (n,).
+
+    tilt: |theta0 + theta| in rad; travel: of the mass centre, over the shortest of half length and
+    free lengths; reaction: R_n over the load, which is F_n or what presses in the initial position.
+    """
+
+    tilt: Any
+    travel: Any
+    reaction: Any
+
+    def beyond(self, limits: AdmissibleLimits = LIMITS) -> np.ndarray:
+        """Which of the three exceeds its limit, shape (3, ...)."""
+        each = (limits.tilt, limits.travel, limits.reaction)
+        pairs = zip(self, each, strict=True)
+        return np.array([~(np.asarray(value) <= limit) for value, limit in pairs])
+
+    def warnings(self, limits: AdmissibleLimits = LIMITS) -> tuple[str, ...]:
+        """A sentence for each limit that one equilibrium exceeds."""
+        values = (np.degrees(self.tilt), self.travel, self.reaction)
+        bounds = (np.degrees(limits.tilt), limits.travel, limits.reaction)
+        rows = zip(_SENTENCES, values, bounds, self.beyond(limits), strict=True)
+        return tuple(
+            f"the equilibrium {words.format(value=f'{value:.3g}')}; the model means at most "
+            f"{bound:.3g}"
+            for words, value, bound, beyond in rows
+            if beyond
+        )
+
+
+_SENTENCES = (
+    "is tilted by {value} degrees",
+    "lies {value} times the pad's half length (or a spring's, if shorter) off the initial position",
+    "presses with {value} times the load",
+)
+
+
+LIMITED = Excursion._fields
+
+
+def _force(statics: Statics, z: np.ndarray, touching: Any) -> Any:
+    at, on = pose(np, tuple(statics.place(z))), np.asarray(touching, dtype=float)
+    with np.errstate(all="ignore"):  # no place where there is no force
+        return statics.model.law.resultant(statics.model.c, at, on)[0]
+
+
+def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
+    """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n).
+
+    Of pads that differ, the parameters of `statics` are arrays (n,).
+    """
+    pad = statics.model.pad
+    shortest = np.minimum(pad.w, np.minimum(pad.L1, pad.L2))
+    start = np.zeros_like(z)
+    start[3] = z[3]
+    put = statics.gaps(start) < 0.0
+    load = np.fmax(pad.F_n, np.where(put.any(axis=0), _force(statics, start, put), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):  # a pad without any load
+        return Excursion(
+            np.abs(statics.tilt(z)),
+            np.hypot(z[0], z[1]) / shortest,
+            _force(statics, z, touching) / load,
+        )

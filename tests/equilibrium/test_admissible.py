@@ -1,0 +1,129 @@
+"""Admissible or not: each limit from both sides, and all queries of one mind."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse, judged_equilibria, sweep_mu
+from squeal.analysis.maps import NAMES, codes_at
+from squeal.equilibrium import sliding_equilibrium
+from squeal.equilibrium.admissible import LIMITED, Excursion, excursion
+from squeal.equilibrium.settings import AdmissibleLimits
+from squeal.equilibrium.statics import Statics
+from squeal.errors import ComputationError, InputError
+from squeal.model.contact import Formulation
+from squeal.model.equations import PadModel
+from squeal.model.pad import Pad
+from squeal.scene import Scene
+from tests.conftest import random_pad
+
+FORMULATIONS = [
+    Formulation(*choice)  # type: ignore[arg-type]
+    for choice in itertools.product(("integral", "mean"), ("centre", "frame"), ("+", "-"))
+]
+
+
+def some_scene(seed):
+    """A random pad, many beyond a fold or far from where the model holds."""
+    r = np.random.default_rng([seed, 99])
+    model = "B1" if seed % 2 else "B2"
+    pad = random_pad(5000 + seed, model)
+    pad = pad.replace(mu=float(r.uniform(0, 1.5)), F_n=float(10 ** r.uniform(-3, -1)))
+    return Scene(model, pad, Formulation() if seed % 2 else FORMULATIONS[seed // 2 % 8])
+
+
+@pytest.mark.parametrize(("limit", "i"), [(name, i) for i, name in enumerate(LIMITED)])
+def test_each_limit_from_both_sides(limit, i):
+    bound = getattr(AdmissibleLimits(), limit)
+    within = [0.99 * getattr(AdmissibleLimits(), name) for name in LIMITED]
+    assert not Excursion(*within).warnings()
+    beyond = list(within)
+    beyond[i] = 1.01 * bound
+    assert np.flatnonzero(Excursion(*beyond).beyond()).tolist() == [i]
+    (words,) = Excursion(*beyond).warnings()
+    assert f"at most {np.degrees(bound) if limit == 'tilt' else bound:.3g}" in words
+    beyond[i] = np.nan  # what is not known is not admissible
+    assert Excursion(*beyond).beyond()[i]
+    with pytest.raises(InputError, match=limit):
+        AdmissibleLimits(**{limit: 0.0})
+
+
+def block(**changes):
+    """A pad that the line contact alone holds up; its springs push along the surface only."""
+    values = {"m": 1.0, "w": 0.04, "h": 0.01, "k1": 1e6, "k2": 1e6, "k_c": 1e8, "L1": 0.5}
+    values |= {"L2": 0.5, "alpha1": 0.0, "alpha2": np.pi, "mu": 0.0, "F_n": 500.0}
+    return Pad(**(values | changes))
+
+
+@pytest.mark.parametrize(("y0", "load"), [(0.0, 500.0), (-1e-5, 1000.0), (-1e-6, 500.0)])
+def test_excursion_of_a_pad_at_rest(y0, load):
+    # horizontal springs carry next to nothing: R_n = F_n, and the load is that of the placement
+    statics = Statics.of(PadModel("B2", block(y0=y0)))
+    found, _ = sliding_equilibrium(PadModel("B2", block(y0=y0)))
+    z = np.append(statics.units.to_scaled(np.array([*found.q, 0, 0, 0]))[:3], 0.0)
+    tilt, travel, reaction = excursion(statics, z, found.state)
+    assert tilt == pytest.approx(abs(found.q[2]), abs=1e-12)
+    assert travel == pytest.approx(abs(-500.0 / 1e8 - y0) / 0.04, rel=1e-3)
+    assert reaction == pytest.approx(500.0 / load, rel=1e-3)
+    assert found.admissible
+
+
+def test_many_at_once_are_as_each_alone():
+    seeds = range(0, 40, 2)
+    pads = [random_pad(1000 + seed, "B2", mu=0.3) for seed in seeds]
+    model = PadModel("B2", pads[0])
+    names = [n for n in pads[0].given() if n not in ("mu", "m", "w", "k1")]
+    values = np.array([[getattr(pad, n) for pad in pads] for n in names])
+    found = codes_at(Scene("B2", pads[0]), tuple(names), values)
+    for i, pad in enumerate(pads):
+        e, _ = sliding_equilibrium(model.replace(**{n: getattr(pad, n) for n in names}))
+        if found.codes[i] != len(NAMES) - 1:
+            assert (not found.beyond[:, i].any()) == (not e.excesses), i
+
+
+@pytest.mark.parametrize("seed", [*range(24), 40, 62, 66, 110, 198, 290])
+def test_map_eigenvalues_sliding_and_sweep_agree(seed):
+    scene = some_scene(seed)
+    mu = scene.pad.mu
+    at = codes_at(scene, ("mu",), np.array([[mu]]))
+    mapped, keeps = NAMES[at.codes[0]], not at.beyond.any()
+    judged = judged_equilibria(scene)
+    try:
+        analysis = analyse(scene)
+    except ComputationError:
+        assert (mapped, judged) == ("beyond a fold", [])
+        return
+    taken = next((e for e, _ in judged if e.on_branch), judged[0][0])
+    verdict = next(j.verdict for e, j in judged if e is taken)
+    assert (taken.q, taken.warnings) == (analysis.q, analysis.warnings)
+    assert verdict == analysis.judgement.verdict
+    if mapped == "beyond a fold":
+        assert taken.beyond
+        assert not analysis.admissible
+    else:
+        assert mapped == verdict
+        assert not taken.beyond
+        assert keeps == analysis.admissible
+    try:
+        ((_, swept),) = sweep_mu(scene, [mu])
+        critical = critical_friction(scene, mu)
+    except ComputationError:  # no equilibrium without friction
+        assert mapped == "beyond a fold"
+        return
+    assert (swept is None) == (mapped == "beyond a fold")
+    if swept is not None:
+        assert swept.admissible == analysis.admissible
+        assert (critical.admissible_to < mu) >= (not analysis.admissible)
+
+
+def test_a_branch_that_leaves_the_model_on_its_way():
+    scene = Scene("B2", random_pad(1061, "B2", mu=0.1))
+    found = critical_friction(scene)
+    assert not found.admissible
+    assert ["tilted" in words for words in found.warnings] == [True]
+    assert 0.1 < found.admissible_to < found.mu_end
+    low, high = (found.admissible_to * (1 + sign * 1e-6) for sign in (-1, 1))
+    for mu, kept in ((low, True), (high, False)):
+        assert analyse(scene.replace(mu=mu)).admissible is kept
