@@ -136,7 +136,19 @@ def run(given: argparse.Namespace) -> Answer:
     result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
     if given.table is not None:
         write_history(given.table, result)
-    return Answer(lambda: data(scene, result), lambda: text(scene, result))
+    return Answer(
+        lambda: data(scene, result), lambda: text(scene, result), warnings=_start_warnings(scene)
+    )
+
+
+def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
+    """What speaks against the equilibrium that the motion starts from; None without one."""
+    if scene.start != "equilibrium":
+        return None
+    from squeal.equilibrium import sliding_equilibrium  # a motion from elsewhere needs none
+
+    found, _ = sliding_equilibrium(scene.pad_model)
+    return () if found is None else found.warnings
 
 
 def write_history(path: Path, result: Simulation) -> None:

@@ -30,6 +30,18 @@ def beyond(request, tmp_path):
     return path
 
 
+@pytest.mark.parametrize("F_n", [0.05, None])
+def test_a_motion_from_an_equilibrium_says_so_too(capsys, tmp_path, F_n):
+    scene = TWICE.replace(F_n=F_n) if F_n else TWICE.replace(mu=0.1)
+    path = tmp_path / "pad.yaml"
+    document = scene.to_dict() | {"initial": "equilibrium", "time": {"stop": 0.1, "samples": 2}}
+    path.write_text(yaml.safe_dump(document))
+    expected = answer(capsys, "eigenvalues", path)["warnings"]
+    found = answer(capsys, "simulate", path)
+    assert (found["admissible"], found["warnings"]) == (not expected, expected)
+    assert bool(expected) == bool(F_n)
+
+
 def test_beyond_a_fold_every_command_says_so(capsys, beyond, tmp_path):
     mu, h = (yaml.safe_load(beyond.read_text())["parameters"][name] for name in ("mu", "h"))
     found = answer(capsys, "eigenvalues", beyond, "--mu", f"0:{mu}:3")
