@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+import sys
+from typing import Any
 
 import pytest
 
@@ -20,7 +22,8 @@ from squeal.article.identify.space import (
     scenes_of,
 )
 from squeal.article.identify.stored import read_searches
-from squeal.article.identify.write import write_scenes
+from squeal.article.identify.write import check_folder, write_scenes
+from squeal.commands.cli import main
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
@@ -124,6 +127,56 @@ def test_search_stops_resumes_and_refuses_another_search(tmp_path):
     state.write_text("{}")
     with pytest.raises(InputError, match="state"):
         search(MEAN, 1, 0.0, state, 1)
+
+
+def test_an_interrupted_start_leaves_its_best_pad(tmp_path, monkeypatch):
+    state = tmp_path / "state.json"
+    whole = search(MEAN, 1, 60.0, None, 1, starts=1, generations=2)
+    calls: list[tuple[Any, ...]] = []
+    told: list[str] = []
+
+    def interrupted(*given):
+        calls.append(given)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return costs(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sys.modules[search.__module__], "costs", interrupted)
+        stopped = search(MEAN, 1, 60.0, state, 1, told.append, starts=1, generations=5)
+    # two generations were whole: their best pad is that of a start that ends there
+    assert (stopped.numbers, stopped.starts) == (whole.numbers, 0)
+    assert "stopped" in told[-1]
+    kept = json.loads(state.read_text())
+    assert (kept["best"], kept["unfinished"]["cost"]) == ([], whole.cost)
+    # the start is made again from its first generation, and knows the pad until it has a better one
+    again = search(MEAN, 1, 60.0, state, 1, starts=1, generations=1)
+    alone = search(MEAN, 1, 60.0, None, 1, starts=1, generations=1)
+    assert (again.starts, again.cost) == (1, min(whole.cost, alone.cost))
+    assert json.loads(state.read_text())["best"][0]["cost"] == alone.cost
+
+
+def test_without_any_generation_an_interrupt_is_one(monkeypatch):
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys.modules[search.__module__], "costs", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        search(MEAN, 1, 60.0, None, 1, starts=1)
+
+
+def test_scenes_are_not_overwritten_unless_asked(tmp_path, capsys):
+    (tmp_path / "b2-a.yaml").write_text("mine")
+    assert main(["identify", "--minutes", "0", "--scenes", str(tmp_path)]) == 2
+    assert "b2-a.yaml exists" in capsys.readouterr().err
+    assert (tmp_path / "b2-a.yaml").read_text() == "mine"
+    with pytest.raises(InputError, match=r"b2-a\.yaml exists.*--overwrite"):
+        check_folder(tmp_path, overwrite=False)
+    check_folder(tmp_path, overwrite=True)
+    (tmp_path / "b2-a.yaml").rename(tmp_path / "b2-x.yaml")
+    check_folder(tmp_path, overwrite=False)
+    with pytest.raises(InputError, match="no folder"):
+        check_folder(tmp_path / "none", overwrite=True)
 
 
 @pytest.fixture(scope="module")

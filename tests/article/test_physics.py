@@ -127,7 +127,7 @@ def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
     """A point of the map at a time, from some hundreds of places, in each contact state."""
     found = ranges_study.off_branch(scene, 4)
     axis = angle_axes(4)[0].values
-    codes, _ = on_grid(scene, ("alpha1", "alpha2"), axis, axis)
+    codes = on_grid(scene, ("alpha1", "alpha2"), axis, axis).codes
     beyond = axis[np.argwhere(codes == BEYOND_FOLD)]
     assert (found.points, found.beyond) == (16, len(beyond))
     others, kept = 0, 0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal.article.identify import Found, search
-from squeal.article.identify.write import write_scenes
+from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.tables import table
 from squeal.errors import InputError
@@ -34,6 +34,9 @@ def options(parser: Parser) -> None:
     )
     parser.add_argument(
         "--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes into FOLDER"
+    )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="with --scenes: replace scenes that are there"
     )
 
 
@@ -86,8 +89,8 @@ def run(given: argparse.Namespace) -> Answer:
     starts = None
     if given.starts is not None:
         starts, seconds = int(_number(given.starts, "--starts", 1, whole=True)), math.inf
-    if given.scenes is not None and not given.scenes.is_dir():
-        raise InputError(f"--scenes {given.scenes}: is no folder; an existing folder is allowed")
+    if given.scenes is not None:
+        check_folder(given.scenes, given.overwrite)
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)

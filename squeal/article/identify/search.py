@@ -61,7 +61,10 @@ class Best(Record):
 
 class SearchState(Record):
     """What a state file keeps: the search (formulation, seed and names of the numbers), its starts
-    and pads so far, and its best pads."""
+    and pads so far, its best pads, and the best of a start that was interrupted.
+
+    That one takes no part in later starts, which so remain those of a search without a break.
+    """
 
     formulation: tuple[str, ...]
     seed: int
@@ -69,11 +72,31 @@ class SearchState(Record):
     starts: int = 0
     pads: int = 0
     best: tuple[Best, ...] = ()
+    unfinished: Best | None = None
+
+    @property
+    def least(self) -> Best | None:
+        """The best pad of all, None before the first generation."""
+        known = [*self.best[:1], *([self.unfinished] if self.unfinished else [])]
+        return min(known, key=lambda entry: entry.cost, default=None)
+
+    def during(self, found: Best) -> SearchState:
+        """The state while a start goes on that has met this pad."""
+        if self.unfinished is not None and self.unfinished.cost <= found.cost:
+            return self
+        return replace(self, unfinished=found)
 
     def after(self, pads: int, found: Best) -> SearchState:
         """The state after one more start over so many pads."""
         best = tuple(sorted((*self.best, found), key=lambda entry: entry.cost)[:KEPT])
-        return replace(self, starts=self.starts + 1, pads=self.pads + pads, best=best)
+        left = self.unfinished
+        return replace(
+            self,
+            starts=self.starts + 1,
+            pads=self.pads + pads,
+            best=best,
+            unfinished=left if left is not None and left.cost < found.cost else None,
+        )
 
 
 def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchState:
@@ -87,7 +110,7 @@ def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchSt
         kept = read_json(SearchState, file)
     except InputError:
         kept = replace(fresh, names=())
-    if replace(kept, starts=0, pads=0, best=()) != fresh:
+    if replace(kept, starts=0, pads=0, best=(), unfinished=None) != fresh:
         raise InputError(
             f"--state {file}: does not hold this search (formulation, seed); name another file"
         )
@@ -123,17 +146,24 @@ def search(
     """Search for the pad that fails the fewest claims, with the widest margins.
 
     Runs CMA-ES (Hansen 2016) from one start after another for about `seconds`, or `starts` of
-    them, of at most so many `generations`. Finished starts are kept in `state`, and a later call
-    goes on after them. Repeatable from the seed for a given number of starts, on machines with
-    the same number of lanes and the same `workers`. Raises InputError
-    if the state is of another search, ComputationError without heyoka.
+    them, of at most so many `generations`. Finished starts and the best pad of an unfinished one
+    are kept in `state`, and a later call goes on after them. An interrupt ends the search with the
+    best pad so far, if there is one. Repeatable from the seed for a given number of starts, on
+    machines with the same number of lanes and the same `workers`. Raises InputError if the state
+    is of another search, ComputationError without heyoka.
     """
     import cma
 
     begun = time.monotonic()
     kept = _resumed(state, formulation, seed)
 
-    def one_start() -> SearchState:
+    def keep(now: SearchState) -> None:
+        nonlocal kept
+        if now is not kept and state is not None:
+            write_text(state, to_json(now.to_dict()))
+        kept = now
+
+    def one_start() -> None:
         random = np.random.default_rng([seed, kept.starts])
         middle, width = _first(kept, formulation, random)
         options = {
@@ -155,6 +185,7 @@ def search(
                 gained = generation
             if found[least] < best:
                 best, best_numbers = float(found[least]), many[least]
+                keep(kept.during(Best(best, best_numbers)))
             late = time.monotonic() - begun > seconds or generation == generations
             idle = generation - gained >= PATIENCE or strategy.sigma < POINT
             done = late or idle or bool(strategy.stop())
@@ -166,16 +197,20 @@ def search(
                 )
             if done:
                 break
-        after = kept.after(pads, Best(best, best_numbers))
-        if state is not None:
-            write_text(state, to_json(after.to_dict()))
-        return after
+        keep(kept.after(pads, Best(best, best_numbers)))
 
     until = None if starts is None else kept.starts + starts
-    while time.monotonic() - begun < seconds and kept.starts != until:
-        kept = one_start()
-    if not kept.best:
-        kept = one_start()
-    best = kept.best[0]
+    try:
+        while time.monotonic() - begun < seconds and kept.starts != until:
+            one_start()
+        if kept.least is None:
+            one_start()
+    except KeyboardInterrupt:
+        if kept.least is None:
+            raise
+        if tell is not None:
+            tell("stopped; the best pad so far follows")
+    best = kept.least
+    assert best is not None
     judged = judge_one(best.numbers, formulation)
     return Found(best.numbers, best.cost, judged, kept.starts, kept.pads)

@@ -15,7 +15,7 @@ from pathlib import Path
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.search import SearchState
 from squeal.article.identify.space import STOP, Numbers, tilt_of
-from squeal.article.identify.write import write_scenes
+from squeal.article.identify.write import check_folder, write_scenes
 from squeal.errors import ComputationError, InputError
 from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json
@@ -87,7 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Gather the state files of finished searches.")
     parser.add_argument("states", type=Path, nargs="+", metavar="STATE")
     parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes")
+    parser.add_argument("--overwrite", action="store_true", help="replace scenes that are there")
     given = parser.parse_args(arguments)
+    if given.scenes is not None:
+        check_folder(given.scenes, given.overwrite)
     found = sorted((from_state(file) for file in given.states), key=preference)
     print(to_json([search.to_dict() for search in found]), end="")
     if given.scenes is not None:

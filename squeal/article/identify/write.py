@@ -15,6 +15,7 @@ from squeal.article.identify.space import (
     first_heights,
     pad_of,
 )
+from squeal.errors import InputError
 from squeal.files.writing import write_text
 from squeal.model.contact import Formulation, contact_law, contact_model
 
@@ -64,6 +65,18 @@ def scene_text(numbers: Numbers, formulation: Formulation, model: str, case: str
         "outputs: [events, shares, extrema]",
     ]
     return "\n".join(lines) + "\n"
+
+
+def check_folder(folder: Path, overwrite: bool) -> None:
+    """Refuse a folder that does not exist, or that holds scenes already. Raises InputError."""
+    if not folder.is_dir():
+        raise InputError(f"--scenes {folder}: is no folder; an existing folder is allowed")
+    names = [stem(model, case) for model in ("B1", "B2") for case in ANGLE_TEXTS]
+    there = [name for name in (*names, "b3") if (folder / f"{name}.yaml").exists()]
+    if there and not overwrite:
+        raise InputError(
+            f"--scenes {folder}: {there[0]}.yaml exists; another folder is allowed, or --overwrite"
+        )
 
 
 def write_scenes(numbers: Numbers, formulation: Formulation, folder: Path) -> None:

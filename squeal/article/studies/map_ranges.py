@@ -135,7 +135,7 @@ def _equilibria(scene: Scene, pads: Pad) -> tuple[np.ndarray, np.ndarray]:
 def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
     """Other equilibria at the angles at which the branch does not reach the scene's mu."""
     axis = angle_axes(grid)[0].values
-    codes, _ = on_grid(scene, ("alpha1", "alpha2"), axis, axis)
+    codes = on_grid(scene, ("alpha1", "alpha2"), axis, axis).codes
     beyond = axis[np.argwhere(codes == BEYOND_FOLD)].T
     statics = Statics.of(scene.pad_model)
     width = scene.pad.w / statics.units.length
