@@ -17,7 +17,7 @@ import numpy as np
 from squeal.commands.outputs import check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
 from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
-from squeal.files.provenance import provenance
+from squeal.files.provenance import InputFile, provenance
 from squeal.files.writing import to_json
 
 
@@ -25,7 +25,7 @@ from squeal.files.writing import to_json
 class Answer:
     """What a command found: an object for --json and a text for people, made only when wanted.
 
-    inputs: the files behind it, whose provenance joins the object; None where it tells none.
+    inputs: the files behind it, whose provenance joins the object; None: the scene's, if any.
     warnings: reasons why the equilibria behind it are none that the model means; None where there
     are no equilibria. They go to standard error and, with the key `admissible`, into the object,
     which may have such a key of its own.
@@ -33,7 +33,7 @@ class Answer:
 
     data: Callable[[], dict[str, Any]]
     text: Callable[[], str]
-    inputs: Sequence[Path] | None = None
+    inputs: Sequence[Path | InputFile] | None = None
     warnings: Sequence[str] | None = None
 
     def judged(self) -> dict[str, Any]:
@@ -99,7 +99,9 @@ class Command:
             warnings.warn(words, InputWarning, stacklevel=2)
         if not options.json:
             return str(answer.text())
-        inputs = [options.source.file] if self.scene else answer.inputs
+        inputs = answer.inputs
+        if self.scene and inputs is None:
+            inputs = [options.source.file]
         made = {}
         if inputs is not None:
             made = {"provenance": provenance(inputs, self.module.__name__).to_dict()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ import numpy as np
 
 from squeal.analysis.critical import CriticalFriction, critical_friction
 from squeal.commands.base import Answer, Parser
+from squeal.commands.numbers import numbers
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw, sweep
 from squeal.commands.tables import elided, in_words, number
-from squeal.errors import InputError
 from squeal.files.writing import write_table
 from squeal.scene import Scene
 
@@ -56,15 +55,8 @@ def write_thresholds(path: Path, found: CriticalFriction) -> None:
 
 def upper_end(given: str) -> float:
     """The value of --mu-max. Raises InputError."""
-    try:
-        value = float(given)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value <= 1e3:
-        raise InputError(
-            f"--mu-max {given}: is not allowed; it must be a number above 0 and at most 1000"
-        )
-    return value
+    words = "a number above 0 and at most 1000"
+    return numbers(given, "--mu-max", 1, words, lambda mu: 0.0 < mu <= 1e3)[0]
 
 
 def data(found: CriticalFriction) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
+from squeal.commands.numbers import spaced
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
@@ -19,18 +20,13 @@ from squeal.commands.sweep import (
     eigenvalue_rows,
     eigenvalue_table,
     sweep,
-    sweep_range,
     sweep_rows,
     sweep_text,
     sweep_warnings,
     write_eigenvalues,
     write_sweep,
 )
-from squeal.commands.system_options import (
-    refuse_options,
-    system_of,
-    work_options,
-)
+from squeal.commands.system_options import refuse_options, system_of, work_options
 from squeal.commands.systems import eigenvalues_of
 from squeal.commands.tables import in_words, number
 from squeal.commands.unstable import (
@@ -225,7 +221,7 @@ def run(given: argparse.Namespace) -> Answer:
     matrices = system_of(given)
     if matrices is not None:
         return eigenvalues_of(given, matrices)
-    mus = sweep_range(given.mu) if given.mu else None
+    mus = spaced(given.mu, "--mu", 0.0, 1e3) if given.mu else None
     system = given.source.system()
     refuse_options(given, ("modes", "region", "method"))
     value_of(given.at, system)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from squeal.analysis.critical import CriticalFriction, critical_parameter
+from squeal.commands.numbers import numbers
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
 
@@ -16,16 +15,11 @@ def value_of(given: str | None, system: PlainSystem | None) -> float:
     """
     if given is None:
         return 0.0
-    try:
-        value = float(given)
-    except ValueError:
-        value = math.nan
-    if system is None or not math.isfinite(value):
-        raise InputError(
-            f"--at {given}: is not allowed; it must be a finite number, and goes with a plain "
-            "system only (the friction of a scene stands in its file)"
-        )
-    return value
+    words = (
+        "a finite number, and goes with a plain system only (the friction of a scene stands in its "
+        "file)"
+    )
+    return numbers(given, "--at", 1, words, lambda _: system is not None)[0]
 
 
 def refuse_sensitivity(name: str, system: PlainSystem | None) -> None:

@@ -8,10 +8,7 @@ from typing import Any
 
 from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
-from squeal.analysis.sensitivity import (
-    eigenvalue_sensitivities,
-    threshold_sensitivities,
-)
+from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.commands.tables import table
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.scene import Scene

@@ -11,7 +11,6 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
 from squeal.commands.tables import elided, number, table
-from squeal.errors import InputError
 from squeal.files.writing import write_table
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, verdict
@@ -42,21 +41,6 @@ def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
         ]
     at = [(mu, source(mu)) for mu in mus]
     return [Step(mu, None, complex_eigenvalues(*m), verdict(*m)) for mu, m in at]
-
-
-def sweep_range(given: str) -> list[float]:
-    """The values of mu that A:B:N names. Raises InputError."""
-    parts = given.split(":")
-    try:
-        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
-    except (ValueError, IndexError):
-        low, high, count = 0.0, -1.0, 0
-    if len(parts) != 3 or not 0.0 <= low < high <= 1e3 or not 2 <= count <= 100_000:
-        raise InputError(
-            f"--mu {given}: is not allowed; it must be A:B:N with 0 <= A < B <= 1000 and a whole "
-            "number N from 2 to 100000"
-        )
-    return [low + (high - low) * i / (count - 1) for i in range(count)]
 
 
 def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Sequence
 
 from squeal.analysis.systems.wanted import Progress, Wanted, quiet
+from squeal.commands.numbers import band_of, numbers, whole
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
 from squeal.scene.terms import SystemFile
@@ -48,54 +48,17 @@ def system_of(given: argparse.Namespace) -> SystemFile | None:
     return found
 
 
-def numbers(given: str, option: str, count: int, words: str) -> tuple[float, ...]:
-    """Finite numbers between colons. Raises InputError."""
-    try:
-        found = tuple(float(part) for part in given.split(":"))
-    except ValueError:
-        found = ()
-    if len(found) != count or not all(map(math.isfinite, found)):
-        raise InputError(f"{option} {given}: is not allowed; it must be {words}")
-    return found
-
-
 def wanted_of(given: argparse.Namespace) -> Wanted:
     """Which roots the options ask for. Raises InputError."""
     band = region = modes = None
     if given.band is not None:
-        low, high = numbers(
-            given.band, "--band", 2, "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000"
-        )
-        band = (low, high)
+        band = band_of(given.band)
     if getattr(given, "region", None) is not None:
         words = "RE0:RE1:IM0:IM1 in 1/s and rad/s with RE0 < RE1 and IM0 < IM1"
         region = Rectangle(*numbers(given.region, "--region", 4, words))
     if getattr(given, "modes", None) is not None:
         modes = whole(given.modes, "--modes", 1, MOST)
     return Wanted(band, region, modes)
-
-
-def whole(given: str, option: str, low: int, high: int) -> int:
-    """A whole number in a range. Raises InputError."""
-    try:
-        found = int(given)
-    except ValueError:
-        found = low - 1
-    if not low <= found <= high:
-        raise InputError(
-            f"{option} {given}: is not allowed; it must be a whole number from {low} to {high}"
-        )
-    return found
-
-
-def values_of(given: str) -> list[float]:
-    """The values of a parameter that A:B:N names. Raises InputError."""
-    words = f"A:B:N with A < B and a whole number N from 2 to {MOST}"
-    low, high, number = numbers(given, "--sweep", 3, words)
-    if not low < high or number != int(number) or not 2 <= number <= MOST:
-        raise InputError(f"--sweep {given}: is not allowed; it must be {words}")
-    count = int(number)
-    return [low + (high - low) * i / (count - 1) for i in range(count)]
 
 
 def value_in(given: str | None, option: str) -> float | None:
@@ -105,10 +68,9 @@ def value_in(given: str | None, option: str) -> float | None:
 
 def memory_of(given: argparse.Namespace) -> float | None:
     """Bytes that --memory allows, None if it is left out. Raises InputError."""
-    found = value_in(given.memory, "--memory")
-    if found is not None and found <= 0.0:
-        raise InputError(f"--memory {given.memory}: is not allowed; it must be a number above 0")
-    return None if found is None else 1e9 * found
+    if given.memory is None:
+        return None
+    return 1e9 * numbers(given.memory, "--memory", 1, "a number above 0", lambda v: v > 0.0)[0]
 
 
 def progress_of(given: argparse.Namespace) -> Progress:

@@ -20,19 +20,13 @@ from squeal.analysis.systems.sweeps import (
 )
 from squeal.analysis.systems.wanted import check_memory, extent, is_small
 from squeal.commands.base import Answer
-from squeal.commands.system_options import (
-    memory_of,
-    progress_of,
-    value_in,
-    values_of,
-    wanted_of,
-)
+from squeal.commands.numbers import spaced
+from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
 from squeal.commands.tables import elided, number, table
 from squeal.commands.unstable import filter_of, unstable_rows
 from squeal.errors import InputError
 from squeal.files.journal import Journal
 from squeal.files.matrices import fingerprint
-from squeal.files.provenance import provenance
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
 from squeal.stability.dampings import dense
@@ -40,7 +34,6 @@ from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 
-MODULE = "squeal.commands.systems"
 SHOWN_ROWS = 100  # matrices of larger systems are not printed
 
 
@@ -58,7 +51,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "a scene is allowed"
         )
     wanted, progress = wanted_of(given), progress_of(given)
-    values = values_of(given.mu) if given.mu else []
+    values = spaced(given.mu, "--mu") if given.mu else []
     system, at = file.system, value_in(given.at, "--at")
     if at is not None:
         system = system.replace({system.parameter: at})
@@ -71,7 +64,6 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         swept = _swept(given, system, values, method)
     _write(given, system, roots, swept)
     grow, chosen = growing(roots), filter_of(given)
-    inputs = [given.source.file, *file.inputs]
 
     def data() -> dict[str, Any]:
         found = _head(file, system)
@@ -88,9 +80,13 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         }
         if values:
             found["sweep"] = [sweep_row(row) for row in swept.rows]
-        return found | {"provenance": provenance(inputs, MODULE).to_dict()}
+        return found
 
-    return Answer(data, lambda: _text(file, system, roots, swept, wanted.words()))
+    return Answer(
+        data,
+        lambda: _text(file, system, roots, swept, wanted.words()),
+        [given.source.file, *file.inputs],
+    )
 
 
 def _swept(

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from squeal.commands.base import Parser
+from squeal.commands.numbers import band_of, numbers
 from squeal.commands.tables import elided, number
-from squeal.errors import InputError
 from squeal.scene import PlainSystem
 from squeal.stability import UnstableMode, crossings, unstable_modes
 
@@ -48,26 +48,10 @@ def filter_of(given: argparse.Namespace) -> Filter:
     """The filter that the options name. Raises InputError."""
     band, least = None, 0.0
     if given.band is not None:
-        try:
-            low, high = map(float, given.band.split(":"))
-        except ValueError:
-            low = high = math.nan
-        if not 0.0 <= low < high < math.inf:
-            raise InputError(
-                f"--band {given.band}: is not allowed; it must be LOW:HIGH in Hz with "
-                "0 <= LOW < HIGH"
-            )
-        band = low, high
+        band = band_of(given.band)
     if given.min_growth is not None:
-        try:
-            least = float(given.min_growth)
-        except ValueError:
-            least = math.nan
-        if not 0.0 <= least < math.inf:
-            raise InputError(
-                f"--min-growth {given.min_growth}: is not allowed; it must be a finite number of "
-                "at least 0, in 1/s"
-            )
+        words = "a finite number of at least 0, in 1/s"
+        (least,) = numbers(given.min_growth, "--min-growth", 1, words, lambda rate: rate >= 0.0)
     return Filter(band, least)
 
 

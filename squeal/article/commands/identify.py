@@ -12,6 +12,7 @@ from typing import Any
 from squeal.article.identify import Found, search
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.base import Answer, Parser
+from squeal.commands.numbers import numbers, whole
 from squeal.commands.tables import table
 from squeal.errors import InputError
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
@@ -38,17 +39,6 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--overwrite", action="store_true", help="with --scenes: replace scenes that are there"
     )
-
-
-def _number(given: str, option: str, low: float, whole: bool = False) -> float:
-    try:
-        value = float(int(given)) if whole else float(given)
-    except ValueError:
-        value = math.nan
-    if not low <= value <= 1e9:
-        kind = "a whole number" if whole else "a number"
-        raise InputError(f"{option} {given}: is not allowed; it must be {kind} of at least {low:g}")
-    return value
 
 
 def data(found: Found) -> dict[str, Any]:
@@ -84,11 +74,12 @@ def text(found: Found) -> str:
 def run(given: argparse.Namespace) -> Answer:
     """Search, and write the scenes if asked."""
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
-    seed = int(_number(given.seed, "--seed", 0, whole=True))
-    seconds = 60 * _number(given.minutes, "--minutes", 0.0)
+    seed = whole(given.seed, "--seed", 0)
+    words = "a number of at least 0"
+    seconds = 60 * numbers(given.minutes, "--minutes", 1, words, lambda minutes: minutes >= 0.0)[0]
     starts = None
     if given.starts is not None:
-        starts, seconds = int(_number(given.starts, "--starts", 1, whole=True)), math.inf
+        starts, seconds = whole(given.starts, "--starts", 1), math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
