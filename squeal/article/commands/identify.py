@@ -14,7 +14,6 @@ from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.tables import table
-from squeal.errors import InputError
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 
