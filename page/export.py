@@ -124,7 +124,7 @@ def _coefficients(name: str, law: ContactLaw) -> Module:
 
 def parameters() -> list[str]:
     """Parameters of a pad that enter its motion."""
-    return [n for n in PARAMETERS if n != "V"]
+    return [n for n, p in PARAMETERS.items() if n != "V" and not p.needs]
 
 
 def modules() -> list[Module]:
@@ -166,6 +166,7 @@ def tables(scenes: Path) -> dict[str, Any]:
                 "allowed": f"a finite number{p.kind.range()}",
             }
             for n, p in PARAMETERS.items()
+            if not p.needs
         },
         "inputs": parameters(),
         "coefficients": coefficient_names(),

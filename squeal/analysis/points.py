@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,6 +17,7 @@ from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
+from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.numerics.newton import complex_step
 from squeal.scene import Scene
@@ -26,12 +28,28 @@ Names = tuple[str, ...]
 def _stiffness(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
     """K (3, 3, n) of n pads about q (3, n); touching (points, n): one at least touches."""
     K = np.empty((3, 3, q.shape[1]))
+    for state, here, part in _by_state(model, names, touching):
+        K[:, :, here] = -complex_step(partial(part.loads, state=state), q[:, here])
+    return K
+
+
+def _falling(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """C (3, 3, n) of friction that falls with speed, as `_stiffness` gives K."""
+    C = np.empty((3, 3, q.shape[1]))
+    for state, here, part in _by_state(model, names, touching):
+        still = q[:, here]
+        C[:, :, here] = -complex_step(partial(part.loads, still, state), 0.0 * still)
+    return C
+
+
+def _by_state(
+    model: PadModel, names: Names, touching: np.ndarray
+) -> Iterator[tuple[State, np.ndarray, PadModel]]:
+    """The contact states of n pads, where each is (n,), and the pads in it."""
     for state in filter(any, model.states):
         here = np.all(touching == np.array(state)[:, None], axis=0)
         if here.any():
-            loads = partial(subset(model, names, here).loads, state=state)
-            K[:, :, here] = -complex_step(loads, q[:, here])
-    return K
+            yield state, here, subset(model, names, here)
 
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
@@ -49,7 +67,8 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
         turn = np.array([1.0, 1.0, 1.0 / units.length])
         C = np.array(scene.damping.matrix) * np.outer(turn, turn) * units.time / units.mass
         return normalised(model.pad, np.broadcast_to(C[:, :, None], (3, 3, n)))
-    rest = Statics(model.replace(mu=0.0 * model.pad.mu), units)
+    smooth = 0.0 * model.pad.mu if "mu" in names else 0.0
+    rest = Statics(model.replace(mu=smooth), units)
     z, touching = np.zeros((4, n)), np.ones((model.law.points, n), dtype=bool)
     if not scene.pad_model.linear:
         z, _ = rests(rest, names, n)
@@ -116,14 +135,19 @@ def points_at(
     touching = np.ones((model.law.points, n), dtype=bool) if held else statics.gaps(z) < 0.0
     here = (side != 0.0) & touching.any(axis=0)
     part = dataclasses.replace(statics, model=subset(statics.model, names, here))
-    K = _stiffness(part.model, names, statics.place(z)[:, here], touching[:, here])
+    q, touch = statics.place(z)[:, here], touching[:, here]
+    K = _stiffness(part.model, names, q, touch)
+    B = _damping(scene, part, names, values[:, here])
+    if part.model.terms:
+        falling = normalised(part.model.pad, _falling(part.model, names, q, touch))
+        B = falling if B is None else B + falling
     return Points(
         here,
         touching,
         np.array([*z[:3], side]),
         part.model.pad,
         K,
-        _damping(scene, part, names, values[:, here]),
+        B,
         1.0 / units.time,
         np.zeros((3, int(here.sum())), dtype=bool)
         if held

@@ -7,6 +7,7 @@ taken; both are in the derivatives below. Damping matrices are held fixed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import coefficients, pose
+from squeal.model.mechanics import at_speed, coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import State
 from squeal.numerics import dual
@@ -30,13 +31,14 @@ from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
 class Change:
     """Derivatives by one parameter p, SI units per unit of p.
 
-    loads (3,): of (Fx, Fy, M) at a fixed place; q (3,): of the equilibrium; M, K (3, 3): of the
+    loads (3,): of (Fx, Fy, M) at a fixed place; q (3,): of the equilibrium; M, C, K (3, 3): of the
     matrices about the moving equilibrium; gaps (points,): of the gaps there.
     """
 
     loads: np.ndarray
     q: np.ndarray
     M: np.ndarray
+    C: np.ndarray
     K: np.ndarray
     gaps: np.ndarray
 
@@ -47,7 +49,9 @@ def parameters(model: PadModel) -> tuple[str, ...]:
     return tuple(
         name
         for name in PARAMETERS
-        if uses(name) and name != "V" and getattr(model.pad, name) is not None
+        if uses(name)
+        and getattr(model.pad, name) is not None
+        and (name != "V" or model.pad.fall is not None)
     )
 
 
@@ -60,9 +64,10 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
-    def slopes(at: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
         place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
-        loads = net_loads(dual, c, model.law, place, state)  # type: ignore[arg-type]
+        now = c if speed is None else at_speed(dual, c, pad.fall, speed)
+        loads = net_loads(dual, now, model.law, place, state)  # type: ignore[arg-type]
         return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
 
     loads = slopes(q, np.zeros(3))
@@ -74,7 +79,12 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
     edges = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
-    return Change(loads, dq, dM, -complex_step(lambda q: slopes(q, dq), q), np.array(edges))
+    dC = np.zeros((3, 3))
+    if pad.fall is not None:
+        still = q.astype(complex)
+        dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))
+    dK = -complex_step(lambda q: slopes(q, dq), q)
+    return Change(loads, dq, dM, dC, dK, np.array(edges))
 
 
 @takes_scene
@@ -91,7 +101,9 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     found = {}
     for name in parameters(model):
         by = change(model, q, analysis.state, name, held=scene.pad_model.linear)
-        found[name] = sensitivities(m.M, m.C, m.K, dM=by.M, dK=by.K, spectrum=analysis.spectrum)
+        found[name] = sensitivities(
+            m.M, m.C, m.K, dM=by.M, dC=by.C, dK=by.K, spectrum=analysis.spectrum
+        )
     return found
 
 
@@ -117,7 +129,8 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
         edge = int(np.argmin(np.abs(model.gaps(q))))
         rate = {name: by[name].gaps[edge] for name in names}
     else:
-        rate = _rates(model, q, state, damping_matrix(scene), point, by)
+        C = damping_matrix(scene) - model.rate_jacobian(q, state)
+        rate = _rates(model, q, state, C, point, by)
     return {name: -rate[name] / rate["mu"] + 0.0 for name in names if name != "mu"}
 
 
@@ -136,11 +149,12 @@ def _rates(
         return {name: float(y @ one.loads) for name, one in by.items()}
     if C.any():
         spectrum = complex_eigenvalues(M, C, K)
+
+        def derivative(one: Change) -> np.ndarray:
+            return sensitivities(M, C, K, dM=one.M, dC=one.C, dK=one.K, spectrum=spectrum)
+
         k = int(np.argmin(np.abs(spectrum.values.real) - 1e-9 * np.abs(spectrum.values.imag)))
-        return {
-            name: float(sensitivities(M, C, K, dM=one.M, dK=one.K, spectrum=spectrum)[k].real)
-            for name, one in by.items()
-        }
+        return {name: float(derivative(one)[k].real) for name, one in by.items()}
     s = 0.0 if point.kind == "divergence" else (2 * np.pi * point.frequency_hz) ** 2
     y, x = _null(K - s * M, M)
     scale = np.linalg.norm(K)

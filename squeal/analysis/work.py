@@ -94,8 +94,10 @@ class _Power(Observer):
         self.stays: list[list[int]] = []  # in partial contact: their first and last row
         self._stays_on = False
 
-    def _contact(self, model: PadModel, q: np.ndarray, state: State) -> np.ndarray:
-        load: Loads = model.law.loads(model.c, pose(np, tuple(q)), state)
+    def _contact(
+        self, model: PadModel, q: np.ndarray, rates: np.ndarray, state: State
+    ) -> np.ndarray:
+        load: Loads = model.law.loads(model.at_speed(rates[0]), pose(np, tuple(q)), state)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])
 
     def _energies(self, scaled: np.ndarray, state: State) -> list[np.ndarray]:
@@ -117,8 +119,8 @@ class _Power(Observer):
         half = 0.5 * np.diff(leg.nodes)
         t = (leg.nodes[:-1] + half)[:, None] + half[:, None] * _NODES
         q, rates = self._split(leg.dense(t.ravel()))
-        normal = self._contact(self._without_friction, q, leg.contact)
-        both = self._contact(self._model, q, leg.contact)
+        normal = self._contact(self._without_friction, q, rates, leg.contact)
+        both = self._contact(self._model, q, rates, leg.contact)
         weights = (half[:, None] * _WEIGHTS).ravel()
         C = self._model.damping
         damping = np.zeros_like(rates) if C is None else -np.array(C) @ rates

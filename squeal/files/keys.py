@@ -15,7 +15,8 @@ from squeal.files.values import Kind
 class Key:
     """One key: what it means and may be, and in `default` what stands for it if it is left out.
 
-    `models` are the models that use it, all if it is empty; `required` tells whether those need it.
+    `models` are the models that use it, all if it is empty; `required` tells whether those need it,
+    which the key `unless` does away with; `needs` are the keys that must stand beside it.
     """
 
     meaning: str
@@ -24,6 +25,8 @@ class Key:
     required: bool = False
     default: str = ""
     models: tuple[str, ...] = ()
+    unless: str = ""
+    needs: tuple[str, ...] = ()
 
     def used_by(self, model: str) -> bool:
         """True if a model (or a file without one, "") uses the key."""
@@ -71,12 +74,13 @@ class Group(Kind):
         for name, key in self.keys.items():
             here = at / name
             if name not in value:
-                if key.required and key.used_by(model):
+                if key.required and key.used_by(model) and key.unless not in value:
                     raise key.missing(here, self.owner or f"model {model}")
             elif not key.used_by(model):
                 raise here.unused(value[name], f"model {model}")
             else:
                 found[name] = key.kind.read(value[name], here, model)
+        check_needs(self.keys, found, at)
         return found
 
     def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:
@@ -106,11 +110,26 @@ class Group(Kind):
             "properties": {name: _described(key, model) for name, key in used.items()},
         }
         needed = [name for name, key in used.items() if key.required]
+        either = [[name, used[name].unless] for name in needed if used[name].unless in used]
+        needed = [name for name in needed if used[name].unless not in used]
         if needed:
             found["required"] = needed
+        if either:
+            found["allOf"] = [{"anyOf": [{"required": [n]} for n in pair]} for pair in either]
+        beside = {name: list(key.needs) for name, key in used.items() if key.needs}
+        if beside:
+            found["dependentRequired"] = beside
         if self.only_one:
             found |= {"minProperties": 1, "maxProperties": 1}
         return {"anyOf": [found, self.keys[self.short].kind.schema()]} if self.short else found
+
+
+def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) -> None:
+    """Refuse a key that is given without another one that it needs. Raises InputError."""
+    for name, key in keys.items():
+        for other in key.needs if given.get(name) is not None else ():
+            if given.get(other) is None:
+                raise keys[other].missing(at / other, name)
 
 
 def _described(key: Key, model: str) -> dict[str, Any]:

@@ -103,7 +103,7 @@ def _springs(f: Formulation) -> ContactLaw:
 
 MODEL = Place("model")
 _LINE = ("line_force", "delta_from", "delta_moment")
-_OF_MOTION = ("L1", "L2", "F_n", "V", "x0", "y0")
+_OF_MOTION = ("L1", "L2", "F_n", "V", "mu_s", "mu_k", "v_ref", "x0", "y0")
 MODELS: dict[str, ContactModel] = {
     model.name: model
     for model in (

@@ -23,6 +23,7 @@ from squeal.model.mechanics import (
     Coefficients,
     Loads,
     Number,
+    at_speed,
     coefficients,
     pose,
     spring_energy,
@@ -33,7 +34,7 @@ from squeal.model.states import State, states
 from squeal.numerics.newton import complex_step
 
 Coordinates = tuple[Number, Number, Number]
-MOST_TERMS = 9  # numbers of all terms with velocities
+MOST_TERMS = 12  # numbers of all terms with velocities
 Rows = tuple[tuple[float, ...], ...]
 
 
@@ -87,11 +88,16 @@ class PadModel:
         The state is taken as given, so the result is smooth in q; it is the physical load where
         `state_at(q)` is that state. At rest without `rates` (3, ...), the velocities.
         """
-        f = net_loads(np, self.c, self.law, tuple(q), state)
+        c = self.c if rates is None else self.at_speed(rates[0])
+        f = net_loads(np, c, self.law, tuple(q), state)
         if rates is not None and self.damping is not None:
             drag = (sum(map(operator.mul, row, rates)) for row in self.damping)
             f = Loads(*map(operator.sub, f, drag))
         return np.array(np.broadcast_arrays(*f))
+
+    def at_speed(self, speed: Any, ops: Any = np) -> Coefficients:
+        """Coefficients with the friction of a pad whose x_dot is `speed`."""
+        return at_speed(ops, self.c, self.pad.fall, speed)
 
     def physical_loads(self, q: Any, rates: Any = None) -> np.ndarray:
         """Net force and moment (3,) with the contact state that the gaps of q tell."""
@@ -118,12 +124,17 @@ class PadModel:
     @property
     def terms(self) -> tuple[str, ...]:
         """Which terms with velocities the equations have, by name."""
-        return ("damping",) if self.damping is not None else ()
+        damping = () if self.damping is None else ("damping",)
+        return damping if self.pad.mu_s is None else (*damping, "falling")
 
     @property
     def term_values(self) -> np.ndarray:
         """The numbers of all terms with velocities, (`MOST_TERMS`, ...), none without terms."""
-        return self.decay.reshape(9, *self.decay.shape[2:]) if self.terms else np.empty(0)
+        if not self.terms:
+            return np.empty(0)
+        entries = [entry for row in self.decay for entry in row]
+        fall = (0.0,) * 3 if self.pad.fall is None else (*self.pad.fall, self.pad.V)
+        return np.array(np.broadcast_arrays(*entries, *fall))
 
     @property
     def decay(self) -> np.ndarray:

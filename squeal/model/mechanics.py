@@ -1,13 +1,13 @@
 """Kinematics and spring forces of the pad, Eqs. (1)-(3), written once over generic arithmetic.
 
-`ops` is any module that offers `sin`, `cos` and `sqrt`: math for plain numbers, numpy for arrays
-and complex numbers, mpmath for more digits, heyoka for expressions. The coefficients of a pad may
-then be numbers, arrays or symbols, and every use of the model runs through these lines.
+`ops` is any module that offers `sin`, `cos`, `exp` and `sqrt`: math for plain numbers, numpy for
+arrays and complex numbers, mpmath for more digits, heyoka for expressions. The coefficients of a
+pad may then be numbers, arrays or symbols, and every use of the model runs through these lines.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from squeal.model.pad import Pad
@@ -68,6 +68,16 @@ class Coefficients:
     def place(self, state: Any) -> tuple[Number, Number, Number]:
         """q = (x, y, theta) of a state that starts with x, y and w theta."""
         return state[0], state[1], state[2] / self.w
+
+
+def at_speed(
+    ops: Any, c: Coefficients, fall: tuple[Number, Number] | None, speed: Number
+) -> Coefficients:
+    """Coefficients with the friction of a pad whose x_dot is `speed`; `fall` as in `Pad.fall`."""
+    if fall is None:
+        return c
+    share, rate = fall
+    return replace(c, mu=c.mu * (1.0 + share * (ops.exp(rate * speed) - 1.0)))
 
 
 def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:

@@ -13,9 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from squeal.files.keys import Key, listed
+import numpy as np
+
+from squeal.files.keys import Key, check_needs, listed
 from squeal.files.place import Place
 from squeal.files.values import Angle, Number
+from squeal.numerics import dual
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 
@@ -56,7 +59,8 @@ class Pad:
 
     A parameter that the model at hand does not use is None (or 0 for a placement); each may also be
     an array, a symbol or a dual number. `uniform` tells that I was left out, so that it follows
-    m, w and h. Raises InputError for a number, or an entry of an array, that is out of range.
+    m, w and h, `follows` that mu was, so that it is that of mu_s, mu_k, v_ref and V. Raises
+    InputError for a number, or an entry of an array, that is out of range.
     """
 
     m: float = _field("mass", "kg", _MASS, _POSITIVE)
@@ -87,7 +91,14 @@ class Pad:
     L2: float = _field("free length of spring 2", "m", _LENGTH, _POSITIVE, common=False)
     alpha1: float = _field("inclination of spring 1", "rad", _NONE, Angle())
     alpha2: float = _field("inclination of spring 2", "rad", _NONE, Angle())
-    mu: float = _field("coefficient of friction", "1", _NONE, _FROM_ZERO)
+    mu: float = _field(
+        "coefficient of friction",
+        "1",
+        _NONE,
+        _FROM_ZERO,
+        unless="mu_s",
+        default="refused, unless mu_s, mu_k, v_ref and V give it",
+    )
     F_n: float = _field("actuation (brake) force", "N", _FORCE, _FROM_ZERO, common=False)
     V: float | None = _field(
         "speed of the sliding surface",
@@ -97,6 +108,38 @@ class Pad:
         common=False,
         required=False,
         default="sliding is assumed and not checked",
+    )
+    mu_s: float | None = _field(
+        "coefficient of friction at rest; at the sliding speed v = V - x_dot it is mu_k + (mu_s - "
+        "mu_k) exp(-v/v_ref), scaled so that it is mu at v = V if mu is given too; a "
+        "simulation ends where x_dot reaches V",
+        "1",
+        _NONE,
+        _POSITIVE,
+        common=False,
+        required=False,
+        default="friction does not depend on speed",
+        needs=("mu_k", "v_ref", "V"),
+    )
+    mu_k: float | None = _field(
+        "coefficient of friction of fast sliding",
+        "1",
+        _NONE,
+        _POSITIVE,
+        common=False,
+        required=False,
+        default="refused beside mu_s",
+        needs=("mu_s",),
+    )
+    v_ref: float | None = _field(
+        "speed over which friction falls",
+        "m/s",
+        (0, 1, -1),
+        _POSITIVE,
+        common=False,
+        required=False,
+        default="refused beside mu_s",
+        needs=("mu_s",),
     )
     x0: float = _field(
         "initial position along the surface",
@@ -126,15 +169,42 @@ class Pad:
     )
 
     uniform: bool = field(init=False, default=False, repr=False, compare=False)
+    follows: bool = field(init=False, default=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check(vars(self))
-        self._set(uniform=self.I is None)
+        self._set(uniform=self.I is None, follows=self.mu is None)
         self._follow()
 
     def _follow(self) -> None:
         if self.uniform:
             self._set(I=self.m * (self.w**2 + self.h**2) / 3)
+        check_needs(_FALLING, vars(self), Place("Pad"))
+        if self.follows:
+            if self.mu_s is None or self.mu_k is None:
+                raise PARAMETERS["mu"].missing(Place("Pad") / "mu", "every model")
+            self._set(mu=self.mu_k + (self.mu_s - self.mu_k) * self._at_speed)
+
+    @property
+    def _at_speed(self) -> Any:
+        """exp(-V/v_ref)."""
+        ratio = self.V / self.v_ref  # type: ignore[operator]
+        if isinstance(ratio, dual.Dual):
+            return dual.exp(-ratio)
+        found = np.exp(-ratio)
+        return float(found) if np.ndim(found) == 0 else found
+
+    @property
+    def fall(self) -> tuple[Any, Any] | None:
+        """Share b and rate r (s/m) of friction mu (1 + b (exp(r x_dot) - 1)); None if it is
+        the same at every speed.
+
+        mu being that at the speed V, this is mu_k + (mu_s - mu_k) exp(-(V - x_dot)/v_ref), scaled.
+        """
+        if self.mu_s is None or self.mu_k is None:
+            return None
+        more = (self.mu_s - self.mu_k) * self._at_speed
+        return more / (self.mu_k + more), 1.0 / self.v_ref  # type: ignore[operator]
 
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
@@ -150,6 +220,7 @@ class Pad:
             name: value
             for name, value in self.given().items()
             if not (self.uniform and name == "I")
+            and not (self.follows and name == "mu")
             and not (PARAMETERS[name].default == "0" and isinstance(value, float) and not value)
         }
 
@@ -161,7 +232,8 @@ class Pad:
         return f"Pad({', '.join(shown)})"
 
     def replace(self, **changes: Any) -> Pad:
-        """A copy with some parameters changed; I follows m, w and h if it was left out.
+        """A copy with some parameters changed; I follows m, w and h if it was left out, and mu
+        the parameters of falling friction.
 
         Raises InputError for an unknown name or a value out of range.
         """
@@ -173,7 +245,9 @@ class Pad:
         new._set(**changes)
         if "I" in changes:
             new._set(uniform=new.I is None)
-        if not changes.keys().isdisjoint(("m", "w", "h", "I")):
+        if "mu" in changes:
+            new._set(follows=new.mu is None)
+        if not changes.keys().isdisjoint(("m", "w", "h", "I", "mu", "V", *_FALLING)):
             new._follow()
         return new
 
@@ -194,9 +268,10 @@ class Pad:
 PARAMETERS: dict[str, Parameter] = {
     f.name: f.metadata["p"] for f in dataclasses.fields(Pad) if f.init
 }
+_FALLING = {name: PARAMETERS[name] for name in ("mu_s", "mu_k", "v_ref", "V")}
 _LIMITS = {
     # both ends excluded; and whether the parameter may be None
-    name: (*p.kind.bounds, p.default != "0" and not (p.required and p.common))
+    name: (*p.kind.bounds, p.default != "0" and not (p.required and p.common and not p.unless))
     for name, p in PARAMETERS.items()
 }
 
@@ -204,7 +279,7 @@ _LIMITS = {
 def _check(values: Mapping[str, Any]) -> None:
     """Refuse a parameter that no model could take. Raises InputError."""
     for name, value in values.items():
-        if name == "uniform":
+        if name not in _LIMITS:
             continue
         low, high, optional = _LIMITS[name]
         # the usual case first: pads are made by the thousand

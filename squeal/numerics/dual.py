@@ -1,6 +1,7 @@
 """Numbers that carry their derivative: exact first derivatives through generic arithmetic.
 
-The module offers `sin`, `cos` and `sqrt`, so that it can be the `ops` of the model's functions.
+The module offers `sin`, `cos`, `exp` and `sqrt`, so that it can be the `ops` of the model's
+functions.
 Values may be complex: with the complex step they give mixed second derivatives to rounding.
 """
 
@@ -67,6 +68,13 @@ def cos(x: Any) -> Dual:
     """Cosine of a number or dual number."""
     x = dual(x)
     return Dual(np.cos(x.value), -np.sin(x.value) * x.slope)
+
+
+def exp(x: Any) -> Dual:
+    """Exponential of a number or dual number."""
+    x = dual(x)
+    value = np.exp(x.value)
+    return Dual(value, value * x.slope)
 
 
 def sqrt(x: Any) -> Dual:

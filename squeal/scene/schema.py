@@ -189,6 +189,11 @@ def check_simulation(scene: Scene, at: Place) -> None:
         )
     if scene.stop is None:
         raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")
+    if scene.pad.fall is not None and scene.initial[3] >= cast(float, scene.pad.V):
+        raise (at / "initial" / "x_dot").refuse(
+            f"{shown(scene.initial[3])} is not allowed with friction that falls with speed; it "
+            f"must be below V = {scene.pad.V:g}"
+        )
     if scene.pad.F_n == 0.0:
         for output in ("extrema", "history"):
             if scene.wants(output):

@@ -14,6 +14,8 @@ LIMITS = (
     "the pad has turned past 90 degrees",
     "spring 1 has collapsed to zero length",
     "spring 2 has collapsed to zero length",
+    "the pad has reached the speed V of the surface, beyond which friction that falls with speed "
+    "means nothing,",
 )
 # Share of its free length at which a spring counts as collapsed: the direction of its force, and
 # with it the motion, jumps at zero.

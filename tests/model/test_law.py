@@ -91,7 +91,9 @@ def test_each_model_uses_the_stiffnesses_of_its_law():
         "B3": ("k_c",),
     }
     used = {n: {p for p in PARAMETERS if m.uses(p)} for n, m in MODELS.items()}
-    assert used["B2"] - used["B3"] == {"L1", "L2", "F_n", "V", "x0", "y0"}
+    assert used["B2"] - used["B3"] == {
+        *("L1", "L2", "F_n", "V", "mu_s", "mu_k", "v_ref", "x0", "y0")
+    }
     assert used["BN"] == used["B2"]
     assert used["B1"] ^ used["B2"] == {"k3", "k4", "k_c"}
 

@@ -59,6 +59,8 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
             _value(scenes, key) if model in models_with(key) else "--"
             for model, scenes in (("B1", b1), ("B2", b2))
         ]
+        if set(shown) == {"--"}:  # nothing that the article has
+            continue
         symbol = SYMBOL.get(key, typeset(key))
         unit = parameter.unit.replace("kg m^2", r"kg\,m$^2$")
         rows.append([symbol, parameter.meaning, unit, *shown, _origin(key, shown, ratio)])

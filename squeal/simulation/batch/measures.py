@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.model.law import ContactLaw, Signal
-from squeal.model.mechanics import Coefficients, Pose, pose, springs
+from squeal.model.mechanics import Coefficients, Pose, at_speed, pose, springs
 from squeal.model.states import STATES
 from squeal.simulation.batch.motion import Motion
 
@@ -253,10 +253,12 @@ def _swings(delta: np.ndarray) -> np.ndarray:
 def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     """Greatest acceleration of a corner late in the run over that of the whole run."""
     m, c = s.motion, s.c
-    x, y, moment = springs(np, c, s.at) + s.law.loads(c, s.at, s.on)
+    fall = (s.terms[9], s.terms[10]) if len(s.terms) else None
+    now = at_speed(np, c, fall, m.samples[:, 3])
+    x, y, moment = springs(np, c, s.at) + s.law.loads(now, s.at, s.on)
     rates = np.array([x / c.m, (y - c.F_n) / c.m, c.w * moment / c.I])
     if len(s.terms):
-        D = s.terms.reshape(3, 3, -1)
+        D = s.terms[:9].reshape(3, 3, -1)
         rates -= np.einsum("ijn,kjn->ikn", D, m.samples[:, 3:])
     size = (rates**2).sum(axis=0)
     late = np.where(m.times >= m.stop - LATE * duration, size, 0.0)

@@ -18,7 +18,7 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.equations import MOST_TERMS, PadModel, net_loads
 from squeal.model.law import ContactLaw, Touching
-from squeal.model.mechanics import Coefficients, facing, pose, spring_vectors
+from squeal.model.mechanics import Coefficients, at_speed, facing, pose, spring_vectors
 from squeal.model.states import State
 from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
@@ -62,6 +62,9 @@ def equations(
     c = Coefficients(**{name: hy.par[i] for i, name in enumerate(_NAMES)})
     x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
     q = c.place((x, y, s))
+    first, v3 = len(_NAMES) + law.points, (u, v, r)
+    if "falling" in terms:
+        c = at_speed(hy, c, (hy.par[first + 9], hy.par[first + 10]), u)
     total = net_loads(hy, c, law, q, on)
     system = [
         (x, u),
@@ -72,7 +75,6 @@ def equations(
         (r, c.w * total.moment / c.I),
     ]
     if "damping" in terms:
-        first, v3 = len(_NAMES) + law.points, (u, v, r)
         for i in range(3):
             drag = sum(hy.par[first + 3 * i + j] * v3[j] for j in range(3))
             system[3 + i] = (system[3 + i][0], system[3 + i][1] - drag)
@@ -81,6 +83,8 @@ def equations(
         hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
         for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
     ]
+    if "falling" in terms:
+        limits.append(hy.par[first + 11] - u)
     return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
 
 

@@ -16,6 +16,9 @@ from squeal.simulation.legs import LIMITS, Leg
 LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
 
 
+_LIMITS = (LIMITS[0], LIMITS[3])  # those that are events here, in their order
+
+
 class SciPyIntegrator:
     """DOP853 of SciPy with located contact changes, over one scaled pad.
 
@@ -38,11 +41,12 @@ class SciPyIntegrator:
     def _rhs(self, contact: State) -> Any:
         c, law = self._model.c, self._model.law
         inverse_m, turn = 1.0 / c.m, c.w / c.I
-        D = self._model.decay
+        D, falls = self._model.decay, "falling" in self._model.terms
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
-            f = net_loads(math, c, law, c.place(state), contact)
+            now = self._model.at_speed(state[3], math) if falls else c
+            f = net_loads(math, now, law, c.place(state), contact)
             return [*state[3:], f.x * inverse_m, f.y * inverse_m, f.moment * turn]
 
         def damped(t: float, s: np.ndarray) -> list[float]:
@@ -67,9 +71,17 @@ class SciPyIntegrator:
         def upright(_t: float, s: np.ndarray) -> float:
             return float(facing(c, pose(math, c.place(s))))
 
-        upright.terminal = True  # type: ignore[attr-defined]
-        upright.direction = -1.0  # type: ignore[attr-defined]
-        return [*found, upright]
+        def slower(_t: float, s: np.ndarray) -> float:
+            return float(V - s[3])
+
+        ends = [upright]
+        V = self._model.pad.V
+        if "falling" in self._model.terms:
+            ends.append(slower)
+        for end in ends:
+            end.terminal = True  # type: ignore[attr-defined]
+            end.direction = -1.0  # type: ignore[attr-defined]
+        return [*found, *ends]
 
     def _collapse(self, y: np.ndarray) -> tuple[int, str] | None:
         """The first step (its end) in which a spring turns by more than 90 degrees, and what it is.
@@ -77,7 +89,7 @@ class SciPyIntegrator:
         It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
         """
         at = pose(np, self._model.c.place(y))
-        for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:], strict=True):
+        for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:3], strict=True):
             turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
             if turned.any():
                 return int(np.argmax(turned)) + 1, limit
@@ -106,7 +118,9 @@ class SciPyIntegrator:
             last, limit = collapse
         elif solution.status == 1:
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
-            point, limit = (event, None) if event < len(contact) else (None, LIMITS[0])
+            point, limit = (
+                (event, None) if event < len(contact) else (None, _LIMITS[event - len(contact)])
+            )
         motion = solution.sol
         return Leg(
             contact=contact,

@@ -1,0 +1,279 @@
+"""Friction that falls with speed: closed forms, equations written out again, differences."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.fields import most_unstable
+from squeal.analysis.growth import fit
+from squeal.analysis.points import points_at
+from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+from squeal.analysis.work import contact_work
+from squeal.equilibrium import sliding_equilibrium
+from squeal.errors import ComputationError, InputError
+from squeal.model.contact import CONSISTENT
+from squeal.model.pad import Pad
+from squeal.scene import Damping, Scene, read_scene
+from squeal.simulation import simulate
+from squeal.simulation.batch.alone import measure_alone
+from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.legs import LIMITS
+from squeal.simulation.variations import variations
+from tests.conftest import SCENES
+from tests.direct import motion
+
+LAW = {"mu_s": 0.9, "mu_k": 0.3, "v_ref": 4.0}
+
+
+def friction(v):
+    return LAW["mu_k"] + (LAW["mu_s"] - LAW["mu_k"]) * np.exp(-v / LAW["v_ref"])
+
+
+def scene(name, **more: Any) -> Scene:
+    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    one = dataclasses.replace(one, **({"formulation": CONSISTENT} | more))
+    return one.replace(mu=None, V=10.0, **LAW)
+
+
+def test_mu_is_that_of_the_surface_and_follows_the_law():
+    pad = scene("b2-c").pad
+    assert pad.mu == pytest.approx(friction(10.0), rel=1e-15)
+    assert pad.replace(V=3.0).mu == pytest.approx(friction(3.0), rel=1e-15)
+    assert pad.replace(mu_s=0.3).mu == pytest.approx(0.3, rel=1e-15)
+    assert "mu" not in pad.to_dict()
+    assert Pad(**pad.to_dict()) == pad
+    share, rate = pad.fall or (math.nan, math.nan)
+    for speed in (-20.0, 0.0, 4.0, 9.9):
+        there = pad.mu * (1 + share * (math.exp(rate * speed) - 1))
+        assert there == pytest.approx(friction(10.0 - speed), rel=1e-14)
+    # mu of its own scales the law and stays
+    scaled = pad.replace(mu=0.5)
+    assert scaled.fall == pad.fall
+    assert scaled.replace(V=3.0).mu == 0.5
+    assert Pad(**scaled.to_dict()) == scaled
+    assert scaled.replace(mu=None) == pad
+
+
+@pytest.mark.parametrize("left_out", ["mu_s", "mu_k", "v_ref", "V", "mu"])
+def test_the_law_is_whole_or_refused(left_out):
+    whole = scene("b2-c").pad.to_dict() | ({"mu_s": None} if left_out == "mu" else {})
+    if left_out == "mu":
+        whole |= {"mu_k": None, "v_ref": None}
+    part = {name: value for name, value in whole.items() if name != left_out}
+    with pytest.raises(InputError, match=r"^Pad: \w+: missing; [\w ]+ needs it \(.*\)$"):
+        Pad(**part)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+def test_the_slope_enters_the_damping_matrix(name):
+    one = scene(name)
+    found = analyse(one)
+    assert found.R_n is not None
+    slope = -(LAW["mu_s"] - LAW["mu_k"]) / LAW["v_ref"] * math.exp(-10.0 / LAW["v_ref"])
+    C = found.matrices.C
+    assert C[0, 0] == pytest.approx(slope * found.R_n, rel=1e-12)
+    assert not C[:, 1:].any()
+    assert C[1, 0] == 0.0
+    if name == "b2-c":  # friction acts at the arm h
+        assert C[2, 0] == pytest.approx(one.pad.h * slope * found.R_n, rel=1e-12)
+    # the sum of the eigenvalues is minus the trace of M^-1 C
+    total = sum(e.value for e in found.spectrum.eigenvalues)
+    assert total.real == pytest.approx(-slope * found.R_n / one.pad.m, rel=1e-8)
+    # and damping of the scene comes on top
+    rows = ((5.0, 1.0, 0.0), (0.0, 7.0, 0.0), (0.0, 0.2, 0.1))
+    damped = dataclasses.replace(one, damping=Damping(matrix=rows))
+    assert pytest.approx(C + np.array(rows), rel=1e-12) == analyse(damped).matrices.C
+
+
+def one_degree(**more: Any) -> Pad:
+    """A pad so stiff in contact that it only slides: x alone is left, held by springs along x."""
+    along = {"alpha1": 0.0, "alpha2": 0.0, "L1": 0.3, "L2": 0.3, "k1": 2e5, "k2": 2e5}
+    more = {"V": 2.0, "mu_s": 0.6, "mu_k": 0.3, "v_ref": 1.5, "F_n": 300.0} | more
+    return Pad(m=1.0, w=0.05, h=1e-4, k_c=1e12, **along, **more)
+
+
+def test_growth_of_one_degree_of_freedom_in_closed_form():
+    # m x'' - mu' R_n x' + k x = 0, mu' the fall of friction at V: growth mu' R_n/(2 m)
+    pad = one_degree()
+    fall = 0.3 / 1.5 * math.exp(-2.0 / 1.5)
+    growth = fall * 300.0 / (2 * 1.0)
+    one = Scene("B2", pad, stop=0.1, samples=1001, outputs=("history",), tolerance=1e-14)
+    mode = analyse(one).spectrum.dominant
+    assert mode.value.real == pytest.approx(growth, rel=1e-4)
+    assert abs(mode.value.imag) == pytest.approx(math.sqrt(4e5 - growth**2), rel=1e-4)
+    kicked = dataclasses.replace(one, start="equilibrium", initial=(0, 0, 0, 1e-5, 0, 0))
+    found = simulate(kicked).history
+    assert found is not None
+    size = np.hypot(found["x"] - analyse(one).q[0], found["x_dot"] / math.sqrt(4e5))
+    assert np.polyfit(found["t"], np.log(size), 1)[0] == pytest.approx(growth, rel=2e-2)
+    # rising friction damps as much
+    rising = dataclasses.replace(one, pad=one_degree(mu_s=0.3, mu_k=0.6))
+    assert analyse(rising).spectrum.dominant.value.real <= 1e-4 * growth
+    assert -analyse(rising).matrices.C[0, 0] == pytest.approx(-2 * growth, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c", "b2-d"])
+def test_simulation_grows_as_eigenvalues_say(name):
+    one = scene(name, damping=Damping(ratios=(1e-3, 2e-3, 1e-3)))
+    at, _ = sliding_equilibrium(one.pad_model)
+    assert at is not None
+    found = fit(one, at)
+    assert found is not None
+    assert found.predicted.real != 0.0
+    assert abs(found.fitted.real - found.predicted.real) < 1e-4 * abs(found.predicted)
+    assert found.deviation < 1e-4
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+@pytest.mark.parametrize("backend", ["heyoka", "scipy"])
+@pytest.mark.parametrize("damped", [False, True])
+def test_motion_is_that_of_the_equations_written_out(name, backend, damped):
+    C = np.diag([30.0, 20.0, 0.01]) if damped else None
+    damping = None if C is None else Damping(matrix=tuple(map(tuple, C.tolist())))
+    one = scene(name, outputs=("history",), samples=6, tolerance=1e-13, damping=damping)
+    one = dataclasses.replace(one, stop=0.2 * one.stop)
+    found = simulate(one, backend)
+    assert found.contact_changes > 0
+    assert found.history is not None
+    times = found.history["t"]
+    expected = motion(one.model, one.pad, one.initial, times, C, mu=lambda u: friction(10.0 - u))
+    constant = motion(one.model, one.pad, one.initial, times, C)
+    for i, column in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
+        size = np.abs(expected[:, i]).max()
+        assert np.abs(found.history[column] - expected[:, i]).max() < 1e-8 * size
+        assert np.abs(constant - expected)[:, i].max() > 1e-4 * size
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+def test_batches_and_single_runs_agree(name):
+    rows = ((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))
+    one = scene(name, tolerance=1e-12, damping=Damping(matrix=rows)).replace(V=20.0)
+    speeds = np.array([15.0, 20.0, 40.0])
+    pads = [one.pad.replace(V=float(V)) for V in speeds]
+    found = simulate_many(
+        one.model,
+        stack(pads),
+        np.tile(one.initial, (3, 1)),
+        one.stop or 0.0,
+        one.tolerance,
+        measured=True,
+        damping=np.array(rows),
+    )
+    assert (found["outcome"] == DONE).all()
+    for i, pad in enumerate(pads):
+        own = dataclasses.replace(one, pad=pad)
+        single = simulate(own)
+        scale = np.abs(single.final[1:]).max()
+        assert found["changes"][i] == single.contact_changes
+        assert found["final"][i] == pytest.approx(single.final[1:], abs=1e-6 * scale)
+        assert found["calm"][i] == pytest.approx(measure_alone(own)["calm"][0], rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+def test_works_balance(name):
+    found = contact_work(scene(name, tolerance=1e-14).replace(V=20.0))
+    total = found.normal + found.friction
+    assert total == pytest.approx(found.gained, abs=1e-9 * found.kinetic)
+
+
+def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
+    one = scene("b2-c", tolerance=1e-12).replace(V=2.0)
+    messages = []
+    for backend in ("heyoka", "scipy"):
+        with pytest.raises(ComputationError, match="reached the speed V of the surface") as caught:
+            simulate(one, backend)  # type: ignore[call-overload, unused-ignore]
+        messages.append(str(caught.value))
+    ended = [float(m.split("t = ")[1].split()[0]) for m in messages]
+    assert ended[0] == pytest.approx(ended[1], rel=1e-6)
+    # up to there it is the motion of the equations written out
+    state = motion(
+        one.model, one.pad, one.initial, [0.0, ended[0]], mu=lambda u: friction(2.0 - u)
+    )[-1]
+    assert state[3] == pytest.approx(2.0, rel=1e-6)
+    many = simulate_many(
+        "B2", one.pad, np.array([one.initial]), one.stop or 0.0, formulation=one.formulation
+    )
+    assert many["outcome"][0] == 1 + LIMITS.index(next(x for x in LIMITS if "speed V" in x))
+    assert many["ended"][0] == pytest.approx(ended[0], rel=1e-6)
+    fast = dataclasses.replace(one, initial=(0.0, 0.0, 0.0, 2.0, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"x_dot: 2.0 is not allowed .* it must be below V = 2$"):
+        simulate(fast)
+
+
+def test_phase_space_swells_where_friction_falls():
+    # the trace of the linear equations is mu' R_n/m in contact, in place of zero
+    one = scene("b1-c")
+    one = dataclasses.replace(one, stop=0.1 * one.stop)
+    found = variations(one)
+    _, logarithm = np.linalg.slogdet(found.matrix)
+    assert logarithm + 6 * found.logarithm > 1e-2
+
+
+@pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.01, 0.01))])
+def test_maps_know_it(damping):
+    one = scene("b2-d", damping=damping)
+    V = np.array([3.0, 8.0, 30.0])
+    values = most_unstable(points_at(one, ("V",), V[None]))
+    scales = np.array([0.2, 0.4])
+    scaled = most_unstable(points_at(one, ("mu",), scales[None]))
+    for names, given, found in (("V", V, values), ("mu", scales, scaled)):
+        for value, fastest in zip(given, found, strict=True):
+            mode = analyse(one.replace(**{names: float(value)})).spectrum.dominant.value
+            assert fastest.real == pytest.approx(mode.real, rel=1e-6)
+
+
+def difference(value, x):
+    """Derivative by central differences, extrapolated."""
+    h = 1e-4 * x
+    rough = [(value(x + k * h) - value(x - k * h)) / (2 * k * h) for k in (1, 2)]
+    return (4 * rough[0] - rough[1]) / 3
+
+
+NAMES = ["mu_s", "mu_k", "v_ref", "V", "F_n", "k_c", "h", "alpha1"]
+
+
+def test_sensitivities_of_eigenvalues_against_differences():
+    one = scene("b2-d", damping=Damping(matrix=((9.0, 0, 0), (0, 8.0, 0), (0, 0, 0.01))))
+    analysis = analyse(one)
+    rates = eigenvalue_sensitivities(one, analysis)
+    assert set(NAMES) <= set(rates)
+    first = analysis.spectrum.values[0]
+
+    def value(name, x):
+        values = analyse(one.replace(**{name: x})).spectrum.values
+        return values[np.argmin(np.abs(values - first))]
+
+    for name in NAMES:
+        x = getattr(one.pad, name)
+        expected = difference(lambda x, n=name: value(n, x), x)
+        size = max(abs(expected), 1e-6 * abs(first) / abs(x))
+        assert abs(rates[name][0] - expected) < 1e-4 * size
+
+
+def test_sensitivities_of_thresholds_against_differences():
+    one = scene("b2-d", damping=Damping(matrix=((90.0, 0, 0), (0, 80.0, 0), (0, 0, 0.1))))
+
+    # mu scales the law, whose shape the other parameters give
+    held = one.replace(mu=one.pad.mu)
+
+    def threshold(changed):
+        return critical_friction(changed).points[0]
+
+    rates = threshold_sensitivities(one, threshold(one))
+    for name in ("mu_s", "v_ref", "V", "F_n", "h"):
+        x = getattr(one.pad, name)
+        expected = difference(lambda x, n=name: threshold(held.replace(**{n: x})).mu, x)
+        assert rates[name] == pytest.approx(expected, rel=1e-4)
+
+
+def test_friction_that_does_not_fall_has_no_such_term():
+    model = read_scene(SCENES / "b2-c.yaml").pad_model
+    assert model.pad.fall is None
+    assert (model.terms, model.term_values.size) == ((), 0)
+    flat = scene("b2-c").replace(mu_s=0.3)
+    assert not analyse(flat).matrices.C.any()
