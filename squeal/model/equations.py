@@ -34,8 +34,13 @@ from squeal.model.states import State, states
 from squeal.numerics.newton import complex_step
 
 Coordinates = tuple[Number, Number, Number]
-MOST_TERMS = 12  # numbers of all terms with velocities
+_DAMPING, _FALLING = 9, 3  # numbers of the terms with velocities
 Rows = tuple[tuple[float, ...], ...]
+
+
+def term_count(terms: tuple[str, ...]) -> int:
+    """How many numbers the terms with velocities have, see `PadModel.terms`."""
+    return (_DAMPING if terms else 0) + (_FALLING if "falling" in terms else 0)
 
 
 def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
@@ -129,11 +134,12 @@ class PadModel:
 
     @property
     def term_values(self) -> np.ndarray:
-        """The numbers of all terms with velocities, (`MOST_TERMS`, ...), none without terms."""
+        """The numbers of the terms with velocities, (`term_count`, ...): D row by row, then share
+        and rate of friction that falls, and V."""
         if not self.terms:
             return np.empty(0)
         entries = [entry for row in self.decay for entry in row]
-        fall = (0.0,) * 3 if self.pad.fall is None else (*self.pad.fall, self.pad.V)
+        fall = () if self.pad.fall is None else (*self.pad.fall, self.pad.V)
         return np.array(np.broadcast_arrays(*entries, *fall))
 
     @property

@@ -14,7 +14,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from squeal.model.equations import MOST_TERMS
+from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients
 from squeal.simulation.batch.motion import Motion
@@ -70,7 +70,7 @@ class Lanes:
         self._ta = hy.taylor_adaptive_batch(
             system,
             np.zeros((6, LANES)),
-            pars=np.ones((_N + law.points + (MOST_TERMS if terms else 0), LANES)),
+            pars=np.ones((_N + law.points + term_count(terms), LANES)),
             tol=max(tolerance, float(np.finfo(float).eps)),
             t_events=events,
         )
@@ -111,7 +111,7 @@ class Lanes:
         terms: np.ndarray,
     ) -> Motion:
         """Integrate `LANES` pads: coefficients (len(NAMES), n), touching (points, n) of 0 or 1,
-        state (6, n), terms (`MOST_TERMS` or 0, n): the numbers of terms with velocities."""
+        state (6, n), terms (m, n): the numbers of terms with velocities."""
         log, ta = self._log, self._ta
         log.clear()
         self._pars[:_N] = coefficients

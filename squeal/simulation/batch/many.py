@@ -66,7 +66,7 @@ class _Task:
 @dataclasses.dataclass(frozen=True)
 class _Natural:
     """A chunk in natural units: stacked units and pads, coefficients (names, n), states (6, n),
-    numbers of the terms with velocities (`MOST_TERMS` or 0, n)."""
+    numbers of the terms with velocities (m, n)."""
 
     units: Units
     model: PadModel

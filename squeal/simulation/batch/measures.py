@@ -253,7 +253,7 @@ def _swings(delta: np.ndarray) -> np.ndarray:
 def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     """Greatest acceleration of a corner late in the run over that of the whole run."""
     m, c = s.motion, s.c
-    fall = (s.terms[9], s.terms[10]) if len(s.terms) else None
+    fall = (s.terms[9], s.terms[10]) if len(s.terms) > 9 else None
     now = at_speed(np, c, fall, m.samples[:, 3])
     x, y, moment = springs(np, c, s.at) + s.law.loads(now, s.at, s.on)
     rates = np.array([x / c.m, (y - c.F_n) / c.m, c.w * moment / c.I])

@@ -16,7 +16,7 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.equations import MOST_TERMS, PadModel, net_loads
+from squeal.model.equations import PadModel, net_loads, term_count
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, at_speed, facing, pose, spring_vectors
 from squeal.model.states import State
@@ -120,7 +120,9 @@ def compiled(
     events += [_event(fp_type)(limit, direction=downwards) for limit in limits]
     expressions = [rhs for _, rhs in system] + heights + limits
     used = hy.get_params(expressions)
-    highest = max(i for i in range(len(_NAMES) + law.points + MOST_TERMS) if hy.par[i] in used)
+    highest = max(
+        i for i in range(len(_NAMES) + law.points + term_count(terms)) if hy.par[i] in used
+    )
     return hy.taylor_adaptive(
         system,
         [fp_type(0.0)] * 6,
