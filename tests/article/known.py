@@ -79,6 +79,10 @@ def result(name: str) -> Result:
         given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))
     elif name == "map_ranges":
         given = {"sweeps": by("sweeps", ("h/w", "k2/k1", "mu")), "members": by("members", CASES)}
+    elif name == "line_springs":
+        case = typing.get_args(types_of["cases"])[1]
+        points = filled(typing.get_args(typing.get_type_hints(case)["thresholds"])[1])
+        given["cases"] = {n: filled(case, thresholds={"0": points, "2": points}) for n in CASES}
     elif name == "accuracy":
         given["scenes"] = by("scenes", HISTORY_FIGURES)
     elif name == "angles":

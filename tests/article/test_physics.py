@@ -10,13 +10,16 @@ from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
 from squeal.article.equations import Bounds, bounds
 from squeal.article.report.physics import energy_table, generated
 from squeal.article.results.energy import Energy, Motion, Stay
+from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import energy as energy_study
+from squeal.article.studies import line_springs as springs_study
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
 from squeal.files.records import Missing, Result
 from squeal.model.linear import linearise
 from squeal.scene import read_scene
+from squeal.simulation import Simulation
 from squeal.stability import verdict
 from tests.article import known
 from tests.conftest import ROOT
@@ -79,7 +82,7 @@ def test_sentences_on_energy_follow_the_numbers(fed, friction, kinetic, words):
         "b2-a-mean": Missing("the pad has turned past 90 degrees at t = 1 s"),
     }
     found = Energy(motions=motions)
-    values, _ = generated(found, known_of(MapRanges))
+    values, _ = generated(found, known_of(MapRanges), known_of(LineSprings))
     told = [values[f"physics.energy.{key}"] for key in ("law", "source", "start")]
     for text, part in zip(told, words, strict=True):
         assert part.lower() in text.lower()
@@ -143,7 +146,7 @@ def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
 
 
 def told(ranges: MapRanges) -> dict[str, str]:
-    return generated(known_of(Energy), ranges)[0]
+    return generated(known_of(Energy), ranges, known_of(LineSprings))[0]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +161,7 @@ def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
     }
     values = told(dataclasses.replace(known_ranges, members=members))
     assert words in values["physics.map.reading"]
-    assert ("(c)" in values["physics.map.lie"].partition(place)[0]) or place == "outside"
+    assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
 
 
 @pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
@@ -167,3 +170,47 @@ def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
     changed = dataclasses.replace(ranges.off_branch, kept=kept)
     values = told(dataclasses.replace(ranges, off_branch=changed))
     assert words in values["physics.map.other"]
+
+
+def test_many_springs_move_as_the_line_does_ever_nearer():
+    """A motion in partial contact: springs are a midpoint rule, whose error falls as 1/N^2."""
+    own = read_scene(SCENES / "b2-b.yaml", "simulate")
+    line = springs_study._run(own, 0)
+    assert isinstance(line, Simulation)
+    off = []
+    for count in (8, 32):
+        run = springs_study._run(own, count)
+        assert isinstance(run, Simulation)
+        off.append(springs_study._contact(own, count, run, line).off)
+    assert 4.0 < off[0] / off[1] < 40.0
+
+
+def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
+    """Two springs beside a line that loses contact for half of the time, and is apart for some."""
+    few, many = Contact(2, lost, apart, 1, 2.0, 0.5), Contact(32, 0.5, 0.2, 1, 2.0, off)
+    points = {"0": (Threshold(0.4, "flutter"),), "2": (Threshold(mu, "flutter"),)}
+    line = Contact(0, 0.5, 0.2, 1, 2.0, 0.0)
+    return LineSprings(cases={"c": Case(line, (few, many), True, points)}, stop=1.0, mu_max=2.0)
+
+
+@pytest.mark.parametrize(
+    ("lost", "apart", "off", "mu", "words"),
+    [
+        (0.8, 0.4, 0.001, 0.4, ("exaggerates partial contact and separation,", "within", "no thr")),
+        (
+            0.3,
+            0.4,
+            0.001,
+            0.3,
+            ("exaggerates separation and understates par", "within", "is $0.3$ on 2"),
+        ),
+        (0.3, 0.1, 0.2, 0.4, ("understates partial contact and separation,", "still", "no thres")),
+        (0.5, 0.2, 0.2, 0.4, ("depends on the case", "still", "no threshold")),
+    ],
+)
+def test_the_verdict_on_points_follows_the_shares(lost, apart, off, mu, words):
+    found = springs(lost, apart, off, mu)
+    values, _ = generated(known_of(Energy), known_of(MapRanges), found)
+    keys = ("verdict", "limit", "thresholds")
+    for key, part in zip(keys, words, strict=True):
+        assert part in values[f"physics.springs.{key}"]

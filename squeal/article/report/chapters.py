@@ -130,13 +130,16 @@ _PARTS = (
     ),
     Chapter(
         "physics",
-        reads=_results("energy", "map_ranges"),
+        reads=_results("energy", "map_ranges", "line_springs"),
         tables=("works", "members"),
         studies=(
             Study("energy", _scenes(*HISTORY_FIGURES)),
             Study("map_ranges", _scenes("b2-c")),
+            Study("line_springs", _scenes(*_B2)),
         ),
-        figures=tuple(Figure(name, name, _results(name)) for name in ("energy", "map_ranges")),
+        figures=tuple(
+            Figure(name, name, _results(name)) for name in ("energy", "map_ranges", "line_springs")
+        ),
     ),
     Chapter(
         "identification",

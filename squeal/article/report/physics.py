@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from squeal.article.report.latex import Generated, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.article.results.line_springs import LineSprings
 from squeal.article.results.map_ranges import MapRanges
 from squeal.files.records import Missing
 
@@ -86,6 +87,7 @@ def _energy(found: Energy) -> dict[str, str]:
 
 HAMMERS = "c"
 """The case that hammers severely with both models, as the article says."""
+PLACES = {"inside": "inside", "on the edge": "on the edge of", "outside": "outside"}
 READINGS = {
     "inside": "inside the black area, against the article's reading that hammering begins where "
     "sliding is not possible",
@@ -98,8 +100,8 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     """Where the cases lie in the map of Fig. 13, and what its size depends on."""
     groups: dict[str, list[str]] = {}
     for case, member in found.members.items():
-        groups.setdefault(member.own, []).append(f"({case})")
-    lie = _listed([f"{_listed(cases)} {place}" for place, cases in groups.items()])
+        groups.setdefault(PLACES[member.own], []).append(f"({case})")
+    lie = _listed([f"{_listed(cases)} lie {place} the area" for place, cases in groups.items()])
     spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
     widest = max(spread, key=lambda name: spread[name])
     of = found.off_branch
@@ -109,7 +111,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         else "so that the branch tells all there is to tell"
     )
     return {
-        "physics.map.lie": f"With the pad of the scenes {lie} of the area",
+        "physics.map.lie": f"With the pad of the scenes {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
         "physics.map.widest": f"${_SYMBOLS[widest]}$",
         "physics.map.other": other,
@@ -129,7 +131,91 @@ def members_table(found: MapRanges) -> str:
     return tabular("llrrr", head, [rows])
 
 
-def generated(energy: Energy, ranges: MapRanges) -> Generated:
+ALIKE = 0.005  # shares of time that differ by less are the same
+
+
+def _compared(found: LineSprings, key: str) -> tuple[list[str], list[str], list[str]]:
+    """Cases in which a share is greater on the fewest springs than on the line, smaller, alike."""
+    groups: tuple[list[str], list[str], list[str]] = ([], [], [])
+    for name, case in found.cases.items():
+        few, line = case.springs[0], case.line
+        if isinstance(few, Missing) or isinstance(line, Missing):
+            continue
+        more = getattr(few, key) - getattr(line, key)
+        groups[0 if more > ALIKE else 1 if more < -ALIKE else 2].append(f"({name})")
+    return groups
+
+
+def _differs(groups: tuple[list[str], list[str], list[str]]) -> str:
+    """In which cases something takes longer, or not as long, on the fewest springs."""
+    words = ("longer", "for a shorter time", "as long")
+    parts = [
+        f"{word} in {_listed(cases)}" for word, cases in zip(words, groups, strict=True) if cases
+    ]
+    return _listed(parts)
+
+
+def _springs(found: LineSprings) -> dict[str, str]:
+    """Whether points exaggerate what the line does."""
+    lost, apart = _compared(found, "lost"), _compared(found, "apart")
+    more = [
+        what
+        for what, groups in (("partial contact", lost), ("separation", apart))
+        if groups[0] and not groups[1]
+    ]
+    less = [
+        what
+        for what, groups in (("partial contact", lost), ("separation", apart))
+        if groups[1] and not groups[0]
+    ]
+    if more and less:
+        verdict = f"point contact exaggerates {_listed(more)} and understates {_listed(less)}"
+    elif more:
+        verdict = f"point contact exaggerates {_listed(more)}, as the article concludes"
+    elif less:
+        verdict = f"point contact understates {_listed(less)}, against the article's conclusion"
+    else:
+        verdict = "whether point contact exaggerates the loss of contact depends on the case"
+    ends = [c.springs[-1] for c in found.cases.values() if not isinstance(c.springs[-1], Missing)]
+    off = max((one.off for one in ends), default=0.0)
+    limit = (
+        f"is within {percent(off, 2)} of the range of the line's motion"
+        if off < NEAR_LINE
+        else f"is still {percent(off, 1)} of the range off the line's motion in one of the cases"
+    )
+    moved = []
+    for name, case in found.cases.items():
+        line = case.thresholds["0"]
+        others = {n: points for n, points in case.thresholds.items() if n != "0"}
+        if any([p.kind for p in points] != [p.kind for p in line] for points in others.values()):
+            moved.append(f"case ({name}) has other thresholds on springs")
+        elif any(points != line for points in others.values()):
+            values = [f"{number(points[0].mu, 4)} on {n} springs" for n, points in others.items()]
+            moved.append(
+                f"the first threshold of case ({name}), {number(line[0].mu, 4)} on the line "
+                f"({line[0].kind}), is {_listed(values)}"
+            )
+    return {
+        "physics.springs.lost": _differs(lost),
+        "physics.springs.apart": _differs(apart),
+        "physics.springs.verdict": verdict,
+        "physics.springs.limit": limit,
+        "physics.springs.thresholds": _listed(moved) or "no threshold of the four cases differs",
+        "physics.springs.few": str(
+            min(
+                c.springs[0].count
+                for c in found.cases.values()
+                if not isinstance(c.springs[0], Missing)
+            )
+        ),
+        "physics.springs.many": str(max((one.count for one in ends), default=0)),
+    }
+
+
+NEAR_LINE = 0.01  # of the range: a motion that near follows the line's
+
+
+def generated(energy: Energy, ranges: MapRanges, springs: LineSprings) -> Generated:
     """Values and tables of the chapter."""
     tables = {"works": energy_table(energy), "members": members_table(ranges)}
-    return _energy(energy) | _ranges(ranges), tables
+    return _energy(energy) | _ranges(ranges) | _springs(springs), tables

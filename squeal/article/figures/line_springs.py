@@ -1,0 +1,72 @@
+"""Springs along the face against the line, from the study of the same name."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from squeal.article.results.line_springs import Contact, LineSprings
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+LOOKS = {
+    "a": ("#3498DB", "o"),
+    "b": ("#000000", "s"),
+    "c": ("#C8380E", "^"),
+    "d": ("#6A1B7B", "D"),
+}
+LEAST = 1e-9  # of the range: motions that are nearer are the same to rounding
+
+
+def springs_figure(found: LineSprings) -> Figure:
+    """Contact lost, surfaces apart and distance from the line's motion over the springs' number."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.5))
+        lost, apart, off = figure.subplots(1, 3)
+        for name, case in found.cases.items():
+            colour, marker = LOOKS[name]
+            some = [one for one in case.springs if isinstance(one, Contact)]
+            count = [one.count for one in some]
+            for axes, key in ((lost, "lost"), (apart, "apart")):
+                values = [getattr(one, key) for one in some]
+                axes.plot(count, values, marker + "-", color=colour, ms=3, label=f"case ({name})")
+                if isinstance(case.line, Contact):
+                    axes.axhline(getattr(case.line, key), color=colour, ls="--", lw=0.7)
+            away = [one.off if one.off > LEAST else np.nan for one in some]
+            off.plot(count, away, marker + "-", color=colour, ms=3)
+        guide = np.array([8.0, 32.0])
+        off.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
+        off.text(16.0, 0.012, r"$\propto N^{-2}$", color="0.4")
+        lost.set_ylabel("share of time, contact lost")
+        apart.set_ylabel("share of time, surfaces apart")
+        off.set_ylabel("distance from the line's motion")
+        off.set_yscale("log")
+        for axes, letter in zip((lost, apart, off), "abc", strict=True):
+            axes.set_xscale("log", base=2)
+            axes.set_xticks(count, [str(n) for n in count])
+            axes.minorticks_off()
+            axes.set_xlabel("number of springs $N$")
+            axes.set_title(f"({letter})", loc="left", pad=3.0)
+        for axes in (lost, apart):
+            axes.set_ylim(-0.03, 1.0)
+        figure.legend(*lost.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure
+
+
+def draw(found: LineSprings) -> Drawing:
+    """The figure, ready to be saved."""
+    parts = []
+    for name, case in found.cases.items():
+        first, line = case.springs[0], case.line
+        if isinstance(first, Contact) and isinstance(line, Contact):
+            parts.append(
+                f"case ({name}) {100 * first.lost:.1f} and {100 * first.apart:.1f} % on "
+                f"{first.count} springs, {100 * line.lost:.1f} and {100 * line.apart:.1f} % on "
+                "the line"
+            )
+    text = (
+        "Over the number of springs along the face: share of the time in which some contact is "
+        "lost, share in which the surfaces are apart, and greatest distance from the motion on "
+        f"the line, which dashed lines show. Lost and apart: {'; '.join(parts)}."
+    )
+    made = origin(__name__, found.provenance)
+    return Drawing(springs_figure(found), text, "Springs along the face against the line", made)

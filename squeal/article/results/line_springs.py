@@ -1,0 +1,50 @@
+"""Point against line contact at equal load: springs along the face, from two to many."""
+
+from __future__ import annotations
+
+from squeal.article.results.map_ranges import Share
+from squeal.files.records import Missing, Record, Result
+
+
+class Contact(Record):
+    """A motion on some springs, or on the line (count 0).
+
+    lost, apart: shares of the time in which some point is apart, and in which all are; losses: how
+    often the surfaces separate; peak: the greatest reaction over F_n; off: greatest distance from
+    the motion on the line, over the range of that motion.
+    """
+
+    count: int
+    lost: Share
+    apart: Share
+    losses: int
+    peak: float
+    off: float
+
+
+class Threshold(Record):
+    """A change of verdict along the branch from mu = 0."""
+
+    mu: float
+    kind: str
+
+
+class Case(Record):
+    """A case of the angles. partial: some equilibrium of its branch is in partial contact.
+
+    thresholds: of the line ("0") and of some numbers of springs, which all are the line's where
+    the branch stays in full contact.
+    """
+
+    line: Contact | Missing
+    springs: tuple[Contact | Missing, ...]
+    partial: bool
+    thresholds: dict[str, tuple[Threshold, ...]]
+
+
+class LineSprings(Result):
+    """By case; stop: of the motions (ms), mu_max: of the branches."""
+
+    cases: dict[str, Case]
+    stop: float
+    mu_max: float

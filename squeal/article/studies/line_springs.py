@@ -1,0 +1,101 @@
+"""Point against line contact at equal load.
+
+N springs along the face (model BN) with the normal and rotational stiffness of the line, from the
+start of the article's scenes of model B2; the line follows the integral law, which is their limit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from squeal.analysis.critical import branch_system, critical_friction
+from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
+from squeal.article.scenes import read_cases
+from squeal.errors import ComputationError
+from squeal.files.records import Missing
+from squeal.model.contact import Formulation
+from squeal.scene import Scene
+from squeal.simulation import Simulation, simulate
+
+COUNTS = (2, 3, 4, 6, 8, 16, 32)
+FEW = (2, 8)  # springs whose thresholds are sought
+SAMPLES = 401
+MU_MAX = 2.0
+
+
+def on_springs(scene: Scene, count: int) -> Scene:
+    """A scene of B2 on so many springs, on the line with the integral law for 0."""
+    if not count:
+        return dataclasses.replace(scene, formulation=Formulation())
+    return dataclasses.replace(scene, model="BN", formulation=Formulation(springs=count))
+
+
+def _run(scene: Scene, count: int) -> Simulation | Missing:
+    wanted = dataclasses.replace(
+        on_springs(scene, count),
+        outputs=("events", "shares", "extrema", "history"),
+        samples=SAMPLES,
+    )
+    try:
+        return simulate(wanted)
+    except ComputationError as error:
+        return Missing(str(error))
+
+
+def _places(scene: Scene, run: Simulation) -> np.ndarray:
+    assert run.history is not None
+    return np.array([run.history["x"], run.history["y"], scene.pad.w * run.history["theta"]])
+
+
+def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Contact:
+    assert run.shares is not None
+    assert run.events is not None
+    assert run.extrema is not None
+    places, goal = _places(scene, run), _places(scene, line)
+    peak = run.extrema["Rn"]
+    return Contact(
+        count,
+        1.0 - run.shares["FC"],
+        run.shares["SS"],
+        sum(event.target == "SS" for event in run.events),
+        peak[1] if peak else 0.0,
+        float(np.abs(places - goal).max() / np.ptp(goal, axis=1).max()),
+    )
+
+
+def _thresholds(scene: Scene) -> tuple[Threshold, ...]:
+    points = critical_friction(scene, MU_MAX).points
+    return tuple(Threshold(point.mu, point.kind) for point in points)
+
+
+def case(scene: Scene) -> Case:
+    """Motions and thresholds on springs and on the line."""
+    line = _run(scene, 0)
+    runs = {count: _run(scene, count) for count in COUNTS}
+    found = {
+        count: _contact(scene, count, run, line)
+        if isinstance(run, Simulation) and isinstance(line, Simulation)
+        else run
+        for count, run in runs.items()
+    }
+    _, path = branch_system(on_springs(scene, 0), MU_MAX)
+    partial = path is not None and not all(all(point.state) for point in path.points)
+    return Case(
+        _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
+        tuple(one for one in found.values() if not isinstance(one, Simulation)),
+        partial,
+        {str(n): _thresholds(on_springs(scene, n)) for n in (0, *(FEW if partial else ()))},
+    )
+
+
+def study(files: Sequence[Path]) -> LineSprings:
+    """The four cases of model B2."""
+    scenes = read_cases(files, "B2", "simulate")
+    stop = max(scene.stop or 0.0 for scene in scenes.values())
+    return LineSprings(
+        cases={name: case(scene) for name, scene in scenes.items()}, stop=1e3 * stop, mu_max=MU_MAX
+    )
