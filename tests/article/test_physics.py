@@ -188,7 +188,10 @@ def test_many_springs_move_as_the_line_does_ever_nearer():
 def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
     """Two springs beside a line that loses contact for half of the time, and is apart for some."""
     few, many = Contact(2, lost, apart, 1, 2.0, 0.5), Contact(32, 0.5, 0.2, 1, 2.0, off)
-    points = {"0": (Threshold(0.4, "flutter"),), "2": (Threshold(mu, "flutter"),)}
+    points: dict[str, tuple[Threshold, ...]] = {
+        "0": (Threshold(0.4, "flutter"),),
+        "2": (Threshold(mu, "flutter"),),
+    }
     line = Contact(0, 0.5, 0.2, 1, 2.0, 0.0)
     return LineSprings(cases={"c": Case(line, (few, many), True, points)}, stop=1.0, mu_max=2.0)
 

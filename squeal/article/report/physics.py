@@ -111,7 +111,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         else "so that the branch tells all there is to tell"
     )
     return {
-        "physics.map.lie": f"With the pad of the scenes {lie}",
+        "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
         "physics.map.widest": f"${_SYMBOLS[widest]}$",
         "physics.map.other": other,
