@@ -8,20 +8,16 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from squeal.analysis.critical import CriticalFriction, critical_friction
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers
 from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
-from squeal.commands.sweep import draw, sweep
+from squeal.commands.sweep import draw
 from squeal.commands.tables import elided, in_words, number
 from squeal.files.writing import write_table
 from squeal.scene import Scene
-
-SHOWN = 301  # values of mu in the figure
 
 
 def options(parser: Parser) -> None:
@@ -122,8 +118,7 @@ def run(given: argparse.Namespace) -> Answer:
     if given.table is not None:
         write_thresholds(given.table, found)
     if given.figure is not None:
-        mus = np.linspace(0.0, found.mu_end, SHOWN).tolist()
-        points = [p.mu for p in found.points]
-        draw(given.figure, given.source.name, sweep(source, mus), points)
+        own = source.pad.mu if isinstance(source, Scene) else None
+        draw(given.figure, given.source.name, source, 0.0, mu_max, own)
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
     return Answer(lambda: data(found) | more, lambda: text(found) + shown, warnings=found.warnings)

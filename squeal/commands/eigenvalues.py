@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
+from squeal.analysis.modes import PAD_COORDINATES, ModeShape, mode_shapes, shapes_of_pad
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
@@ -131,7 +133,17 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     grow, chosen = of_system(system, at), filter_of(given)
     listed = chosen(grow)
     steps = sweep(system, mus) if mus else []
-    write(given, spectrum, steps, None)
+    write_tables(given, spectrum, steps)
+    if given.figure is not None:
+        from squeal.plots.modes import eigenvalue_figure, save_modes
+
+        name, values = given.source.name, spectrum.values
+        if mus:
+            draw(given.figure, name, system, mus[0], mus[-1], None if given.at is None else at)
+        else:
+            save_modes(given.figure, name, eigenvalue_figure(values), values)
+    names = [f"q{i}" for i in range(1, system.n + 1)]
+    shapes = mode_shapes(spectrum)
     found = {
         "name": system.name,
         system.parameter: at,
@@ -143,6 +155,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
             for row, e in zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
         ],
         "unstable": unstable_rows(listed),
+        "mode_shapes": shape_rows(shapes, names, "largest entry 1"),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
         "certified": len(spectrum) == 2 * system.n,
@@ -169,10 +182,24 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
     origin = None if scene.pad_model.linear else article_linearisation(scene)
     steps = sweep(scene, mus) if mus else []
     moves = eigenvalue_moves(scene, analysis) if given.sensitivity else None
-    write(given, analysis.spectrum, steps, origin)
+    shapes = shapes_of_pad(analysis, scene.pad.w)
+    write_tables(given, analysis.spectrum, steps)
+    if given.figure is not None:
+        from squeal.plots.modes import pad_figure, save_modes
+
+        name, values = given.source.name, analysis.spectrum.values
+        if mus:
+            draw(given.figure, name, scene, mus[0], mus[-1], scene.pad.mu)
+        else:
+            beside = None if origin is None else origin.spectrum.values
+            figure = pad_figure(scene.pad, analysis.q, shapes, values, beside)
+            save_modes(given.figure, name, figure, values)
 
     def full() -> dict[str, Any]:
-        found = data(analysis) | {"unstable": unstable_rows(listed)}
+        found = data(analysis) | {
+            "unstable": unstable_rows(listed),
+            "mode_shapes": shape_rows(shapes, PAD_COORDINATES, "largest of x, y, w theta 1 m"),
+        }
         if origin is not None:
             found["origin"] = {
                 "K": origin.matrices.K.tolist(),
@@ -198,22 +225,31 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
     return Answer(full, shown, warnings=[*analysis.warnings, *sweep_warnings(steps)])
 
 
-def write(
-    given: argparse.Namespace, spectrum: Spectrum, steps: list[Step], origin: Analysis | None
-) -> None:
-    """Write the files that are asked for: of the sweep if there is one."""
+def write_tables(given: argparse.Namespace, spectrum: Spectrum, steps: list[Step]) -> None:
+    """Write the table that is asked for: of the sweep if there is one."""
     if given.table is not None:
         if steps:
             write_sweep(given.table, steps)
         else:
             write_eigenvalues(given.table, spectrum)
-    if given.figure is not None and steps:
-        draw(given.figure, given.source.name, steps)
-    elif given.figure is not None:
-        from squeal.plots.sweep import draw_eigenvalues
 
-        beside = None if origin is None else origin.spectrum.values
-        draw_eigenvalues(given.figure, given.source.name, spectrum.values, beside)
+
+def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
+    """Mode shapes as a JSON object."""
+    return {
+        "coordinates": list(names),
+        "normalisation": rule,
+        "shapes": [
+            {
+                "mode": one.number,
+                "frequency_hz": one.frequency_hz,
+                "growth_rate": one.growth_rate,
+                "real": one.shape.real.tolist(),
+                "imag": one.shape.imag.tolist(),
+            }
+            for one in shapes
+        ],
+    }
 
 
 def run(given: argparse.Namespace) -> Answer:

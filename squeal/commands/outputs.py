@@ -13,7 +13,7 @@ from squeal.files.writing import check_writable
 
 # format by the end of the name, in the order of the help
 FORMATS = {"table": (".csv", ".json"), "figure": (".pdf", ".svg", ".png")}
-_OTHER_NAME = {"table": "--csv", "figure": "--pdf"}
+_OTHER_NAMES = {"table": ("--csv",), "figure": ("--pdf", "--svg", "--png")}
 
 
 class _File(argparse.Action):
@@ -35,7 +35,7 @@ def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
     for name, words in options.items():
         parser.add_argument(
             f"--{name}",
-            _OTHER_NAME[name],
+            *_OTHER_NAMES[name],
             action=_File,
             type=Path,
             metavar="FILE",

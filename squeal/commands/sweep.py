@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
+from squeal.analysis.modes import sweep_modes
 from squeal.commands.tables import elided, number, table
 from squeal.files.writing import write_table
 from squeal.scene import PlainSystem, Scene
@@ -130,9 +131,11 @@ def write_sweep(path: Path, steps: Sequence[Step]) -> None:
     write_table(path, columns, rows)
 
 
-def draw(path: Path, name: str, steps: Sequence[Step], thresholds: Sequence[float] = ()) -> None:
-    """The sweep of a scene or system as a figure."""
-    from squeal.plots.sweep import draw_sweep
+def draw(
+    path: Path, name: str, source: Scene | PlainSystem, low: float, high: float, own: float | None
+) -> None:
+    """Frequencies, growth rates and root locus over the parameter, saved as a figure."""
+    from squeal.plots.coupling import save_coupling
 
-    mus = np.array([s.mu for s in steps])
-    draw_sweep(path, name, mus, _values(steps), [s.verdict for s in steps], thresholds)
+    parameter = "mu" if isinstance(source, Scene) else source.parameter
+    save_coupling(path, name, sweep_modes(source, low, high, parameter), own)

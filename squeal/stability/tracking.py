@@ -76,13 +76,14 @@ class _Tracker:
         return values, shapes, states, likeness
 
 
-def track(system: System, mus: Iterable[float]) -> TrackedModes:
+def track(system: System, mus: Iterable[float], halvings: int = DEPTH) -> TrackedModes:
     """Modes of system(mu) -> (M, C, K) along the values `mus`, in the order they are given.
 
     Neighbouring values are matched one to one (assignment problem) by the modal assurance
     criterion of shape and velocity and by the distance of the eigenvalues. Where the match is
-    not clear the step is halved, up to 7 times. Modes which cross keep their shapes; modes which
-    veer keep their branch if the steps are no longer than the veering. Raises what `system` does.
+    not clear the step is halved, up to `halvings` times. Modes which cross keep their shapes;
+    modes which veer keep their branch if the steps are no longer than the veering.
+    Raises what `system` does.
     """
     check_system(system, "track")
     steps = [float(mu) for mu in mus]
@@ -92,7 +93,7 @@ def track(system: System, mus: Iterable[float]) -> TrackedModes:
     values, shapes, states = tracker.states(steps[0])
     rows = [(values, shapes, np.ones(len(values)))]
     for mu0, mu in itertools.pairwise(steps):
-        values, shapes, states, likeness = tracker.advance(mu, (mu0, values, states), DEPTH)
+        values, shapes, states, likeness = tracker.advance(mu, (mu0, values, states), halvings)
         rows.append((values, shapes, likeness))
     parts = [np.array(part) for part in zip(*rows, strict=True)]
     return TrackedModes(np.array(steps), parts[0], parts[1], parts[2])

@@ -14,6 +14,7 @@ from squeal.article.studies.loci import branch, examined, frozen, loop
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.records import Missing
 from squeal.model.states import FULL
+from squeal.plots.pads import LARGEST
 from squeal.scene import Scene, read_scene
 from tests import naive
 from tests.conftest import SCENES, random_pad
@@ -199,7 +200,7 @@ def test_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
     given = [(s, s.equilibrium.modes[k]) for k in range(3) for s in shown]
     for (scene, mode), *outlines in zip(given, *lines, strict=True):
         rest, first, second = (np.array(line.get_xydata())[:4] for line in outlines)
-        moved = modes.LARGEST * np.array(mode.real)
+        moved = LARGEST * np.array(mode.real)
         assert np.allclose(first.mean(axis=0) - rest.mean(axis=0), moved[:2], atol=1e-12)
         sides = [one[1] - one[0] for one in (rest, first)]
         turn = np.angle(complex(*sides[1]) / complex(*sides[0]))

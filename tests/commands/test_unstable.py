@@ -88,6 +88,29 @@ def test_a_healthy_pad_is_told_so(capsys, pad):
     assert "without friction: marginal (undamped, nothing grows)" in capsys.readouterr().out
 
 
+def test_mode_shapes_and_pictures(capsys, pad, tmp_path):
+    found = json.loads(run(capsys, pad, "--json")[1])["mode_shapes"]
+    assert found["coordinates"] == ["x", "y", "theta"]
+    assert [s["mode"] for s in found["shapes"]] == [1, 2, 3]
+    for shape in found["shapes"]:
+        largest = max(
+            abs(complex(*parts)) * lever
+            for *parts, lever in zip(shape["real"], shape["imag"], (1, 1, 0.04), strict=True)
+        )
+        assert largest == pytest.approx(1.0)
+    drum = SYSTEMS / "drum_brake.yaml"
+    found = json.loads(run(capsys, drum, "--json")[1])["mode_shapes"]
+    assert found["coordinates"] == ["q1", "q2"]
+    for source in (pad, drum):
+        for option, begin in (("--png", b"\x89PNG"), ("--svg", b"<?xml"), ("--pdf", b"%PDF")):
+            picture = tmp_path / f"p.{option[2:]}"
+            assert run(capsys, source, option, picture)[0] == 0
+            assert picture.read_bytes().startswith(begin)
+            picture.unlink()
+        assert run(capsys, source, "--png", tmp_path / "s.png", "--mu", "0.1:0.5:3")[0] == 0
+        assert (tmp_path / "s.png").stat().st_size > 10_000
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [

@@ -19,23 +19,14 @@ from squeal.article.figures.loci import (
     rows,
 )
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
+from squeal.plots.coupling import COLOURS, LINES, draw_modes, mark_events
 from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.units import Unit
 
-COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
-LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
+LOOKS = [{"color": c, "linestyle": s} for c, s in zip(COLOURS, LINES, strict=True)]
+UNITS = Unit(KILOHERTZ, "kHz"), Unit(PER_MS, "1/ms")
 OWN: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
-WIDTH_OF_LABEL = 0.12  # of the axis of mu
-
-
-def _modes(branch: Branch, upper: Axes, lower: Axes) -> None:
-    """Curves of each mode (of its conjugate the growth rate too: a real pair has two)."""
-    mu, real, imag = (np.array(rows) for rows in (branch.mu, branch.real, branch.imag))
-    for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True)):
-        look: dict[str, Any] = {"color": colour, "linestyle": line, "gid": f"mode {k + 1}"}
-        upper.plot(mu, np.abs(imag[2 * k]) / KILOHERTZ, **look)
-        for values in real[2 * k : 2 * k + 2]:
-            lower.plot(mu, values / PER_MS, **look)
 
 
 def _events(branch: Branch) -> list[tuple[float, str, str]]:
@@ -46,32 +37,12 @@ def _events(branch: Branch) -> list[tuple[float, str, str]]:
     return sorted(found)
 
 
-def _mark_events(events: list[tuple[float, str, str]], upper: Axes, lower: Axes) -> None:
-    """Verticals through both panels, labelled in the lower one beside the line."""
-    free = 0.0  # labels stand before their line unless another one is there
-    for mu, label, line in events:
-        for axes in (upper, lower):
-            axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
-        before = mu - free > WIDTH_OF_LABEL
-        lower.annotate(
-            label,
-            (mu, 0.96),
-            xycoords=("data", "axes fraction"),
-            xytext=(-2.0 if before else 2.0, 0.0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right" if before else "left",
-            va="top",
-            bbox={"fc": "w", "ec": "none", "pad": 0.6},
-        )
-        free = mu if before else mu + WIDTH_OF_LABEL
-
-
 def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
     branch, equilibrium = scene.branch, scene.equilibrium
     if isinstance(branch, Branch):
-        _modes(branch, upper, lower)
-        _mark_events(_events(branch), upper, lower)
+        values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
+        draw_modes(upper, lower, np.array(branch.mu), values, LOOKS, UNITS)
+        mark_events(_events(branch), upper, lower)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
     for axes in (upper, lower):
@@ -124,10 +95,7 @@ def _legend(found: Loci) -> list[Line2D]:
     def mark(label: str, **look: Any) -> Line2D:
         return Line2D([], [], label=label, **look)
 
-    entries = [
-        mark(f"mode {k + 1}", color=colour, linestyle=line)
-        for k, (colour, line) in enumerate(zip(COLOURS, LINES, strict=True))
-    ]
+    entries = [mark(f"mode {k}", **look) for k, look in enumerate(LOOKS, 1)]
     entries.append(mark(r"the scene's $\mu$", color="0.7", marker="o", **OWN))
     if off_branch(found):
         entries.append(mark("off the branch", color="0.7", marker="^", **OWN))

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci, SingleLoop
+from squeal.plots.coupling import draw_locus
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 KILOHERTZ, PER_MS = 2e3 * np.pi, 1e3
@@ -43,7 +44,6 @@ def off_branch(found: Loci) -> bool:
 
 
 def _panel(axes: Axes, scene: SceneLoci) -> None:
-    axes.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
     if isinstance(scene.loop, SingleLoop):
         growth, frequency, _ = upper_half(scene.loop)
         axes.plot(growth, frequency, "s", color="0.82", ms=8, mew=0.0, zorder=1, gid="loop")
@@ -51,11 +51,7 @@ def _panel(axes: Axes, scene: SceneLoci) -> None:
     if isinstance(branch, Branch):
         growth, frequency, where = upper_half(branch)
         mu = np.array(branch.mu)[where[:, 1]]
-        axes.scatter(
-            growth, frequency, c=mu, s=12, cmap="viridis", vmin=0, vmax=1, lw=0, zorder=2, gid="mu"
-        )
-        start = mu == 0.0
-        axes.plot(growth[start], frequency[start], "k_", ms=11, mew=0.8, gid="start")
+        draw_locus(axes, growth, frequency, mu, (0.0, 1.0), 12.0)
     if isinstance(scene.equilibrium, Modes):
         growth, frequency, _ = upper_half(scene.equilibrium)
         mark = equilibrium_mark(scene.equilibrium)

@@ -2,61 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 
 from squeal.article.cases import title
 from squeal.article.figures.loci import rows
 from squeal.article.results.loci import Loci, Modes, ModeShape, SceneLoci
+from squeal.plots.pads import draw_pad, draw_surface, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"
-LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
-REAL = 1e-6  # a shape whose imaginary parts are smaller is real: rounding leaves less
-LOOKS: dict[str, dict[str, Any]] = {
-    "rest": {"color": "0.6"},
-    "first phase": {"color": "#C8380E"},
-    "second phase": {"color": "#3498DB", "linestyle": (0, (3, 1.5))},
-}
 
 
-def phases(mode: ModeShape) -> tuple[float, float]:
-    """Two phases that show a mode: opposite ones, or a quarter turn apart for a complex shape."""
-    return (0.0, np.pi) if np.abs(mode.imag).max() < REAL else (0.0, np.pi / 2)
+def shape_of(mode: ModeShape) -> np.ndarray:
+    """The complex shape (x, y, w theta) of a mode."""
+    return np.array(mode.real) + 1j * np.array(mode.imag)
 
 
-def outline(w: float, h: float, pose: np.ndarray) -> np.ndarray:
-    """Corners (5, 2) of a pad at pose (x, y, theta), the first corner repeated."""
-    corners = np.array([[-w, -h], [w, -h], [w, h], [-w, h], [-w, -h]])
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return np.asarray(corners @ np.array([[c, s], [-s, c]]) + pose[:2])
-
-
-def outlines(scene: SceneLoci, equilibrium: Modes, mode: ModeShape) -> list[np.ndarray]:
+def pads_of(scene: SceneLoci, equilibrium: Modes, mode: ModeShape) -> list[np.ndarray]:
     """The pad at rest and at the mode's two phases, in half lengths; its middle rests at x = 0."""
     _, y, theta = equilibrium.pose
     rest = np.array([0.0, y / scene.w, theta])
-    shape = np.array(mode.real) + 1j * np.array(mode.imag)
-    # in half lengths w theta is the angle itself
-    moved = [rest + LARGEST * (shape * np.exp(1j * phase)).real for phase in phases(mode)]
-    return [outline(1.0, scene.h / scene.w, pose) for pose in (rest, *moved)]
+    return outlines(scene.h / scene.w, rest, shape_of(mode))
 
 
 def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
-    for corners, (name, look) in zip(lines, LOOKS.items(), strict=True):
-        axes.plot(*corners.T, linewidth=0.8, gid=name, **look)
+    draw_pad(axes, lines)
     growth = mode.growth_rate / 1e3
     rate = f", ${growth:+.2g}$/ms" if growth else ""
     axes.set_title(f"{mode.frequency_hz / 1e3:#.3g} kHz{rate}", pad=2.0)
-    axes.set_aspect("equal")
-    axes.set_xticks([])
-    axes.set_yticks([])
-    axes.spines[:].set_visible(False)
 
 
 def scenes_of(found: Loci) -> list[SceneLoci]:
@@ -71,7 +46,7 @@ def modes_figure(found: Loci) -> Figure:
     """
     scenes = scenes_of(found)
     shown = [
-        (column, row, mode, outlines(scene, scene.equilibrium, mode))
+        (column, row, mode, pads_of(scene, scene.equilibrium, mode))
         for column, scene in enumerate(scenes)
         if isinstance(scene.equilibrium, Modes)
         for row, mode in enumerate(scene.equilibrium.modes)
@@ -93,20 +68,13 @@ def modes_figure(found: Loci) -> Figure:
         for column, row, mode, lines in shown:
             axes = grid[row, column]
             axes.axis("on")
-            ground = (left, bottom), right - left, surface[column] - bottom
-            axes.add_patch(Rectangle(*ground, facecolor="0.92", linewidth=0.0, zorder=0))
-            axes.axhline(surface[column], color="k", linewidth=0.6, zorder=0)
+            draw_surface(axes, surface[column], left, right, bottom)
             _panel(axes, lines, mode)
         for scene, axes in zip(scenes, grid[0], strict=True):
             axes.set_title(f"{title(scene.name)}\n{axes.get_title()}", pad=2.0)
         grid[0, 0].set_xlim(left, right)
         grid[0, 0].set_ylim(bottom, top)
-        handles = [Line2D([], [], **look) for look in LOOKS.values()]
-        complex_too = any(phases(mode)[1] < np.pi for _, _, mode, _ in shown)
-        second = "a quarter period later" if complex_too else "half a period later"
-        if complex_too and any(phases(mode)[1] == np.pi for _, _, mode, _ in shown):
-            second = "half a period later (complex shapes: a quarter)"
-        names = ["equilibrium", "displaced", second]
+        handles, names = legend_of_phases([shape_of(mode) for _, _, mode, _ in shown])
         figure.legend(handles, names, loc="outside upper center", ncols=3)
     return figure
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.critical import critical_friction
+from squeal.analysis.critical import branch_system, critical_friction
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.modes import shapes_of_pad, values_of_mu
 from squeal.article.results.loci import (
     Branch,
     ContactChange,
@@ -23,7 +24,7 @@ from squeal.article.results.loci import (
     SingleLoop,
     Threshold,
 )
-from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
+from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
@@ -45,22 +46,6 @@ MARGIN_MAX = 2.0  # the loop's critical friction may lie beyond the sweep
 SWEEP = 101
 
 
-def values_of_mu(path: Path, marked: list[float]) -> np.ndarray:
-    """Where the branch is looked at: SWEEP values from 0 to its end, and marked values among them.
-
-    Towards a fold the values crowd, since a frequency falls there as a fourth root; the fold
-    itself, where the linearisation is singular, is left out by 1e-9. A contact change is looked at
-    from both sides.
-    """
-    share = np.linspace(0.0, 1.0, SWEEP)
-    if path.fold is not None:
-        share = (1.0 - (1.0 - share) ** 2) * (1.0 - 1e-9)
-    grid = path.mu_end * share
-    before = [float(np.nextafter(mu, 0.0)) for mu in path.breakpoints]
-    extra = [mu for mu in [*marked, *path.breakpoints, *before] if mu <= grid[-1]]
-    return np.unique(np.concatenate([grid, extra]))
-
-
 def nested(values: np.ndarray) -> Any:
     """An array (n,) or (n, m) as tuples of floats, in tuples."""
     return tuple(map(nested, values)) if values.ndim > 1 else tuple(values.tolist())
@@ -69,18 +54,13 @@ def nested(values: np.ndarray) -> Any:
 def branch(scene: Scene) -> Branch | Missing:
     """Tracked eigenvalues along the equilibrium branch, or why there is no branch."""
     try:
-        path = Path.of(scene.pad_model, MU_MAX)
+        system, path = branch_system(scene, MU_MAX)
         critical = critical_friction(scene, MU_MAX)
     except ComputationError as error:
         return Missing(str(error))
-    C = damping_matrix(scene)
-
-    def system(mu: float) -> Matrices:
-        matrices = path.linearisation(mu)
-        return matrices.M, C, matrices.K
-
+    assert path is not None
     marked = [scene.pad.mu, *(point.mu for point in critical.points)]
-    tracked = track(system, values_of_mu(path, marked))
+    tracked = track(system, values_of_mu(path, 0.0, path.mu_end, marked, SWEEP))
     changes = [
         ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
         for mu in path.breakpoints
@@ -161,12 +141,15 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
     """Pose, eigenvalues and mode shapes at the scene's equilibrium."""
     found = analyse(scene)
     pad, lever = scene.pad, np.array([1.0, 1.0, scene.pad.w])
-    shapes = []
-    for e in found.spectrum.eigenvalues[::2]:
-        shape = lever * e.right
-        shape = shape / shape[np.argmax(np.abs(shape))]
-        parts = nested(shape.real), nested(shape.imag)
-        shapes.append(ModeShape(e.frequency_hz, e.growth_rate, *parts))
+    shapes = [
+        ModeShape(
+            one.frequency_hz,
+            one.growth_rate,
+            nested((lever * one.shape).real),
+            nested((lever * one.shape).imag),
+        )
+        for one in shapes_of_pad(found, pad.w)
+    ]
     return Modes(
         on_branch=at.on_branch,
         how=found.how,

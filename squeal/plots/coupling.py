@@ -1,0 +1,273 @@
+"""Mode coupling: frequencies over growth rates along friction, and the root locus beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from squeal.analysis.modes import ModeSweep
+from squeal.plots.areas import VERDICT_COLOURS
+from squeal.plots.parameters import symbol
+from squeal.plots.states import state_label
+from squeal.plots.style import DOUBLE, Drawing, origin, save, style
+from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
+from squeal.stability import GROWING, VERDICTS
+
+_MODULE = "squeal.plots.coupling"
+COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
+LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
+MORE = ("#117A65", "#B7950B", "#000000")  # of further modes
+FEW = 3  # modes that have a colour and line each; of more only those that grow
+NOISE = 1e-7  # of the largest eigenvalue: growth that is drawn as such
+FINE = 3.0  # size of the dots of many modes in a root locus
+LISTED = 6  # growing modes in a legend
+WIDTH_OF_LABEL = 0.12  # of the axis of mu
+
+
+def draw_modes(
+    upper: Axes,
+    lower: Axes,
+    mu: np.ndarray,
+    values: np.ndarray,
+    looks: Sequence[dict[str, Any]],
+    units: tuple[Unit, Unit],
+) -> None:
+    """Curves of each mode over mu (k,); of its conjugate the growth rate too.
+
+    values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
+    growth rates); looks: one for each mode; units: of frequency and growth.
+    """
+    for k, look in enumerate(looks):
+        own = look | {"gid": f"mode {k + 1}"}
+        upper.plot(mu, np.abs(values[:, 2 * k].imag) / units[0].factor, **own)
+        for j in (2 * k, 2 * k + 1):
+            lower.plot(mu, values[:, j].real / units[1].factor, **own)
+
+
+def mark_events(
+    events: Sequence[tuple[float, str, str]],
+    upper: Axes,
+    lower: Axes,
+    low: float = 0.0,
+    reach: float = 1.0,
+) -> None:
+    """Verticals (mu, label, line style), sorted, through both panels.
+
+    Labels stand in the lower one, before their line unless another one is there; the
+    axis of mu begins at `low` and shows as much as `reach`.
+    """
+    width, free = WIDTH_OF_LABEL * reach, low
+    for mu, label, line in events:
+        for axes in (upper, lower):
+            axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
+        before = mu - free > width
+        lower.annotate(
+            label,
+            (mu, 0.96),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2.0 if before else 2.0, 0.0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right" if before else "left",
+            va="top",
+            bbox={"fc": "w", "ec": "none", "pad": 0.6},
+        )
+        free = mu if before else mu + width
+
+
+def draw_locus(
+    axes: Axes, growth: np.ndarray, frequency: np.ndarray, mu: np.ndarray, span: Any, size: float
+) -> Any:
+    """Eigenvalues of the upper half plane as dots coloured by mu, ticks at the least mu.
+
+    span: the least and largest mu of the colours. Returns the dots, for a colour bar.
+    """
+    axes.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
+    low, high = span
+    look: dict[str, Any] = {"cmap": "viridis", "vmin": low, "vmax": high, "lw": 0, "zorder": 2}
+    dots = axes.scatter(growth, frequency, c=mu, s=size, gid="mu", **look)
+    start = mu == low
+    axes.plot(
+        growth[start], frequency[start], "k_", ms=11 if size > FINE else 5, mew=0.8, gid="start"
+    )
+    return dots
+
+
+def _upper(found: ModeSweep) -> np.ndarray:
+    """Values (k, n) of each mode in the upper half plane, the faster growing one if both are."""
+    pairs = found.values.reshape(len(found.mus), -1, 2)
+    rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
+    return np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
+
+
+def _growing(found: ModeSweep) -> list[int]:
+    """Modes that grow somewhere, the fastest first."""
+    if not any(verdict in GROWING for *_, verdict in found.spans):
+        return []
+    best = _upper(found).real.max(axis=0)
+    return [k for k in np.argsort(-best).tolist() if best[k] > NOISE * np.abs(found.values).max()]
+
+
+def _looks(found: ModeSweep, growing: Sequence[int]) -> list[dict[str, Any]]:
+    count = found.values.shape[1] // 2
+    if count <= FEW:
+        return [
+            {"color": c, "linestyle": s}
+            for c, s in zip(COLOURS[:count], LINES[:count], strict=True)
+        ]
+    looks: list[dict[str, Any]] = [{"color": "0.72", "linewidth": 0.5, "zorder": 1}] * count
+    colours = (*COLOURS[::-1], *MORE)
+    for i, k in enumerate(growing):
+        looks[k] = {"color": colours[i] if i < LISTED else "0.3", "linewidth": 1.1, "zorder": 3}
+    return looks
+
+
+def _thick(
+    upper: Axes, found: ModeSweep, growing: Sequence[int], looks: Sequence[dict[str, Any]], u: Unit
+) -> list[tuple[Line2D, str]]:
+    """Stretches of growth drawn thick in the upper panel; handles and words for a legend."""
+    entries = []
+    noise = NOISE * np.abs(found.values).max()
+    modes = _upper(found)
+    for i, k in enumerate(growing):
+        own, colour = modes[:, k], looks[k]["color"]
+        on = own.real > noise
+        frequency = np.where(on, np.abs(own.imag) / u.factor, np.nan)
+        name = f"grows {k + 1}"
+        upper.plot(found.mus, frequency, color=colour, linewidth=2.4, zorder=4, gid=name)
+        if i < LISTED:
+            words = _words(found, float(found.mus[int(np.argmax(on))]), own[on], u)
+            entries.append((Line2D([], [], color=colour, linewidth=2.4), words))
+    if len(growing) > LISTED:
+        handle = Line2D([], [], color="0.3", linewidth=2.4)
+        entries.append((handle, f"{len(growing) - LISTED} more that grow"))
+    return entries
+
+
+def _words(found: ModeSweep, start: float, own: np.ndarray, u: Unit) -> str:
+    """What a mode does that grows from `start` on with the values `own`, for the legend."""
+    ups = [c for c in found.crossings if c.direction == "up"]
+    near = min(ups, key=lambda c: abs(c.mu - start), default=None)
+    vibrates = abs(own[int(np.argmax(own.real))].imag) > 0.0
+    words = "flutter" if vibrates else "divergence"
+    if near is not None and start > found.low:
+        words += f" from {_symbol(found.parameter)} = {near.mu:.4g}"
+    return f"{words}, {in_unit(abs(own[0].imag), u)}" if vibrates else words
+
+
+def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
+    """Frequencies over growth rates along the parameter, and the root locus beside them.
+
+    Growing stretches are thick and named in the legend; the background changes colour at the
+    thresholds. own: the value of the parameter at which the subject stands, marked.
+    """
+    values, mus = found.values, found.mus
+    units = (
+        frequency_unit(float(np.abs(values.imag).max()) / (2 * np.pi)),
+        growth_unit(float(np.abs(values.real).max())),
+    )
+    growing = _growing(found)
+    looks = _looks(found, growing)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.9))
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
+        upper = figure.add_subplot(grid[0, 0])
+        lower = figure.add_subplot(grid[1, 0], sharex=upper)
+        beside = figure.add_subplot(grid[:, 1])
+        upper.set_xlim(found.low, found.high)
+        draw_modes(upper, lower, mus, values, looks, units)
+        entries = _thick(upper, found, growing, looks, units[0])
+        patches = _background(found, upper, lower)
+        contacts = [(mu, state_label(name), ":") for mu, name in found.contacts]
+        mark_events(contacts, upper, lower, found.low, found.high - found.low)
+        if own is not None and found.low <= own <= found.high:
+            for axes in (upper, lower):
+                axes.axvline(own, color="0.5", linewidth=0.8, linestyle="-.", zorder=0, gid="own")
+            words = f"present {_symbol(found.parameter)} = {own:.4g}"
+            entries.append((Line2D([], [], color="0.5", lw=0.8, ls="-."), words))
+        upper.tick_params(labelbottom=False)
+        upper.set_ylim(0.0, 1.05 * np.abs(values.imag).max() / units[0].factor or 1.0)
+        reach = 1.1 * np.abs(values.real).max() / units[1].factor or 1.0
+        lower.set_ylim(-reach, reach)
+        upper.set_ylabel(f"frequency [{units[0].name}]")
+        lower.set_ylabel(f"growth rate [{units[1].name}]")
+        lower.set_xlabel(_name(found.parameter))
+        _locus(found, figure, beside, units, reach)
+        figure.align_ylabels([upper, lower])
+        if not growing:
+            entries.insert(0, (Line2D([], [], color="k"), "nothing grows"))
+        handles, names = [list(part) for part in zip(*entries, *patches, strict=True)]
+        figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.4)
+    return figure
+
+
+def _symbol(parameter: str) -> str:
+    return symbol(parameter) if parameter == "mu" else parameter
+
+
+def _name(parameter: str) -> str:
+    return rf"friction {symbol(parameter)}" if parameter == "mu" else parameter
+
+
+def _background(found: ModeSweep, upper: Axes, lower: Axes) -> list[tuple[Any, str]]:
+    met = {}
+    for low, high, verdict in found.spans:
+        if verdict in GROWING:
+            colour = VERDICT_COLOURS[VERDICTS.index(verdict)]
+            for axes in (upper, lower):
+                axes.axvspan(low, high, color=colour, alpha=0.13, lw=0, zorder=0, gid=verdict)
+            met[verdict] = Patch(facecolor=colour, alpha=0.13)
+    if found.end < found.high:
+        for axes in (upper, lower):
+            axes.axvspan(
+                found.end, found.high, fc="none", ec="0.7", hatch="////", lw=0, gid="no equilibrium"
+            )
+        met["no equilibrium"] = Patch(facecolor="none", edgecolor="0.7", hatch="////", lw=0)
+    return [(patch, name) for name, patch in met.items()]
+
+
+def _locus(
+    found: ModeSweep, figure: Figure, axes: Axes, units: tuple[Unit, Unit], reach: float
+) -> None:
+    inside = found.values.imag >= 0.0
+    growth, frequency = found.values.real / units[1].factor, found.values.imag / units[0].factor
+    mu = np.broadcast_to(found.mus[:, None], growth.shape)[inside]
+    few = found.values.shape[1] <= 2 * FEW
+    dots = draw_locus(
+        axes,
+        growth[inside],
+        frequency[inside],
+        mu,
+        (found.low, found.high),
+        9.0 if few else FINE,
+    )
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(0.0, 1.05 * np.abs(found.values.imag).max() / units[0].factor or 1.0)
+    axes.set_xlabel(f"growth rate [{units[1].name}]")
+    axes.set_ylabel(f"frequency [{units[0].name}]")
+    figure.colorbar(dots, ax=axes, label=_name(found.parameter), aspect=35, pad=0.02)
+
+
+def save_coupling(path: Path, name: str, found: ModeSweep, own: float | None = None) -> None:
+    """Save the coupling figure of what is called `name` as PDF, SVG or PNG."""
+    spans = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in found.spans)
+    ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in found.crossings]
+    text = (
+        f"Frequencies, growth rates and root locus of {name} over {found.parameter} from "
+        f"{found.low:g} to {found.high:g}: {spans}."
+    )
+    if ups:
+        text += f" Crossings of the imaginary axis: {', '.join(ups)}."
+    if found.end < found.high:
+        text += f" No equilibrium on the branch beyond {found.end:.6g}."
+    drawing = Drawing(
+        coupling_figure(found, own), text, f"Mode coupling of {name}", origin(_MODULE)
+    )
+    save(drawing, path, text=False)

@@ -1,0 +1,113 @@
+"""Eigenvalues in the complex plane and, of a pad, the shapes of its modes beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.analysis.modes import ModeShape
+from squeal.model.pad import Pad
+from squeal.plots.pads import LARGEST, draw_pad, draw_surface, legend_of_phases, outlines
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
+from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
+
+_MODULE = "squeal.plots.modes"
+RING, CROSS = "#3498DB", "#C8380E"
+PANEL = 1.3  # in, height of a panel with a mode shape
+SEEN = 1e-6  # m: a motion of this size is what the exaggeration is told for
+
+
+def _units(values: np.ndarray) -> tuple[Unit, Unit]:
+    """Units of frequency and growth rate of eigenvalues in rad/s."""
+    return (
+        frequency_unit(float(np.abs(values.imag).max()) / (2 * np.pi)),
+        growth_unit(float(np.abs(values.real).max())),
+    )
+
+
+def draw_eigenvalues(axes: Axes, values: np.ndarray, beside: np.ndarray | None = None) -> None:
+    """Eigenvalues (rad/s) of the upper half plane; `beside`: those about the origin, as crosses."""
+    everything = values if beside is None else np.concatenate([values, beside])
+    units = _units(everything)
+    axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
+    sets = [(values, "o", "equilibrium"), (beside, "x", "origin, full contact")]
+    for points, marker, label in sets:
+        if points is not None:
+            shown = points[points.imag >= 0.0]
+            face, edge = ("none", RING) if marker == "o" else (CROSS, None)
+            real, imag = shown.real / units[1].factor, shown.imag / units[0].factor
+            axes.scatter(real, imag, marker=marker, fc=face, ec=edge, s=26, label=label)
+    reach = max(1.0, 1.2 * float(np.abs(everything.real).max())) / units[1].factor
+    top = 1.1 * float(np.abs(everything.imag).max()) / units[0].factor
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(0.0, top or 1.0)
+    axes.set_xlabel(f"growth rate [{units[1].name}]")
+    axes.set_ylabel(f"frequency [{units[0].name}]")
+    if beside is not None:
+        axes.legend(loc="lower right", borderaxespad=0.4)
+
+
+def eigenvalue_figure(values: np.ndarray, beside: np.ndarray | None = None) -> Figure:
+    """Eigenvalues alone."""
+    with style():
+        figure = Figure(figsize=(SINGLE, 2.9))
+        draw_eigenvalues(figure.add_subplot(), values, beside)
+    return figure
+
+
+def exaggeration(pad: Pad) -> str:
+    """How much larger than a motion of a micrometre the shapes are drawn, in words."""
+    factor = LARGEST * pad.w / SEEN
+    digits = 10 ** int(np.floor(np.log10(factor)) - 1)
+    return rf"motion of 1 $\mu$m enlarged {round(factor / digits) * digits} times"
+
+
+def pad_figure(
+    pad: Pad,
+    q: Sequence[float],
+    shapes: Sequence[ModeShape],
+    values: np.ndarray,
+    beside: np.ndarray | None = None,
+) -> Figure:
+    """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
+    slender = pad.h / pad.w
+    lever = np.array([1.0, 1.0, pad.w])
+    rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
+    moved = [lever * one.shape for one in shapes]
+    lines = [outlines(slender, rest, shape) for shape in moved]
+    corners = np.concatenate([corner for three in lines for corner in three])
+    left, bottom = corners.min(axis=0) - 0.08
+    right, top = corners.max(axis=0) + 0.08
+    bottom = min(bottom, -slender - 0.12)
+    units = _units(values)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 0.5 + len(shapes) * PANEL))
+        grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
+        draw_eigenvalues(figure.add_subplot(grid[:, 0]), values, beside)
+        for k, (one, three) in enumerate(zip(shapes, lines, strict=True)):
+            axes = figure.add_subplot(grid[k, 1])
+            draw_surface(axes, -slender, left, right, bottom)
+            draw_pad(axes, three)
+            grows = one.growth_rate > 0.0
+            name = f"mode {one.number}: {in_unit(2 * np.pi * one.frequency_hz, units[0])}"
+            if one.growth_rate:
+                name += f", ${one.growth_rate / units[1].factor:+.3g}$ {units[1].name}"
+            axes.set_title(name, pad=2.0, color=CROSS if grows else "k")
+            axes.set_xlim(left, right)
+            axes.set_ylim(bottom, top)
+        handles, names = legend_of_phases(moved)
+        names[1] += f" ({exaggeration(pad)})"
+        figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
+    return figure
+
+
+def save_modes(path: Path, name: str, figure: Figure, values: np.ndarray) -> None:
+    """Save a figure of eigenvalues, and of mode shapes if it has them, as PDF, SVG or PNG."""
+    listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in values)
+    shapes = " and mode shapes" if len(figure.axes) > 1 else ""
+    text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
+    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(_MODULE)), path, text=False)

@@ -1,0 +1,110 @@
+"""Mode shapes and modes followed over friction, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse, sweep_mu
+from squeal.analysis.modes import mode_shapes, shapes_of_pad, sweep_modes
+from squeal.errors import ComputationError
+from squeal.scene import read_scene
+from squeal.stability import complex_eigenvalues
+from tests.conftest import SCENES
+
+
+def coupled(mu):
+    """Mode coupling: omega^2 = 2 +- sqrt(1 - 4 mu / 3), so that it flutters from 3/4 on."""
+    return np.eye(2), None, np.array([[2.0, -1.0 + 4 / 3 * mu], [-1.0, 2.0]])
+
+
+def several(mu):
+    """A pair that flutters from 0.25 on, one from 0.5 on, and divergence from 1 on."""
+    K = np.zeros((5, 5))
+    for i, (middle, start) in enumerate([(4.0, 0.25), (9.0, 0.5)]):
+        K[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [
+            [middle - 0.5, start - mu - 0.25],
+            [1, middle + 0.5],
+        ]
+    K[4, 4] = 1.0 - mu
+    return np.eye(5), None, K
+
+
+def test_shapes_of_mode_coupling():
+    # without friction the shapes are (1, 1) and (1, -1), of omega = 1 and sqrt 3
+    one, two = mode_shapes(complex_eigenvalues(*coupled(0.0)))
+    assert np.allclose(one.shape, [1, 1])
+    assert np.allclose(np.abs(two.shape), [1, 1])
+    assert np.allclose(two.shape.sum(), 0)
+    assert (one.number, two.number) == (1, 2)
+    assert [2 * math.pi * m.frequency_hz for m in (one, two)] == pytest.approx([1, math.sqrt(3)])
+    # beyond the threshold both have one frequency, and second over first part -1 / (lambda^2 + 2)
+    for mode in mode_shapes(complex_eigenvalues(*coupled(1.0))):
+        s = mode.growth_rate + 2j * math.pi * mode.frequency_hz
+        assert mode.shape[1] / mode.shape[0] == pytest.approx(1 / (s * s + 2.0))
+        assert np.abs(mode.shape).max() == pytest.approx(1.0)
+
+
+def test_a_real_pair_is_one_mode():
+    found = mode_shapes(complex_eigenvalues(*several(2.0)))
+    assert len(found) == 5
+    assert found[0].growth_rate == pytest.approx(1.0)
+    assert np.allclose(found[0].shape, [0, 0, 0, 0, 1])
+
+
+@pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
+def test_shapes_of_pads_solve_the_equations(stem):
+    scene = read_scene(SCENES / f"{stem}.yaml")
+    found = analyse(scene)
+    m = found.matrices
+    shapes = shapes_of_pad(found, scene.pad.w)
+    assert len(shapes) == 3
+    for one in shapes:
+        s = one.growth_rate + 2j * math.pi * one.frequency_hz
+        rest = (s * s * m.M + s * m.C + m.K) @ one.shape
+        assert np.abs(rest).max() < 1e-8 * np.abs(m.K @ np.diag(np.abs(one.shape))).max()
+        assert np.abs(one.shape * [1, 1, scene.pad.w]).max() == pytest.approx(1.0)
+
+
+def test_a_sweep_changes_its_verdict_at_the_thresholds_and_nowhere_else():
+    found = sweep_modes(coupled, 0.0, 1.0)
+    (low, first, before), (second, high, after) = found.spans
+    assert (low, high, before, after) == (0.0, 1.0, "marginal", "flutter")
+    assert first == second == pytest.approx(0.75, rel=1e-12)
+    squares = -(found.values**2)
+    root = np.sqrt(1 - 4 / 3 * found.mus + 0j)
+    for sign in (1, -1):
+        nearest = np.abs(squares - (2 + sign * root)[:, None]).min(axis=1)
+        assert nearest.max() < 1e-7
+
+
+def test_every_crossing_is_listed_and_windows_between_samples_are_not_missed():
+    found = sweep_modes(several, 0.0, 1.5)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.25, 0.5, 1.0])
+    assert [v for *_, v in found.spans][:2] == ["marginal", "flutter"]
+
+    def window(mu):  # grows from 0.5 to 0.5 + 1e-5 only
+        M, C, K = coupled(0.0)
+        return M, C, K + [[0, 1.0 + 1e-3 + 1e7 * (mu - 0.5) * (0.5 + 1e-5 - mu) * 1e3], [0, 0]]
+
+    assert [v for *_, v in sweep_modes(window, 0.0, 1.0).spans].count("flutter") == 1
+
+
+def test_a_scene_s_sweep_is_that_of_its_branch():
+    scene = read_scene(SCENES / "b2-c.yaml")
+    found = sweep_modes(scene, 0.1, 2.0)
+    critical = critical_friction(scene)
+    assert (found.low, found.high) == (0.1, 2.0)
+    assert found.end == critical.mu_end < 2.0
+    assert found.mus[0] == 0.1
+    assert found.mus[-1] <= found.end
+    pick = found.mus[::40].tolist()
+    for (_, analysis), row in zip(sweep_mu(scene, pick), found.values[::40], strict=True):
+        exact = analysis.spectrum.values
+        assert np.abs(row[:, None] - exact[None, :]).min(axis=0).max() < 1e-6 * np.abs(exact).max()
+    ((mu, state),) = found.contacts
+    assert state == "PC"
+    assert 0.1 < mu < found.end
+    with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.9"):
+        sweep_modes(scene, 1.9, 2.0)

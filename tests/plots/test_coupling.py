@@ -1,0 +1,71 @@
+"""The coupling figure shows what it is given: thresholds, growing modes, units, forty modes."""
+
+import numpy as np
+import pytest
+
+from squeal.analysis.modes import sweep_modes
+from squeal.plots.coupling import LISTED, coupling_figure
+from tests.analysis.test_modes import coupled, several
+
+
+def artists(figure, gid):
+    found = [a for axes in figure.axes for a in [*axes.get_lines(), *axes.patches]]
+    return [a for a in found if a.get_gid() == gid]
+
+
+def words(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.fixture(scope="module")
+def figure():
+    return coupling_figure(sweep_modes(coupled, 0.0, 1.0), own=0.6)
+
+
+def test_the_background_changes_at_the_threshold(figure):
+    spans = artists(figure, "flutter")
+    assert len(spans) == 2  # of frequency and growth
+    for span in spans:
+        assert span.get_x() == pytest.approx(0.75, rel=1e-12)
+        assert span.get_x() + span.get_width() == pytest.approx(1.0)
+
+
+def test_the_growing_mode_is_said(figure):
+    assert words(figure)[0] == r"flutter from $\mu$ = 0.75, 0.2251 Hz"
+    (thick,) = [a for k in (1, 2) for a in artists(figure, f"grows {k}")]
+    mu, frequency = thick.get_data()
+    shown = np.isfinite(frequency)
+    assert mu[shown].min() > 0.75 - 1e-9
+    assert mu[shown].max() == 1.0
+    # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1
+    assert frequency[-1] == pytest.approx(1.428577 / (2 * np.pi), rel=1e-5)
+    assert r"present $\mu$ = 0.6" in words(figure)
+
+
+def test_units_follow_the_size(figure):
+    labels = [axes.get_ylabel() for axes in figure.axes[:2]]
+    assert labels == ["frequency [Hz]", "growth rate [1/s]"]
+
+    def fast(mu):
+        M, C, K = coupled(mu)
+        return M, C, 1e10 * K
+
+    labels = [axes.get_ylabel() for axes in coupling_figure(sweep_modes(fast, 0.0, 1.0)).axes[:2]]
+    assert labels == ["frequency [kHz]", "growth rate [1/ms]"]
+
+
+def test_nothing_grows():
+    figure = coupling_figure(sweep_modes(coupled, 0.0, 0.5))
+    assert words(figure) == ["nothing grows"]
+    assert not artists(figure, "flutter")
+
+
+def test_of_many_modes_only_those_that_grow_have_colours():
+    figure = coupling_figure(sweep_modes(several, 0.0, 1.5))
+    grey = [a for k in range(1, 6) for a in artists(figure, f"mode {k}") if a.get_color() == "0.72"]
+    assert len(grey) == 2 * 3  # the decaying partners, in frequency and twice in growth
+    assert {w.split(",")[0] for w in words(figure)[:3]} == {
+        rf"{kind} from $\mu$ = {mu}"
+        for kind, mu in (("flutter", 0.25), ("flutter", 0.5), ("divergence", 1))
+    }
+    assert len(words(figure)) <= LISTED + 4
