@@ -2,6 +2,8 @@
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make site     documentation, docs/_build/html/index.html
+# make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
+# make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -12,12 +14,17 @@ LINTERS := .venv/linters.stamp
 PEERS := .venv/peers.stamp
 CITE := .venv/cite/stamp
 DOCS := .venv/docs.stamp
+RELEASE := .venv/archive/stamp
+ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
+EPOCH := SOURCE_DATE_EPOCH=1609459200
+
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint benchmark page page-test site cite-check lock clean distclean
+.PHONY: report test lint benchmark page page-test site dist archive \
+	metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -44,22 +51,44 @@ page-test: $(ENVIRONMENT)
 	@$(BIN)/pytest -n 0 -rs page/tests
 
 site: $(DOCS)
-	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	$(EPOCH) $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+
+dist: $(RELEASE)
+	mkdir -p dist && rm -f dist/*.whl dist/*.tar.gz
+	$(EPOCH) $(BIN)/python -c "from flit_core import buildapi as b; b.build_wheel('dist'); b.build_sdist('dist')"
+	.venv/archive/bin/twine check --strict dist/*.whl dist/*.tar.gz
+
+# without clang and lld 19 the page is left out
+archive: $(RELEASE) report site dist
+	-@$(BIN)/python -m page.build
+	$(BIN)/python -m workflow.release.gather $(ARCHIVED)
+	.venv/archive/bin/python workflow/release/crate.py $(ARCHIVED)
+	.venv/archive/bin/python workflow/release/check_crate.py $(ARCHIVED)
+	$(BIN)/python workflow/release/pack.py $(ARCHIVED)
+
+codecheck: $(ENVIRONMENT)
+	$(BIN)/python -m workflow.release.codecheck --check
+
+metadata: $(ENVIRONMENT)
+	$(BIN)/python -m workflow.release.codemeta > codemeta.json
+	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
 
 cite-check: $(CITE) $(ENVIRONMENT)
 	.venv/cite/bin/cffconvert --validate
-	$(BIN)/python workflow/release/codemeta.py | diff codemeta.json -
+	$(BIN)/python -m workflow.release.codemeta | diff codemeta.json -
+	$(BIN)/python -m workflow.release.codecheck | diff codecheck.yml -
 
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
+	$(UV_COMPILE) --group archive -o requirements/archive.txt
 	$(UV_COMPILE) --group cite -o requirements/cite.txt
 	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 
 clean:
-	rm -rf logs page/built docs/_build docs/generated .snakemake .pytest_cache .mypy_cache .ruff_cache
+	rm -rf dist logs page/built docs/_build docs/generated .snakemake .pytest_cache .mypy_cache .ruff_cache
 	find squeal page tests workflow -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf $(filter-out %/README.md %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
@@ -81,6 +110,10 @@ $(LINTERS): $(ENVIRONMENT) requirements/lint.txt
 
 $(DOCS): $(ENVIRONMENT) requirements/docs.txt
 	@workflow/setup/environment.sh docs
+	@touch $@
+
+$(RELEASE): $(ENVIRONMENT) requirements/archive.txt
+	@workflow/setup/apart.sh archive
 	@touch $@
 
 $(CITE): $(ENVIRONMENT) requirements/cite.txt

@@ -4,8 +4,11 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
+from pathlib import Path
 
+import numpy
 import pytest
 
 from squeal.commands.cli import COMMANDS
@@ -29,15 +32,59 @@ POSIX = {"fcntl", "grp", "pwd", "resource", "termios"}
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory):
-    """Folder with the unpacked wheel: the package and nothing of the repository."""
+def wheel(tmp_path_factory):
+    """The wheel."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "flit_core.wheel", "--outdir", str(folder), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+@pytest.fixture(scope="module")
+def installed(wheel):
+    """Folder with the unpacked wheel: the package and nothing of the repository."""
     with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder / "site")
-    return folder / "site"
+        archive.extractall(wheel.parent / "site")
+    return wheel.parent / "site"
+
+
+def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
+    code = "import sys; from flit_core import buildapi; print(buildapi.build_sdist(sys.argv[1]))"
+    subprocess.run([sys.executable, "-c", code, tmp_path], cwd=ROOT, check=True, text=True)
+    (sdist,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        packed = {name.partition("/")[2] for name in archive.getnames()}
+    kept = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "squeal").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert {"squeal/py.typed", "squeal/article/report/references.bib"} < kept
+    assert any(file.endswith(".yaml") for file in kept)
+    assert kept <= set(zipfile.ZipFile(wheel).namelist())
+    assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
+
+
+def test_the_wheel_installs_a_program_into_an_empty_environment(wheel, tmp_path):
+    place = tmp_path / "environment"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", place / "bin" / "python"]
+    offline = ["install", "--quiet", "--no-deps", "--no-index", wheel]
+    subprocess.run([*pip, *offline], check=True, capture_output=True)
+    (site,) = (place / "lib").glob("python*/site-packages")
+    # its requirements from here; what is installed there comes first
+    (site / "requirements.pth").write_text(f"{Path(numpy.__file__).parents[1]}\n")
+    bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    done = subprocess.run(
+        [place / "bin" / "squeal", "critical-friction", B2, "--json"],
+        cwd=tmp_path, env=bare, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["critical"]
+    where = [place / "bin" / "python", "-c", "import squeal; print(squeal.__file__)"]
+    found = subprocess.run(where, cwd=tmp_path, env=bare, capture_output=True, text=True)
+    assert found.stdout.startswith(str(site))
 
 
 def run(installed, empty, *arguments, without=()):

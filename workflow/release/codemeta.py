@@ -1,6 +1,6 @@
 """CITATION.cff and pyproject.toml in the terms of CodeMeta 3.
 
-`python workflow/release/codemeta.py > codemeta.json` (`make codemeta`) writes the file anew; a
+`python -m workflow.release.codemeta > codemeta.json` (`make metadata`) writes the file anew; a
 test compares the two.
 """
 

@@ -1,0 +1,119 @@
+"""`.venv/archive/bin/python workflow/release/crate.py FOLDER`: its ro-crate-metadata.json.
+
+A Workflow Run RO-Crate: the Snakefile is the workflow, its run takes the scenes and gives results,
+figures and report. Needs `rocrate` and nothing of this project; says the same for the same files.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from rocrate.model.contextentity import ContextEntity
+from rocrate.rocrate import ROCrate
+
+PROFILES = {
+    "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
+    "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
+}
+FORMATS = {
+    ".pdf": "application/pdf",
+    ".json": "application/json",
+    ".csv": "text/csv",
+    ".yaml": "application/yaml",
+    ".txt": "text/plain",
+    ".html": "text/html",
+    ".tex": "application/x-tex",
+}
+CC_BY, MIT = "https://creativecommons.org/licenses/by/4.0/", "https://spdx.org/licenses/MIT"
+NAMES = {"paper/report.pdf": "The report", "squeal.html": "The live page"}
+
+
+def described(folder: Path) -> dict[str, Any]:
+    """The metadata of an archive's folder."""
+    about = json.loads((folder / "codemeta.json").read_text(encoding="utf-8"))
+    crate = ROCrate(version="1.1")  # what the workflow run profiles build upon
+    root = crate.root_dataset
+
+    def add(key: str, kind: str, **properties: Any) -> ContextEntity:
+        found = {"@type": kind, **properties}
+        return crate.add(ContextEntity(crate, key, properties=found))
+
+    mit = add(MIT, "CreativeWork", name="MIT License", alternateName="MIT")
+    cc_by = add(CC_BY, "CreativeWork", name="CC BY 4.0", alternateName="CC-BY-4.0")
+    maker = add("#contributors", "Organization", name=about["author"][0]["name"])
+    publication = about["referencePublication"]
+    article = add("#article", "ScholarlyArticle", name=publication["name"])
+    article["datePublished"] = publication["datePublished"]
+    profiles = [
+        add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1])
+        for link, name in PROFILES.items()
+    ]
+    root["name"], root["description"] = about["name"], about["description"]
+    root["datePublished"], root["license"] = about["dateModified"], [cc_by, mit]
+    root["author"], root["publisher"], root["citation"] = maker, maker, article
+    root["version"], root["keywords"] = about["version"], ", ".join(about["keywords"])
+    root["conformsTo"] = profiles
+
+    def add_file(path: Path, licence: ContextEntity) -> Any:
+        place = path.relative_to(folder).as_posix()
+        properties = {
+            "name": NAMES.get(place, place),
+            "license": {"@id": licence.id},
+            "contentSize": str(path.stat().st_size),
+            "encodingFormat": FORMATS.get(path.suffix, "application/octet-stream"),
+        }
+        return crate.add_file(path, dest_path=place, properties=properties)
+
+    def files(*patterns: str) -> list[Path]:
+        return sorted(path for pattern in patterns for path in folder.glob(pattern))
+
+    workflow = crate.add_workflow(
+        folder / "Snakefile", dest_path="Snakefile", main=True, lang="snakemake"
+    )
+    workflow["name"], workflow["author"] = "From the scenes to the report", maker
+    workflow["license"], workflow["creator"] = mit, maker
+    given = [add_file(path, cc_by) for path in files("workflow/scenes/*.yaml")]
+    made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
+    made += files("paper/generated/*.tex")
+    results = [add_file(path, cc_by) for path in [*made, folder / "paper" / "report.pdf"]]
+    for place in ("CITATION.cff", "codemeta.json", "codecheck.yml", "README.md", "LICENSE"):
+        add_file(folder / place, mit)
+    for place, name, licence in (
+        ("squeal", "The package", mit),
+        ("site", "The documentation", cc_by),
+    ):
+        about_it = {"name": name, "license": {"@id": licence.id}}
+        crate.add_dataset(folder / place, dest_path=place, properties=about_it)
+    for path in files("squeal.html", "dist/*"):
+        add_file(path, mit)
+
+    versions: dict[str, str] = {}
+    for path in files("results/*.json"):
+        versions |= json.loads(path.read_text(encoding="utf-8"))["provenance"]["versions"]
+    packages = [
+        add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number)
+        for name, number in sorted(versions.items())
+    ]
+    workflow["softwareRequirements"] = packages
+    run = crate.add_action(
+        workflow,
+        identifier="#build",
+        object=given,
+        result=results,
+        properties={
+            "name": "Build of the report",
+            "description": "make report",
+            "actionStatus": "http://schema.org/CompletedActionStatus",
+        },
+    )
+    run["agent"] = maker
+    return dict(crate.metadata.generate())
+
+
+if __name__ == "__main__":
+    place = Path(sys.argv[1])
+    text = json.dumps(described(place), indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+    (place / "ro-crate-metadata.json").write_text(text, encoding="utf-8")

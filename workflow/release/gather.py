@@ -1,0 +1,79 @@
+"""`python -m workflow.release.gather FOLDER`: what a release archive holds, in a new folder.
+
+That are all files under version control, and what `make report`, `make site` and `make dist` build;
+the live page too, where it was built.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.report.chapters import FIGURES, RESULTS
+from workflow.release import codecheck
+from workflow.release.pack import repack
+
+ROOT = Path(__file__).resolve().parents[2]
+SITE, PAGE = Path("docs/_build/html"), Path("page/built/squeal.html")
+
+
+def tracked() -> list[Path]:
+    """Files under version control, relative to the repository."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return [Path(name) for name in listed.stdout.split("\0") if name]
+
+
+def built() -> Iterator[tuple[Path, Path]]:
+    """Built files, relative to the repository, and their places in the archive.
+
+    Raises FileNotFoundError with the target that builds what is missing.
+    """
+    wanted = [Path(file) for file in RESULTS]
+    wanted += [Path(f"results/{stem}.csv") for stem in HISTORY_FIGURES]
+    wanted += [Path(f"figures/{name}.txt") for name in FIGURES]
+    wanted += [Path(file) for file in codecheck.manifest()]
+    for file in wanted:
+        if not (ROOT / file).is_file():
+            raise FileNotFoundError(f"{file} is missing: make report")
+        yield file, file
+    if not (ROOT / SITE / "index.html").is_file():
+        raise FileNotFoundError(f"{SITE} is missing: make site")
+    for path in sorted((ROOT / SITE).rglob("*")):
+        file = path.relative_to(ROOT)
+        inside = file.relative_to(SITE)
+        if path.is_file() and not inside.parts[0].startswith("."):
+            yield file, "site" / inside
+    packages = sorted(path for kind in ("*.whl", "*.tar.gz") for path in (ROOT / "dist").glob(kind))
+    if len(packages) != 2:
+        raise FileNotFoundError("the wheel or the sdist is missing: make dist")
+    for path in packages:
+        yield path.relative_to(ROOT), path.relative_to(ROOT)
+    if (ROOT / PAGE).is_file():
+        yield PAGE, Path("squeal.html")
+
+
+def main() -> int:
+    """Copy it all; 1 with the reason where something is missing."""
+    folder = Path(sys.argv[1])
+    try:
+        files = [*((file, file) for file in tracked()), *built()]
+    except FileNotFoundError as error:
+        print(f"gather: {error}", file=sys.stderr)
+        return 1
+    shutil.rmtree(folder, ignore_errors=True)
+    for source, place in files:
+        (folder / place).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / source, folder / place)
+        if place.suffix == ".zip":  # of the gallery, with the times of its files
+            repack(folder / place)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
