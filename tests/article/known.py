@@ -14,6 +14,7 @@ from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.results.precision import Point, Timing
+from squeal.article.results.starts import KINDS, Map, SceneStarts
 from squeal.article.results.verify import Switches
 from squeal.files.provenance import Provenance, provenance
 from squeal.files.records import Result
@@ -83,6 +84,10 @@ def result(name: str) -> Result:
         case = typing.get_args(types_of["cases"])[1]
         points = filled(typing.get_args(typing.get_type_hints(case)["thresholds"])[1])
         given["cases"] = {n: filled(case, thresholds={"0": points, "2": points}) for n in CASES}
+    elif name == "starts":
+        share = dict.fromkeys(KINDS, 0.2)
+        some = Map(10, ("01", "23"), 3, share)
+        given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "accuracy":
         given["scenes"] = by("scenes", HISTORY_FIGURES)
     elif name == "angles":

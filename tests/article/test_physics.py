@@ -1,7 +1,8 @@
 """The physics chapter: its studies against independent truth, its sentences against their turn."""
 
 import dataclasses
-from typing import TypeVar
+import inspect
+from typing import TypeVar, get_type_hints
 
 import numpy as np
 import pytest
@@ -12,12 +13,16 @@ from squeal.article.report.physics import energy_table, generated
 from squeal.article.results.energy import Energy, Motion, Stay
 from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
 from squeal.article.results.map_ranges import MapRanges
+from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
 from squeal.article.studies import energy as energy_study
 from squeal.article.studies import line_springs as springs_study
 from squeal.article.studies import map_ranges as ranges_study
+from squeal.article.studies import starts as starts_study
+from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.find import find_all
 from squeal.files.records import Missing, Result
 from squeal.model.linear import linearise
+from squeal.model.states import FULL, LEAD, NONE
 from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from squeal.stability import verdict
@@ -35,6 +40,13 @@ def known_of(kind: type[R]) -> R:
     found = known.result(kind.__module__.rpartition(".")[2])
     assert isinstance(found, kind)
     return found
+
+
+def chapter(**given: Result) -> dict[str, str]:
+    """The chapter's values from some results and known ones in place of the others."""
+    hints = get_type_hints(generated)
+    names = inspect.signature(generated).parameters
+    return generated(*(given.get(name) or known_of(hints[name]) for name in names))[0]
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +94,7 @@ def test_sentences_on_energy_follow_the_numbers(fed, friction, kinetic, words):
         "b2-a-mean": Missing("the pad has turned past 90 degrees at t = 1 s"),
     }
     found = Energy(motions=motions)
-    values, _ = generated(found, known_of(MapRanges), known_of(LineSprings))
+    values = chapter(energy=found)
     told = [values[f"physics.energy.{key}"] for key in ("law", "source", "start")]
     for text, part in zip(told, words, strict=True):
         assert part.lower() in text.lower()
@@ -145,10 +157,6 @@ def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
     assert found.upright <= found.kept
 
 
-def told(ranges: MapRanges) -> dict[str, str]:
-    return generated(known_of(Energy), ranges, known_of(LineSprings))[0]
-
-
 @pytest.mark.parametrize(
     ("place", "words"),
     [("inside", "against the article"), ("on the edge", "neither"), ("outside", "as the article")],
@@ -159,7 +167,7 @@ def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
         case: dataclasses.replace(one, own=place if case == "c" else "outside")
         for case, one in known_ranges.members.items()
     }
-    values = told(dataclasses.replace(known_ranges, members=members))
+    values = chapter(ranges=dataclasses.replace(known_ranges, members=members))
     assert words in values["physics.map.reading"]
     assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
 
@@ -168,7 +176,7 @@ def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
 def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
     ranges = known_of(MapRanges)
     changed = dataclasses.replace(ranges.off_branch, kept=kept)
-    values = told(dataclasses.replace(ranges, off_branch=changed))
+    values = chapter(ranges=dataclasses.replace(ranges, off_branch=changed))
     assert words in values["physics.map.other"]
 
 
@@ -213,7 +221,81 @@ def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
 )
 def test_the_verdict_on_points_follows_the_shares(lost, apart, off, mu, words):
     found = springs(lost, apart, off, mu)
-    values, _ = generated(known_of(Energy), known_of(MapRanges), found)
+    values = chapter(springs=found)
     keys = ("verdict", "limit", "thresholds")
     for key, part in zip(keys, words, strict=True):
         assert part in values[f"physics.springs.{key}"]
+
+
+@pytest.mark.parametrize(
+    ("first", "points", "kind"),
+    [
+        (FULL, [], "no loss"),
+        (NONE, [0, 1], "no loss"),  # lifted, then in full contact
+        (LEAD, [], "no loss"),  # never in full contact, but nothing is lost
+        (LEAD, [1, 1], "loss at an edge"),
+        (FULL, [0, 0, 0, 0], "loss at an edge"),
+        (FULL, [0, 1, 0, 1], "separation"),
+        (FULL, [0, 0, 1, 1, 0, 0, 1, 1], "loss at an edge"),  # three turns
+        (FULL, [0, 0, 1, 1, 0, 0, 1, 1, 0], "hammering"),  # four
+        (NONE, [0, 0, 0, 1], "no loss"),  # it bounces on an edge before full contact
+    ],
+)
+def test_kinds_of_motion_by_hand(first, points, kind):
+    assert KINDS[starts_study.kind(first, np.array(points, dtype=float))] == kind
+
+
+def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
+    """Second method: in full contact motion is linear, and its modes' amplitudes add up to the most
+    that an edge can rise."""
+    own = read_scene(SCENES / "b2-b.yaml", "simulate")
+    rest, _ = sliding_equilibrium(own.pad_model)
+    assert rest is not None
+    assert all(rest.state)
+    s, t = starts_study.grid(9)
+    starts = starts_study.plane(own, np.array(rest.q), s, t)
+    found = starts_study.kinds(own, starts, [10])[0]
+    matrices = linearise(own.pad_model, rest.q, rest.state)
+    squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
+    assert np.all(squares.real > 0.0)
+    amplitudes = np.linalg.solve(shapes, (starts[:, :3] - rest.q).T)
+    w = own.pad.w
+    edges = np.array([[0.0, 1.0, -w], [0.0, 1.0, w]])  # rise by y and tilt
+    most = np.abs((edges @ shapes)[:, :, None] * amplitudes).sum(axis=1)
+    gap = -own.pad_model.gaps(np.array(rest.q))[:, None]
+    safe = np.all(most < 0.98 * gap, axis=0)
+    begins = np.all(own.pad_model.gaps(starts[:, :3].T) < 0.0, axis=0)
+    assert safe.sum() > 5
+    assert np.all(found[safe] == 0)
+    # in ten windows the modes come near to their sum: the others in contact lose it
+    assert np.mean(found[begins & np.any(most > 1.02 * gap, axis=0)] > 0) > 0.9
+
+
+def test_the_plane_of_starts_holds_equilibrium_and_own_start():
+    own = read_scene(SCENES / "b2-c.yaml", "simulate")
+    rest = np.array([1e-5, 2e-5, -3e-5])
+    made = starts_study.plane(own, rest, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    assert made[0, :3] == pytest.approx(rest)
+    assert made[1] == pytest.approx(np.array(own.initial), abs=1e-20)
+    lift = own.pad.w * (made[2, 2] - rest[2])
+    assert lift == pytest.approx(own.pad.F_n / own.pad.k_c)
+
+
+def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
+    share = dict.fromkeys(KINDS, 0.0) | {KINDS[0]: lossless, KINDS[3]: hammering}
+    return SceneStarts(1.0, 1.0, (Map(1, ("0",), 1, share), Map(10, ("0",), own, share)))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "words"),
+    [
+        ((3, 0.1, 0.6), (3, 0.1, 0.6), ("nearer to the equ", "(c) alone, as", "another end")),
+        ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
+        ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
+    ],
+)
+def test_sentences_on_starts_follow_the_maps(one, other, words):
+    found = Starts(scenes={"b1-c": scene_starts(*one), "b2-c": scene_starts(*other)}, reach=1.0)
+    values = chapter(starts=found)
+    for key, part in zip(("keeps", "hammers", "later"), words, strict=True):
+        assert part in values[f"physics.starts.{key}"]

@@ -130,15 +130,17 @@ _PARTS = (
     ),
     Chapter(
         "physics",
-        reads=_results("energy", "map_ranges", "line_springs"),
-        tables=("works", "members"),
+        reads=_results("energy", "map_ranges", "line_springs", "starts"),
+        tables=("works", "members", "own-starts"),
         studies=(
             Study("energy", _scenes(*HISTORY_FIGURES)),
             Study("map_ranges", _scenes("b2-c")),
             Study("line_springs", _scenes(*_B2)),
+            Study("starts", _scenes(*HISTORY_FIGURES)),
         ),
         figures=tuple(
-            Figure(name, name, _results(name)) for name in ("energy", "map_ranges", "line_springs")
+            Figure(name, name, _results(name))
+            for name in ("energy", "map_ranges", "line_springs", "starts")
         ),
     ),
     Chapter(

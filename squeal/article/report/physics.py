@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from squeal.article.cases import title
 from squeal.article.report.latex import Generated, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
 from squeal.article.results.line_springs import LineSprings
 from squeal.article.results.map_ranges import MapRanges
+from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.files.records import Missing
 
 MULTIPLE = 2.0  # times more is called a multiple
@@ -215,7 +217,86 @@ def _springs(found: LineSprings) -> dict[str, str]:
 NEAR_LINE = 0.01  # of the range: a motion that near follows the line's
 
 
-def generated(energy: Energy, ranges: MapRanges, springs: LineSprings) -> Generated:
+LOSSLESS, HAMMERING = KINDS[0], KINDS[3]
+MOST = 0.5  # of a map
+
+
+def starts_table(found: Starts) -> str:
+    """What becomes of each scene's own start, and shares of the maps."""
+    times = sorted({part.windows for one in _scenes(found).values() for part in one.maps})
+    head = [""]
+    for words in ("own start,", "no loss,", "hammering,"):
+        head += [f"{words} {n}" for n in times]
+    groups: dict[str, list[list[str]]] = {}
+    for name, one in found.scenes.items():
+        row = [title(name)]
+        if isinstance(one, Missing):
+            row.append(rf"\multicolumn{{{3 * len(times)}}}{{l}}{{{typeset(one.reason)}}}")
+        else:
+            row += [KINDS[part.own] for part in one.maps]
+            for kind in (LOSSLESS, HAMMERING):
+                row += [percent(part.share[kind], 0) for part in one.maps]
+        groups.setdefault(name[:2], []).append(row)
+    return tabular("l" + "l" * len(times) + "r" * 2 * len(times), head, list(groups.values()))
+
+
+def _scenes(found: Starts) -> dict[str, SceneStarts]:
+    return {name: one for name, one in found.scenes.items() if isinstance(one, SceneStarts)}
+
+
+def _starts(found: Starts) -> dict[str, str]:
+    """What the start decides, in sentences."""
+    scenes = _scenes(found)
+    last = {name: one.maps[-1] for name, one in scenes.items()}
+    calm = [
+        title(name)
+        for name, part in last.items()
+        if name.startswith("b1") and part.share[LOSSLESS] > 0.0 and part.own > 0
+    ]
+    keeps = (
+        "That point contact cannot keep contact is a property of the start: nearer to the "
+        f"equilibrium no contact is lost for as long in {_listed(calm)}."
+        if calm
+        else "No start of the maps of model B1 keeps contact where the scene's own start loses it."
+    )
+    most = {
+        model: [
+            name[-1]
+            for name, part in last.items()
+            if name.startswith(model) and part.share[HAMMERING] > MOST
+        ]
+        for model in ("b1", "b2")
+    }
+    both = [case for case in most["b1"] if case in most["b2"]]
+    hammers = (
+        f"Most starts hammer with both models in case {_listed([f'({case})' for case in both])} "
+        + ("alone, as the article finds" if both == [HAMMERS] else "")
+        if both
+        else "In no case do most starts hammer with both models"
+    ).strip()
+    turned = [
+        f"{title(name)} ({KINDS[one.maps[0].own]}, then {KINDS[one.maps[-1].own]})"
+        for name, one in scenes.items()
+        if one.maps[0].own != one.maps[-1].own
+    ]
+    later = (
+        f"Given more time, the scene's own start comes to another end in {_listed(turned)}."
+        if turned
+        else "Given more time, the scene's own start comes to no other end."
+    )
+    return {
+        "physics.starts.keeps": keeps,
+        "physics.starts.hammers": f"{hammers}.",
+        "physics.starts.later": later,
+        "physics.starts.times": _listed([str(p.windows) for p in next(iter(scenes.values())).maps]),
+    }
+
+
+def generated(energy: Energy, ranges: MapRanges, springs: LineSprings, starts: Starts) -> Generated:
     """Values and tables of the chapter."""
-    tables = {"works": energy_table(energy), "members": members_table(ranges)}
-    return _energy(energy) | _ranges(ranges) | _springs(springs), tables
+    values = _energy(energy) | _ranges(ranges) | _springs(springs) | _starts(starts)
+    return values, {
+        "works": energy_table(energy),
+        "members": members_table(ranges),
+        "own-starts": starts_table(starts),
+    }

@@ -1,0 +1,46 @@
+"""What the start decides: the kind of motion over the height and tilt of the start."""
+
+from __future__ import annotations
+
+from squeal.article.results.map_ranges import Share
+from squeal.files.records import Missing, Record, Result
+
+KINDS = ("no loss", "loss at an edge", "separation", "hammering", "model ends")
+"""What becomes of a motion after its first full contact, each beyond those before it.
+
+No contact is lost; that of an edge is; both are at once; they are lost in turn, with `TURNS`
+changes of the edge at least; the pad turns past 90 degrees.
+"""
+TURNS = 4
+
+
+class Map(Record):
+    """Kinds of motion until one time.
+
+    windows: how many times the scene's time; rows: a row a tilt, from the least, a digit a height:
+    index into `KINDS`; own: of the scene's own start; share: of the map, by kind.
+    """
+
+    windows: int
+    rows: tuple[str, ...]
+    own: int
+    share: dict[str, Share]
+
+
+class SceneStarts(Record):
+    """Maps of a scene, whose starts are at rest about its equilibrium.
+
+    height: of the scene's own start over the equilibrium (m), 1 on the axis; lever: what a tilt of
+    one on the axis lifts an edge by (m), the static compression of the contact.
+    """
+
+    height: float
+    lever: float
+    maps: tuple[Map, ...]
+
+
+class Starts(Result):
+    """By name of the scene; reach: how far the axes go from the equilibrium to both sides."""
+
+    scenes: dict[str, SceneStarts | Missing]
+    reach: float

@@ -1,0 +1,120 @@
+"""What becomes of the article's scenes from other starts: maps over height and tilt.
+
+The starts are at rest on a plane through the sliding equilibrium and the scene's own start. Maps of
+longer times have fewer points, `--fine` gives all many.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.results.starts import KINDS, TURNS, Map, SceneStarts, Starts
+from squeal.article.scenes import read_scenes
+from squeal.equilibrium import sliding_equilibrium
+from squeal.files.records import Missing
+from squeal.model.states import State
+from squeal.scene import Scene
+from squeal.simulation.batch.many import DONE, simulate_many, stack
+
+WINDOWS = {1: 11, 10: 11, 100: 5}
+"""Times in that of the scene, and points a side of their maps."""
+FINE = 41
+REACH = 1.25
+TOLERANCE = 1e-6
+_SEPARATION, _HAMMERING, _ENDED = (KINDS.index(n) for n in (*KINDS[2:4], KINDS[-1]))
+
+
+def plane(scene: Scene, equilibrium: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Starts (n, 6) at rest: the equilibrium (3,) at s = t = 0, the scene's start at s = 1."""
+    own = np.array(scene.initial)
+    rest = np.append(equilibrium, np.zeros(3))
+    starts = rest + s[:, None] * (own - rest)
+    starts[:, 2] += t * lever(scene) / scene.pad.w
+    return starts
+
+
+def lever(scene: Scene) -> float:
+    """Static compression (m) of the contact under the brake force."""
+    model = scene.pad_model
+    assert scene.pad.F_n is not None
+    return scene.pad.F_n / sum(getattr(scene.pad, name) for name in model.law.parameters)
+
+
+def kind(first: State, points: np.ndarray) -> int:
+    """The kind of a motion that begins in contact `first`, from the edges of its changes in order.
+
+    What is lost counts from the first full contact on, or from the start if there is none.
+    """
+    contact, lost, apart, states = list(first), [], False, [tuple(first)]
+    for point in points.astype(int).tolist():
+        contact[point] = not contact[point]
+        states.append(tuple(contact))
+    begin = next((i for i, state in enumerate(states) if all(state)), 0)
+    for before, after in itertools.pairwise(states[begin:]):
+        lost += [i for i in (0, 1) if before[i] and not after[i]]
+        apart |= any(before) and not any(after)
+    if sum(a != b for a, b in itertools.pairwise(lost)) >= TURNS:
+        return _HAMMERING
+    return _SEPARATION if apart else min(len(lost), 1)
+
+
+def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarray:
+    """Kinds (times, n) of the motions from starts (n, 6) after times in that of the scene."""
+    assert scene.stop is not None
+    model = scene.pad_model
+    found = np.zeros((len(windows), len(starts)), dtype=int)
+    many = simulate_many(
+        scene.model,
+        stack([scene.pad] * len(starts)),
+        starts,
+        max(windows) * scene.stop,
+        TOLERANCE,
+        scene.formulation,
+        events=True,
+    )
+    for i, start in enumerate(starts):
+        t, points = many["events"][i].T
+        first = model.state_at(start[:3])
+        for j, window in enumerate(windows):
+            until = window * scene.stop
+            ended = many["outcome"][i] != DONE and not many["ended"][i] > until
+            found[j, i] = _ENDED if ended else kind(first, points[t <= until])
+    return found
+
+
+def grid(side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Heights and tilts (side^2,) of a map, the tilts in rows."""
+    axis = REACH * (2.0 * np.arange(side) + 1.0 - side) / side
+    t, s = np.meshgrid(axis, axis, indexing="ij")
+    return s.ravel(), t.ravel()
+
+
+def maps(scene: Scene, sides: dict[int, int]) -> SceneStarts | Missing:
+    """The maps of a scene, with so many points a side for each time."""
+    found, how = sliding_equilibrium(scene.pad_model)
+    if found is None:
+        return Missing(how)
+    rest = np.array(found.q)
+    made = []
+    for side in dict.fromkeys(sides.values()):
+        times = [window for window, n in sides.items() if n == side]
+        s, t = grid(side)
+        starts = plane(scene, rest, np.append(s, 1.0), np.append(t, 0.0))
+        for window, codes in zip(times, kinds(scene, starts, times), strict=True):
+            of_map = codes[:-1].reshape(side, side)
+            rows = tuple("".join(map(str, row)) for row in of_map.tolist())
+            share = {name: float(np.mean(of_map == i)) for i, name in enumerate(KINDS)}
+            made.append(Map(window, rows, int(codes[-1]), share))
+    return SceneStarts(float(scene.initial[1] - rest[1]), lever(scene), tuple(made))
+
+
+def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
+    """The maps of the eight scenes of models B1 and B2."""
+    scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    sides = dict.fromkeys(WINDOWS, FINE) if fine else WINDOWS
+    return Starts(scenes={name: maps(one, sides) for name, one in scenes.items()}, reach=REACH)
