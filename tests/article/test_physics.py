@@ -2,7 +2,7 @@
 
 import dataclasses
 import inspect
-from typing import TypeVar, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import pytest
@@ -46,7 +46,8 @@ def chapter(**given: Result) -> dict[str, str]:
     """The chapter's values from some results and known ones in place of the others."""
     hints = get_type_hints(generated)
     names = inspect.signature(generated).parameters
-    return generated(*(given.get(name) or known_of(hints[name]) for name in names))[0]
+    results: Any = [given.get(name) or known_of(hints[name]) for name in names]
+    return generated(*results)[0]
 
 
 @pytest.fixture(scope="module")

@@ -225,11 +225,12 @@ def starts_table(found: Starts) -> str:
     """What becomes of each scene's own start, and shares of the maps."""
     times = sorted({part.windows for one in _scenes(found).values() for part in one.maps})
     head = [""]
-    for words in ("own start,", "no loss,", "hammering,"):
+    for words in ("own,", "no loss,", "hammers,"):
         head += [f"{words} {n}" for n in times]
     groups: dict[str, list[list[str]]] = {}
     for name, one in found.scenes.items():
-        row = [title(name)]
+        model, _, case = name.partition("-")
+        row = [f"{model.upper()} ({case})"]
         if isinstance(one, Missing):
             row.append(rf"\multicolumn{{{3 * len(times)}}}{{l}}{{{typeset(one.reason)}}}")
         else:
