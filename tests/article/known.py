@@ -1,6 +1,7 @@
 """Result files of the right form without computing anything: each record filled by its types."""
 
 import dataclasses
+import re
 import types
 import typing
 from importlib import import_module
@@ -13,11 +14,12 @@ from squeal.article.claims import CLAIMS
 from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
+from squeal.article.results import record_of
 from squeal.article.results.precision import Point, Timing
 from squeal.article.results.starts import KINDS, Map, SceneStarts
 from squeal.article.results.verify import Switches
 from squeal.files.provenance import Provenance, provenance
-from squeal.files.records import Result
+from squeal.files.records import Plain, Result
 from squeal.files.writing import to_json, write_text
 from squeal.model.contact import Formulation
 from squeal.numerics.outline import outline
@@ -59,7 +61,8 @@ def filled(kind: Any, **given: Any) -> Any:
 def kinds(name: str) -> dict[str, type[Result]]:
     """The fields of a study's record with their types, and under "" the record itself."""
     kind = import_module(f"squeal.article.studies.{name}").study.__annotations__["return"]
-    record = getattr(import_module(f"squeal.article.results.{name}"), kind)
+    record = record_of(name)
+    assert record.__name__ == kind
     return typing.get_type_hints(record) | {"": record}
 
 
@@ -74,7 +77,11 @@ def result(name: str) -> Result:
         return typing.get_args(types_of[field])[0]
 
     given: dict[str, Any] = {}
-    if name == "eigenvalues":
+    if types_of[""] is Plain:
+        text = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "paper").glob("*.tex"))
+        keys = re.findall(rf"\\val\{{{name}\.([^}}]+)\}}", text)
+        given = {"values": dict.fromkeys(keys, 0.5)}
+    elif name == "eigenvalues":
         given["scenes"] = by("scenes", B2)
     elif name == "energy":
         given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))

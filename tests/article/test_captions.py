@@ -33,7 +33,7 @@ def test_titles_are_plain_and_hold_no_result():
 
 def test_macros_of_the_report_are_filled_in():
     assert "the article's Table 1" in plain(FOUND["table-1"].tex)
-    text = plain(FOUND["fig11"].tex, {"b2-c.scene": "b2-c.yaml", "b2-c.changes": "41"})
+    text = plain(FOUND["fig11"].tex, {"b2-c.scene": "b2-c.yaml", "b2-c.changes": "41 changes"})
     assert "as in Fig. 9. Scene b2-c.yaml; 41 changes" in text
 
 

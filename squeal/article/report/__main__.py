@@ -12,12 +12,13 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import definitions, plain_values
 from squeal.article.results import record_of
 from squeal.errors import InputError
-from squeal.files.records import call
+from squeal.files.records import Plain, call
 from squeal.files.writing import write_text
 
 
@@ -28,7 +29,9 @@ def written(name: str, files: Sequence[str]) -> dict[str, str]:
     tables: dict[str, str] = {}
     for study in chapter.studies:
         (file,) = (Path(file) for file in files if Path(file).stem == study.name)
-        values |= plain_values(study.name, record_of(study.name).read(file))
+        result = record_of(study.name).read(file)
+        own = result.values if isinstance(result, Plain) else result
+        values |= plain_values(study.name, own, dict[str, Any])
     module = f"squeal.article.report.{name}"
     if module in chapter.modules:
         more, tables = call(import_module(module).generated, files)

@@ -65,15 +65,20 @@ class Figure:
 class Chapter:
     """paper/NAME.tex, which reads NAME-values.tex and the tables in paper/generated.
 
-    They are made from the files in `reads`: plain values from the results of the chapter's studies,
-    others and tables by `squeal.article.report.NAME`.
+    They are made from the results of its studies and from files that it reads `also`: plain values
+    from those results, others and tables by `squeal.article.report.NAME`, if it has such.
     """
 
     name: str
-    reads: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     studies: tuple[Study, ...] = ()
     figures: tuple[Figure, ...] = ()
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The files that they are made from."""
+        return (*_results(*(study.name for study in self.studies)), *self.also)
 
     @property
     def generated(self) -> tuple[str, ...]:
@@ -92,13 +97,13 @@ _B2 = tuple(stem("B2", case) for case in CASES)
 _SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
 
 _PARTS = (
-    Chapter("verdicts", reads=_results("claims", "angles", "quasi_static", "loci")),
+    Chapter("verdicts", also=_results("claims", "angles", "quasi_static", "loci")),
     Chapter("introduction"),
     Chapter("equations"),
     Chapter("method"),
     Chapter(
         "article",
-        reads=_results("quasi_static", "eigenvalues", *HISTORY_FIGURES),
+        also=_results(*HISTORY_FIGURES),
         tables=("table-1", "table-2", "eigenvalues"),
         studies=(Study("quasi_static", _scenes("b3")), Study("eigenvalues", _scenes(*_B2))),
         figures=(
@@ -115,7 +120,6 @@ _PARTS = (
     ),
     Chapter(
         "stability",
-        reads=_results("stability", "loci", "angles"),
         tables=("literature", "thresholds"),
         studies=(
             Study("stability", _scenes(*HISTORY_FIGURES)),
@@ -130,7 +134,6 @@ _PARTS = (
     ),
     Chapter(
         "physics",
-        reads=_results("energy", "map_ranges", "line_springs", "starts"),
         tables=("works", "members", "own-starts"),
         studies=(
             Study("energy", _scenes(*HISTORY_FIGURES)),
@@ -145,14 +148,12 @@ _PARTS = (
     ),
     Chapter(
         "identification",
-        reads=_results("verify", "robustness"),
         tables=("formulations", "ranges"),
         studies=_SEARCHED,
         figures=(Figure("robustness", "robustness", _results("robustness")),),
     ),
     Chapter(
         "statements",
-        reads=_results("claims", "findings"),
         tables=("claims", "findings"),
         studies=(
             Study("claims", (*_scenes(*HISTORY_FIGURES), IDENTIFIED)),
@@ -162,13 +163,11 @@ _PARTS = (
     Chapter("discussion"),
     Chapter(
         "extreme",
-        reads=_results("extreme", "accuracy"),
         tables=("extreme", "accuracy"),
         studies=(Study("extreme"), Study("accuracy", _scenes(*HISTORY_FIGURES))),
     ),
     Chapter(
         "precision",
-        reads=_results("precision"),
         tables=("speed", "linear-speed"),
         studies=(Study("precision", _scenes("b1-c", "b2-c", "b3"), timed=True),),
         figures=(
@@ -176,10 +175,10 @@ _PARTS = (
             Figure("linear", "linear", _results("precision")),
         ),
     ),
-    Chapter("parameters", reads=_scenes(*HISTORY_FIGURES), tables=("parameters",)),
+    Chapter("parameters", also=_scenes(*HISTORY_FIGURES), tables=("parameters",)),
 )
 STUDIES = {study.name: study for part in _PARTS for study in part.studies}
 RESULTS = _results(*HISTORY_FIGURES, *STUDIES)
 """All result files that the report rests on."""
-CHAPTERS = (*_PARTS, Chapter("making", reads=RESULTS, tables=("origin", "chapters")))
+CHAPTERS = (*_PARTS, Chapter("making", also=RESULTS, tables=("origin", "chapters")))
 FIGURES = {figure.name: figure for part in CHAPTERS for figure in part.figures}
