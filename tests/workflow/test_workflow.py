@@ -137,7 +137,9 @@ def shown(built):
         figure = one.kind == "figure"
         file = f"figures/{name}.svg" if figure else f"paper/generated/{name}.html"
         (folder / file).write_text("<svg/>" if figure else "<html></html>")
-    (folder / "paper/generated/article-values.tex").write_text("\\setval{b1-a.changes}{17 changes}\n")
+    (folder / "paper/generated/article-values.tex").write_text(
+        "\\setval{b1-a.changes}{17 changes}\n"
+    )
     snakemake(folder, "--touch", "--cores", "1", "shown")
     text = snakemake(folder, "shown", "--report", "report.html")
     assert "Report created" in text, text
