@@ -8,15 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from squeal.analysis.critical import critical_friction
+from squeal.analysis.subject import (
+    Subject,
+    check_name,
+    check_subject,
+    critical_of,
+    named_values,
+    own_value,
+    varied,
+)
 from squeal.errors import ComputationError, InputError
-from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
@@ -40,10 +46,6 @@ class Spread:
     size: float
 
     def __post_init__(self) -> None:
-        if self.name not in PARAMETERS:
-            raise InputError(
-                f"spread {self.name}: is no parameter; allowed are {', '.join(PARAMETERS)}"
-            )
         if self.kind not in ("relative", "absolute", "within"):
             raise InputError(
                 f"spread {self.name}: {self.kind} is not allowed; it must be one of relative, "
@@ -76,18 +78,18 @@ class Quantile:
     high: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scatter:
     """Critical friction of many pads whose parameters scatter about a scene's.
 
     critical (n,): the first loss of stability of each, sorted; NaN where none lies below `mu_max`.
     failed: samples left out, since they cannot be pads or rest nowhere without friction.
-    stable, interval: share of the pads whose first loss lies above the scene's mu.
+    stable, interval: share of the pads whose first loss lies above the subject's own mu.
     """
 
     mu: float
     mu_max: float
-    critical: np.ndarray
+    critical: np.ndarray = field(repr=False)
     failed: int
     stable: float
     interval: tuple[float, float]
@@ -108,44 +110,47 @@ class Scatter:
             found.append(Quantile(level, self._at(rank), *bounds))
         return tuple(found)
 
+    @property
+    def beyond(self) -> int:
+        """How many have no threshold up to `mu_max`."""
+        return int(np.isnan(self.critical).sum())
+
     def _at(self, rank: int) -> float | None:
         value = float(self.critical[rank])
         return None if math.isnan(value) else value
 
 
 def _draws(
-    scene: Scene, spreads: tuple[Spread, ...], count: int, seed: int
+    subject: Subject, spreads: tuple[Spread, ...], count: int, seed: int
 ) -> list[dict[str, float]]:
-    """The scattered values of each sample. Raises InputError for what the scene does not hold."""
+    """The scattered values of each sample. Raises InputError for what the subject does not hold."""
     named = [spread.name for spread in spreads]
     for spread in spreads:
-        if getattr(scene.pad, spread.name) is None or named.count(spread.name) > 1:
-            raise InputError(
-                f"spread {spread.name}: is not allowed; it must be a parameter of the scene, "
-                "named once"
-            )
-    random = np.random.default_rng(seed)
-    columns = [s.values(getattr(scene.pad, s.name), random, count) for s in spreads]
+        check_name(subject, spread.name, "spread")
+        if named.count(spread.name) > 1:
+            raise InputError(f"spread: {spread.name} is named twice; once is allowed")
+    random, values = np.random.default_rng(seed), named_values(subject)
+    columns = [s.values(values[s.name], random, count) for s in spreads]
     return [dict(zip(named, row, strict=True)) for row in np.array(columns).T.tolist()]
 
 
-def _first_loss(scene: Scene, values: dict[str, float], mu_max: float) -> float | None:
+def _first_loss(subject: Subject, values: dict[str, float], mu_max: float) -> float | None:
     """The least mu without stable sliding, NaN above mu_max; None if there is no such pad."""
     try:
-        found = critical_friction(scene.replace(**values), mu_max)
+        found = critical_of(varied(subject, values), mu_max)
     except (InputError, ComputationError):
         return None
     loss = found.stable_to(mu_max)
     return math.nan if loss is None else loss
 
 
-def _work(task: tuple[Scene, list[dict[str, float]], float]) -> list[float | None]:
-    scene, draws, mu_max = task
-    return [_first_loss(scene, values, mu_max) for values in draws]
+def _work(task: tuple[Subject, list[dict[str, float]], float]) -> list[float | None]:
+    subject, draws, mu_max = task
+    return [_first_loss(subject, values, mu_max) for values in draws]
 
 
 def scatter(
-    scene: Scene,
+    subject: Subject,
     spreads: tuple[Spread, ...],
     count: int,
     seed: int = 1,
@@ -155,12 +160,16 @@ def scatter(
 ) -> Scatter:
     """Distribution of the first loss of stability over `count` samples; repeatable from the seed.
 
+    The subject is a scene, or a system with named parameters.
+
     `progress(done, count)` is called now and then. With `workers` above 1 the samples go to that
-    many processes. Raises InputError for a spread that does not fit the scene, ComputationError
-    if no sample has an equilibrium without friction.
+    many processes. Raises InputError for a spread that does not fit the scene or system,
+    ComputationError if no sample has an equilibrium without friction.
     """
-    draws = _draws(scene, spreads, count, seed)
-    tasks = [(scene, draws[i : i + CHUNK], mu_max) for i in range(0, count, CHUNK)]
+    check_subject(subject, "scatter")
+    mu = own_value(subject)
+    draws = _draws(subject, spreads, count, seed)
+    tasks = [(subject, draws[i : i + CHUNK], mu_max) for i in range(0, count, CHUNK)]
     mus: list[float | None] = []
 
     def gather(parts: Iterable[list[float | None]]) -> None:
@@ -181,10 +190,10 @@ def scatter(
         raise ComputationError("no sample has an equilibrium in contact without friction")
     from scipy.stats import binomtest
 
-    above = int(np.sum(~(critical <= scene.pad.mu)))
+    above = int(np.sum(~(critical <= mu)))
     share = binomtest(above, len(critical)).proportion_ci(CONFIDENCE, "wilson")
     return Scatter(
-        scene.pad.mu,
+        mu,
         mu_max,
         critical,
         count - len(critical),

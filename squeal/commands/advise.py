@@ -14,7 +14,7 @@ from squeal.commands.base import Answer, Parser
 from squeal.commands.critical_friction import upper_end
 from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
-from squeal.commands.source import Source
+from squeal.commands.subjects import subject_of
 from squeal.commands.tables import number, table
 from squeal.errors import InputError
 from squeal.files.writing import write_table
@@ -44,17 +44,6 @@ def options(parser: Parser) -> None:
         help="upper end of the range in which the critical friction is sought (2 if left out)",
     )
     file_options(parser, table="write the table to FILE")
-
-
-def subject_of(source: Source, asked: str) -> Subject:
-    """The scene, or the system with named parameters, that a source holds. Raises InputError."""
-    system = source.system()
-    if system is not None:
-        raise InputError(
-            f"{asked}: is not allowed with {source.name}, a plain system without named parameters; "
-            "a scene is allowed"
-        )
-    return source.scene()
 
 
 def tolerances(given: list[str], subject: Subject) -> dict[str, Tolerance]:

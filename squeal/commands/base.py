@@ -91,7 +91,8 @@ class Command:
         changes = {}
         if self.scene:
             named = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]
-            check_outputs(options, named)
+            scatter = getattr(options, "scatter", None)
+            check_outputs(options, named if scatter is None else [*named, scatter])
             options.source = read_source(options.scene, options.set)
             changes = {"set": options.source.changes} if options.set else {}
         answer = self.module.run(options)

@@ -16,6 +16,7 @@ from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
 from squeal.commands.tables import elided, in_words, number
+from squeal.errors import InputError
 from squeal.files.writing import write_table
 from squeal.scene import Scene
 
@@ -29,6 +30,15 @@ def options(parser: Parser) -> None:
         "--sensitivity",
         action="store_true",
         help="how the first loss of stability moves with each parameter of a scene",
+    )
+    parser.add_argument(
+        "--scatter",
+        metavar="FILE",
+        type=Path,
+        help="distribution of the first loss of stability over the tolerances that FILE names",
+    )
+    parser.add_argument(
+        "--workers", metavar="N", help="processes that share the samples of --scatter (1)"
     )
     file_options(
         parser, table="write the thresholds to FILE", figure="draw the way to them into FILE"
@@ -100,9 +110,22 @@ def text(found: CriticalFriction) -> str:
     return "\n".join([*parts, tail])
 
 
+def _refuse_with_scatter(given: argparse.Namespace) -> None:
+    if given.scatter is None and given.workers is not None:
+        raise InputError("--workers: is not allowed without --scatter, whose samples they share")
+    if given.scatter is not None and given.sensitivity:
+        raise InputError("--sensitivity: is not allowed with --scatter; one of both is allowed")
+
+
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     mu_max = upper_end(given.mu_max)
+    _refuse_with_scatter(given)
+    if given.scatter is not None:
+        from squeal.commands.scattered import scattered
+        from squeal.commands.subjects import subject_of
+
+        return scattered(given, subject_of(given.source, "--scatter"), mu_max)
     system = given.source.system()
     if given.sensitivity:
         refuse_sensitivity(given.source.name, system)

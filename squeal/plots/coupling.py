@@ -158,7 +158,7 @@ def _words(found: ModeSweep, start: float, own: np.ndarray, u: Unit) -> str:
     vibrates = abs(own[int(np.argmax(own.real))].imag) > 0.0
     words = "flutter" if vibrates else "divergence"
     if near is not None and start > found.low:
-        words += f" from {_symbol(found.parameter)} = {near.mu:.4g}"
+        words += f" from {symbol_of(found.parameter)} = {near.mu:.4g}"
     return f"{words}, {in_unit(abs(own[0].imag), u)}" if vibrates else words
 
 
@@ -190,7 +190,7 @@ def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
         if own is not None and found.low <= own <= found.high:
             for axes in (upper, lower):
                 axes.axvline(own, color="0.5", linewidth=0.8, linestyle="-.", zorder=0, gid="own")
-            words = f"present {_symbol(found.parameter)} = {own:.4g}"
+            words = f"present {symbol_of(found.parameter)} = {own:.4g}"
             entries.append((Line2D([], [], color="0.5", lw=0.8, ls="-."), words))
         upper.tick_params(labelbottom=False)
         upper.set_ylim(0.0, 1.05 * np.abs(values.imag).max() / units[0].factor or 1.0)
@@ -208,7 +208,8 @@ def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
     return figure
 
 
-def _symbol(parameter: str) -> str:
+def symbol_of(parameter: str) -> str:
+    """The parameter as it stands on an axis."""
     return symbol(parameter) if parameter == "mu" else parameter
 
 

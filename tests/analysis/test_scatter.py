@@ -9,6 +9,7 @@ from squeal.analysis.scatter import Spread, scatter
 from squeal.errors import ComputationError, InputError
 from squeal.model.pad import Pad
 from squeal.scene import Scene
+from tests.analysis.test_advice import coupled
 
 SIZE, COUNT = 0.03, 60
 
@@ -74,7 +75,6 @@ def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
 @pytest.mark.parametrize(
     ("name", "kind", "size", "words"),
     [
-        ("k9", "relative", 0.1, "is no parameter; allowed are m, w"),
         ("k2", "about", 0.1, "must be one of relative, absolute, within"),
         ("k2", "relative", 0.0, "must be a finite number above 0"),
         ("k2", "relative", float("nan"), "must be a finite number above 0"),
@@ -87,11 +87,45 @@ def test_spreads_defend_themselves(name, kind, size, words):
 
 def test_a_spread_must_fit_the_scene(scene):
     one = Spread("k2", "relative", 0.1)
-    for spreads in ((Spread("k_c", "relative", 0.1),), (one, one)):
-        with pytest.raises(InputError, match="must be a parameter of the scene, named once"):
-            scatter(scene, spreads, 4)
+    with pytest.raises(InputError, match="spread: k_c is no parameter here; allowed are m, w"):
+        scatter(scene, (Spread("k_c", "relative", 0.1),), 4)
+    with pytest.raises(InputError, match="spread: k2 is named twice; once is allowed"):
+        scatter(scene, (one, one), 4)
+    with pytest.raises(InputError, match="scatter: str is not allowed"):
+        scatter("pad.yaml", (one,), 4)  # type: ignore[arg-type]
 
 
 def test_no_equilibrium_at_all_is_said(scene):
     with pytest.raises(ComputationError, match="no sample has an equilibrium"):
         scatter(scene.replace(k1=0.0, k2=0.0), (Spread("F_n", "relative", 0.01),), 2)
+
+
+def test_mode_coupling_scatters_as_its_closed_form_says():
+    # flutter from k + (a - b)^2 / 4 k on: with a normal difference d the share below x is that of
+    # |d| < sqrt(4 k (x - k)), with an even k the whole is moved
+    mean, size, k = 1.0, 0.2, 0.5
+    system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
+    count = 400
+    found = scatter(system, (Spread("a", "absolute", size),), count, seed=5, mu_max=3.0)
+    assert (found.failed, found.beyond) == (0, 0)
+
+    def share(x):
+        reach = np.sqrt(np.maximum(4 * k * (x - k), 0.0))
+        return norm.cdf(reach, mean, size) - norm.cdf(-reach, mean, size)
+
+    # Dvoretzky, Kiefer, Wolfowitz: farther off than this once in 1000 draws
+    bound = np.sqrt(np.log(2 / 1e-3) / (2 * count))
+    steps = np.arange(count + 1) / count
+    exact = share(found.critical)
+    assert max(np.abs(exact - steps[1:]).max(), np.abs(exact - steps[:-1]).max()) < bound
+    assert found.interval[0] <= 1.0 - share(1.0) <= found.interval[1]
+    held = [
+        (q.low or 0.0) <= np.interp(q.level, exact, found.critical) <= (q.high or 9.0)
+        for q in found.quantiles
+    ]
+    assert all(held)
+    # half of them lie above the median: these have no threshold in a shorter range
+    short = scatter(system, (Spread("a", "absolute", size),), 60, seed=5, mu_max=1.0)
+    assert short.beyond == np.sum(
+        scatter(system, (Spread("a", "absolute", size),), 60, seed=5, mu_max=3.0).critical > 1.0
+    )
