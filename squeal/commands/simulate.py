@@ -17,6 +17,7 @@ from squeal.model.contact import contact_law
 from squeal.scene import COORDINATES, Scene
 from squeal.scene.keys import INITIAL
 from squeal.simulation import Simulation, simulate
+from squeal.simulation.response import Response
 
 SHOWN_EVENTS = 20
 
@@ -47,6 +48,8 @@ def data(scene: Scene, result: Simulation) -> dict[str, Any]:
         found["shares"] = result.shares
     if result.extrema is not None:
         found["extrema"] = result.extrema
+    if result.response is not None:
+        found["response"] = dataclasses.asdict(result.response)
     found["sliding_holds"] = result.sliding_holds
     if result.sliding_holds is False:
         found["sliding_lost_at"] = result.sliding_lost_at
@@ -100,6 +103,8 @@ def text(scene: Scene, result: Simulation) -> str:
                 ]
             )
         )
+    if result.response is not None:
+        parts.append("response\n" + table(response_rows(result.response), right=False))
     if result.events is not None:
         rows = [(f"  {e.t:.9g} s", f"{e.source} -> {e.target}") for e in result.events]
         left = len(rows) - SHOWN_EVENTS
@@ -116,6 +121,27 @@ def text(scene: Scene, result: Simulation) -> str:
             f"{result.sliding_lost_at:.9g} s; the equations do not hold from there on"
         )
     return "\n\n".join(parts)
+
+
+def response_rows(response: Response) -> list[tuple[str, str]]:
+    """Name and value of all that a response tells."""
+    unknown = "cannot be told"
+    size = response.amplitude and ", ".join(
+        f"{name} {number(value)} {UNITS[name]}" for name, value in response.amplitude.items()
+    )
+    frequency, growth = response.frequency_hz, response.growth_rate
+    settled = {True: "yes", False: "no", None: unknown}[response.settled]
+    return [
+        ("  dominant frequency", unknown if frequency is None else f"{number(frequency)} Hz"),
+        ("  amplitude", size or unknown),
+        (
+            "  growth at the start",
+            unknown
+            if growth is None
+            else f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz",
+        ),
+        ("  settled", settled),
+    ]
 
 
 def _range(limits: tuple[float, float] | None) -> tuple[str, str]:

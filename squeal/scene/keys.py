@@ -12,8 +12,8 @@ from squeal.files.values import Angle, Number, Row, Square, Whole, Word, Words
 from squeal.model.contact import CONTACT_MODELS, FORMULATION, MODELS, models_with
 from squeal.model.pad import PARAMETERS
 
-OUTPUTS = ("events", "shares", "extrema", "history")
-DEFAULT_OUTPUTS = ("events", "shares", "extrema")
+OUTPUTS = ("events", "shares", "extrema", "response", "history")
+DEFAULT_OUTPUTS = ("events", "shares", "extrema", "response")
 DEFAULT_TOLERANCE = 1e-15
 
 STARTS = ("origin", "equilibrium")

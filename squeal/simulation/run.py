@@ -9,8 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.place import Place
 from squeal.files.values import Word
@@ -22,6 +20,7 @@ from squeal.numerics.newton import complex_step
 from squeal.scene import Scene, check_simulation, takes_scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
+from squeal.simulation.response import Response
 
 Backend = Literal["auto", "heyoka", "scipy"]
 BACKENDS = Word(("auto", "heyoka", "scipy"))
@@ -41,9 +40,9 @@ class Simulation:
     """Result of a run, in SI units.
 
     final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;
-    extrema: {signal: (min, max) or None}, forces over F_n, delta over w; history: column name to
-    array. What the scene did not ask for is None. `steps` counts integration steps, `run_time`
-    is the processor time in s.
+    extrema: {signal: (min, max) or None}, forces over F_n, delta over w; response: see `Response`;
+    history: column name to array. What the scene did not ask for is None. `steps` counts
+    integration steps, `run_time` is the processor time in s.
     """
 
     model: str
@@ -56,6 +55,7 @@ class Simulation:
     events: tuple[Event, ...] | None = field(default=None, repr=False)
     shares: dict[str, float] | None = None
     extrema: dict[str, tuple[float, float] | None] | None = None
+    response: Response | None = None
     history: dict[str, np.ndarray] | None = field(default=None, repr=False)
     sliding_holds: bool | None = None
     sliding_lost_at: float | None = None
@@ -208,6 +208,8 @@ def first_place(scene: Scene) -> tuple[float, ...]:
     """
     if scene.start != "equilibrium":
         return scene.initial
+    from squeal.equilibrium import sliding_equilibrium
+
     found, how = sliding_equilibrium(scene.pad_model)
     if found is None:
         raise ComputationError(f"initial: {how}")
@@ -226,7 +228,12 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
         raise ValueError("the scene names no time")
     first = first_place(scene)
     units = natural_units(scene.pad_model, first)
-    model = units.scaled(damped_model(scene))
+    model = scene.pad_model
+    if scene.damping is not None:
+        from squeal.equilibrium.damping import damped_model
+
+        model = damped_model(scene)
+    model = units.scaled(model)
     return units, model, units.to_scaled(np.array(first)), scene.stop / units.time
 
 

@@ -1,0 +1,117 @@
+"""Frequencies, growth and amplitudes of sampled motions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
+PERIODS = 4  # least number of periods in which a frequency is told
+LINEAR = 1e-3  # largest misfit of a motion that is a sum of exponentials
+_LEAST = 32  # samples
+_FAINT = 1e-8  # of the greatest singular value: components below it are rounding
+
+
+def exponent(samples: np.ndarray, step: float) -> complex | None:
+    """The exponent lambda of free linear motion z(t) = z0 + sum_k c_k exp(lambda_k t).
+
+    samples (n, d): z at equal steps of time, d at least the number of components. Of the
+    components that change z at least a tenth as fast as the strongest one at the end, it is that
+    which grows fastest (of several that grow alike the strongest). The linear map from one
+    difference of samples to the next is fitted by least squares, its eigenvalues are
+    exp(lambda step). None where no such map fits to `LINEAR`, or where the samples hold less than
+    two periods (of a real exponent: less than 1/|lambda|).
+    """
+    count = len(samples)
+    while count >= _LEAST:
+        found = _fitted(samples[:count], step)
+        if found is not None:
+            return found
+        count //= 2  # a motion that grows is linear at its start at least
+    return None
+
+
+def _fitted(samples: np.ndarray, step: float) -> complex | None:
+    steps = np.diff(samples, axis=0).T
+    before, after = steps[:, :-1], steps[:, 1:]
+    U, sizes, V = np.linalg.svd(before, full_matrices=False)
+    rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
+    rank = int(np.sum(sizes > _FAINT * sizes[0] + rounding))
+    if rank == 0:
+        return None
+    U, inverse = U[:, :rank], V[:rank].T / sizes[:rank]
+    reduced = U.T @ after @ inverse
+    misfit = np.linalg.norm(after - U @ (reduced @ (U.T @ before)))
+    if misfit > LINEAR * np.linalg.norm(after - before):
+        return None
+    factors, modes = np.linalg.eig(reduced)
+    held = np.abs(np.linalg.solve(modes, U.T @ after[:, -1])) * np.linalg.norm(modes, axis=0)
+    with np.errstate(divide="ignore"):
+        rates = np.log(factors.astype(complex)) / step
+    strong = (held >= 0.1 * held.max()) & np.isfinite(rates)
+    if not strong.any():
+        return None
+    fastest = rates.real[strong].max()
+    alike = strong & (rates.real >= fastest - 1e-6 * np.abs(rates))
+    value = complex(rates[np.argmax(np.where(alike, held, 0.0))])
+    lasting = step * (len(samples) - 1)
+    enough = abs(value.imag) * lasting >= 4 * np.pi
+    if not enough and not (abs(value.imag) * step < 1e-9 and abs(value) * lasting >= 1.0):
+        return None
+    small = abs(value.real) <= _FAINT * abs(value)
+    return complex(0.0 if small else value.real, abs(value.imag))
+
+
+def spectrum(signals: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (m,) and amplitudes (m, d) of signals (n, d) at equal steps, mean taken out.
+
+    With Hann's window: a steady sine shows its amplitude where it lies on a frequency, and at
+    least 0.85 of it in between.
+    """
+    n = len(signals)
+    window = np.hanning(n + 1)[:-1]
+    weighted = (signals - signals.mean(axis=0)) * window[:, None]
+    return np.fft.rfftfreq(n, step), 2.0 * np.abs(np.fft.rfft(weighted, axis=0)) / window.sum()
+
+
+def line(signals: np.ndarray, step: float) -> tuple[float, float]:
+    """Frequency of the strongest line in signals (n, d), and its share of their power.
+
+    The power is that of all signals together; 0, 0 of signals that do not change.
+    """
+    frequencies, amplitudes = spectrum(signals, step)
+    power = (amplitudes[1:] ** 2).sum(axis=1)
+    if len(power) < 3 or not power.max() > 0.0:
+        return 0.0, 0.0
+    k = int(np.argmax(power))
+    share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
+    n, middle, width = len(signals), float(frequencies[k + 1]), float(frequencies[1])
+    window = np.hanning(n + 1)[:-1]
+    weighted = (signals - signals.mean(axis=0)) * window[:, None]
+    t = step * np.arange(n)
+    for _ in range(3):  # closer samples of the same spectrum around its peak
+        near = middle + width * np.linspace(-1.0, 1.0, 9)
+        rows = np.exp(-2j * np.pi * near[:, None] * t) @ weighted
+        top = (np.abs(rows) ** 2).sum(axis=1)
+        i = min(max(int(np.argmax(top)), 1), 7)
+        a, b, c = np.log(top[i - 1 : i + 2])
+        width /= 4.0
+        middle = float(near[i] + width * 0.5 * (a - c) / (a - 2.0 * b + c))
+    return middle, share
+
+
+def swing(signals: np.ndarray) -> np.ndarray:
+    """Half of the difference between greatest and least value of smooth signals (n, d), each from
+    the parabola through three samples."""
+    if len(signals) < 3:
+        return np.asarray(np.ptp(signals, axis=0) / 2.0)
+    return np.asarray(_top(signals) + _top(-signals)) / 2.0
+
+
+def _top(signals: np.ndarray) -> np.ndarray:
+    i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
+    own = np.arange(signals.shape[1])
+    a, b, c = signals[i - 1, own], signals[i, own], signals[i + 1, own]
+    bend = a - 2.0 * b + c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
+    return np.asarray(np.maximum(peak, signals.max(axis=0)))

@@ -1,0 +1,130 @@
+"""What a motion comes to: its frequency, amplitude, growth at the start, and whether it settles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from squeal.model.equations import PadModel
+from squeal.model.states import State
+from squeal.model.units import Units
+from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
+from squeal.simulation.legs import Leg
+from squeal.simulation.observers import Observer
+
+PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
+LAST = 0.25  # share of the run that is its last part
+MOST = 32_768  # samples of that part; of a longer one the end is taken
+MOST_FIRST = 8_192  # samples of the start
+PARTS = 20  # equal parts of the run whose kinetic energies are compared
+SAMPLES = 200  # in each of them
+STEADY = 0.1  # largest change of an amplitude that counts as steady
+SETTLED = 0.01  # share of its greatest velocity that a motion has left when it has settled
+STILL = 1e-11  # velocity of a motion that is only rounding, in natural units
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a motion comes to; each is None where it cannot be told.
+
+    frequency_hz: of the strongest line in the kinetic energy of the last quarter of the run; None
+    if that quarter holds less than four of its periods, or if the line has less than a quarter of
+    the power, as in irregular motion.
+    amplitude: half of the difference between greatest and least x, y (m) and theta (rad) in that
+    quarter; None if it is too short, or if its two halves differ by more than a tenth, as in
+    motion that still grows or decays or is irregular.
+    growth_rate (1/s), growth_frequency_hz: real part and |imaginary part|/(2 pi) of the exponent
+    of the motion from its start up to the first change of contact, see
+    `squeal.numerics.oscillation.exponent`; None if that is shorter than two periods or is not a sum
+    of exponentials.
+    settled: True if the velocity (its root mean square, weighted by the masses) of the last tenth
+    of the run is below a hundredth of that of the twentieth in which it was greatest, False if it
+    is at least nine tenths of that of the tenth before, None in between, or if the run is too
+    short.
+    """
+
+    frequency_hz: float | None = None
+    amplitude: dict[str, float] | None = None
+    growth_rate: float | None = None
+    growth_frequency_hz: float | None = None
+    settled: bool | None = None
+
+
+class Watch(Observer):
+    """Samples of the start, of the last part and of the kinetic energy, in natural units."""
+
+    dense = True
+
+    def __init__(self, model: PadModel, units: Units, stop: float) -> None:
+        pad = model.pad
+        self._units = units
+        # weights of the squared rates of (x, y, w theta) in the kinetic energy
+        self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
+        fastest = max(1.0, float(np.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I)))
+        self._step = PHASE / fastest
+        first = np.arange(min(MOST_FIRST, int(stop / self._step) + 1)) * self._step
+        count = min(MOST, int(LAST * stop / self._step) + 1)
+        last = stop - self._step * np.arange(count)[::-1]
+        # places that no frequency is in step with
+        number = np.arange(PARTS * SAMPLES)
+        spread = stop * (number + number * 0.6180339887498949 % 1.0) / (PARTS * SAMPLES)
+        self._times = (first, last, spread)
+        self._states = tuple(np.full((len(t), 6), np.nan) for t in self._times)
+        self._changed = np.inf
+
+    def leg(self, leg: Leg) -> None:
+        assert leg.dense is not None
+        for times, states in zip(self._times, self._states, strict=True):
+            i, j = np.searchsorted(times, leg.t0), np.searchsorted(times, leg.t1, side="right")
+            if j > i:
+                states[i:j] = leg.dense(times[i:j])
+
+    def change(self, t: float, source: State, target: State) -> None:
+        self._changed = min(self._changed, t)
+
+    def result(self) -> dict[str, Any]:
+        return {"response": self._response()}
+
+    def _response(self) -> Response:
+        first, last, spread = self._states
+        rate = self._units.time
+        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, SAMPLES)
+        speed = np.sqrt(energy.mean(axis=1))
+        if speed.max() <= STILL:
+            return Response(amplitude=self._amplitude(last), settled=True)
+        growth = exponent(first[self._times[0] < self._changed], self._step)
+        start = Response()
+        if growth is not None:
+            hertz = growth.imag / (2 * np.pi * rate)
+            start = Response(growth_rate=growth.real / rate, growth_frequency_hz=hertz)
+        frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
+        if frequency * self._step * len(last) < PERIODS:
+            return start
+        half = len(last) // 2
+        parts = [swing(part[:, :3]) for part in (last[:half], last[half:])]
+        greatest = int(np.argmax(parts[0] + parts[1]))
+        a, b = (float(part[greatest]) for part in parts)
+        return replace(
+            start,
+            frequency_hz=frequency / rate if share >= LINE else None,
+            amplitude=self._amplitude(last) if abs(a - b) <= STEADY * max(a, b) else None,
+            settled=_settled(speed),
+        )
+
+    def _amplitude(self, states: np.ndarray) -> dict[str, float]:
+        whole = np.zeros(6)
+        whole[:3] = swing(states[:, :3])
+        return dict(zip(("x", "y", "theta"), self._units.to_si(whole)[:3].tolist(), strict=True))
+
+
+def _settled(speed: np.ndarray) -> bool | None:
+    """Whether a motion with these velocities in equal parts of its time has settled."""
+    tenth = PARTS // 10
+    end, before = (
+        float(np.sqrt((part**2).mean())) for part in (speed[-tenth:], speed[-2 * tenth : -tenth])
+    )
+    if end < SETTLED * speed.max():
+        return True
+    return False if end >= (1.0 - STEADY) * before else None

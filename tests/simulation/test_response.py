@@ -1,0 +1,133 @@
+"""What a motion comes to, against eigenvalues and closed forms."""
+
+import dataclasses
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.commands.cli import main
+from squeal.scene import Damping, Scene, read_scene
+from squeal.simulation import simulate
+from squeal.simulation.response import Response, _settled
+from tests.conftest import SCENES
+from tests.simulation.test_simulation import upright
+
+
+def response(scene: Scene) -> Response:
+    found = simulate(dataclasses.replace(scene, outputs=("response",), samples=2)).response
+    assert found is not None
+    return found
+
+
+def kicked(name, **more: Any) -> Scene:
+    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    kick = (1e-8, 2e-8, 1e-7, 0.0, 1e-4, 0.0)
+    return dataclasses.replace(one, start="equilibrium", initial=kick, **more)
+
+
+@pytest.mark.parametrize("name", ["b1-c", "b2-c", "b2-d"])
+@pytest.mark.parametrize("damping", [None, (0.002, 0.004, 0.001), (0.05, 0.05, 0.05)])
+def test_growth_is_that_of_an_eigenvalue(name, damping):
+    one = kicked(name, damping=damping and Damping(ratios=damping))
+    found = response(one)
+    assert found.growth_rate is not None
+    value = complex(found.growth_rate, 2 * math.pi * (found.growth_frequency_hz or 0.0))
+    values = analyse(one).spectrum.values
+    assert np.abs(values - value).min() < 1e-4 * abs(value)
+    fastest = values.real.max()
+    if fastest > 0.01 * abs(value):
+        assert found.growth_rate == pytest.approx(fastest, rel=1e-3)
+
+
+def bounce(stop, **more: Any) -> Scene:
+    """One degree of freedom in full contact: y'' + 2 d y' + w^2 y = 0 about the sag."""
+    pad = upright()
+    return Scene("B2", pad.replace(k3=None, k4=None, k_c=1e6), stop=stop, samples=2, **more)
+
+
+RATE = math.sqrt((3e5 + 3e5 + 1e6) / 2.0)
+
+
+def test_a_steady_oscillation_in_closed_form():
+    found = response(bounce(0.2))  # from rest at the surface: about the sag, by the sag
+    assert found.frequency_hz == pytest.approx(RATE / (2 * math.pi), rel=1e-4)
+    assert found.amplitude is not None
+    assert found.amplitude["y"] == pytest.approx(400.0 / 1.6e6, rel=1e-4)
+    assert found.amplitude["x"] < 1e-12
+    assert found.growth_rate == 0.0
+    assert found.growth_frequency_hz == pytest.approx(RATE / (2 * math.pi), rel=1e-8)
+    assert found.settled is False
+
+
+@pytest.mark.parametrize(
+    ("c", "settled"), [(0.0, False), (10.0, False), (40.0, None), (200.0, True), (-40.0, False)]
+)
+def test_decay_in_closed_form(c, settled):
+    rows = ((0.0, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, 0.0))
+    kick = (0, 1e-9, 0, 0, 0, 0)  # beside the sag: contact is kept
+    one = bounce(0.2, damping=Damping(matrix=rows), start="equilibrium", initial=kick)
+    found = response(one)
+    d = c / (2 * 2.0)
+    turn = math.sqrt(RATE**2 - d**2) / (2 * math.pi)
+    assert found.growth_rate == pytest.approx(-d, rel=1e-4, abs=1e-3)
+    assert found.growth_frequency_hz == pytest.approx(turn, rel=1e-6)
+    assert found.settled is settled
+    # over a quarter of the run the amplitude falls by exp(-d stop/8) from one half to the other
+    steady = abs(1 - math.exp(-d * 0.2 / 8)) < 0.1
+    assert (found.amplitude is not None) == steady
+    if steady and c == 0.0:
+        assert found.amplitude == pytest.approx({"x": 0.0, "y": 1e-9, "theta": 0.0}, abs=1e-13)
+    if settled is not True:
+        assert found.frequency_hz == pytest.approx(turn, rel=1e-3)
+
+
+def test_a_run_that_is_too_short_tells_nothing():
+    period = 2 * math.pi / RATE
+    assert response(bounce(1.9 * period)) == Response()
+    found = response(bounce(2.1 * period))
+    assert (found.frequency_hz, found.amplitude, found.settled) == (None, None, None)
+    assert found.growth_rate == 0.0
+    assert response(bounce(15.0 * period)).frequency_hz is None
+    assert response(bounce(17.0 * period)).frequency_hz is not None
+
+
+def test_a_pad_at_rest_has_settled():
+    found = response(bounce(0.1, start="equilibrium"))
+    assert found.settled is True
+    assert found.frequency_hz is None
+    assert found.growth_rate is None
+    assert found.amplitude == pytest.approx({"x": 0.0, "y": 0.0, "theta": 0.0}, abs=1e-12)
+
+
+def test_irregular_motion_has_no_amplitude():
+    one = read_scene(SCENES / "b1-a.yaml", "simulate")
+    found = response(dataclasses.replace(one, stop=10 * (one.stop or 0.0)))
+    assert found.settled is False
+    assert found.amplitude is None
+
+
+def test_settled_on_both_sides():
+    still, moving = [1.0] * 16, [1.0] * 18
+    assert _settled(np.array([*moving, 0.009, 0.009])) is True
+    assert _settled(np.array([*moving, 0.011, 0.011])) is None
+    assert _settled(np.array([*still, 0.5, 0.5, 0.46, 0.46])) is False
+    assert _settled(np.array([*still, 0.5, 0.5, 0.44, 0.44])) is None
+
+
+def test_the_command_tells_it(capsys):
+    scene = str(SCENES / "b2-d.yaml")
+    changes = ["--set", "initial=equilibrium", "--set", "y_dot=1e-3", "--set", "outputs=[response]"]
+    assert main(["simulate", scene, "--json", *changes]) == 0
+    found = json.loads(capsys.readouterr().out)["response"]
+    assert set(found) == {f.name for f in dataclasses.fields(Response)}
+    assert set(found["amplitude"] or {"x": 0, "y": 0, "theta": 0}) == {"x", "y", "theta"}
+    assert main(["simulate", scene, *changes]) == 0
+    out = capsys.readouterr().out
+    for words in ("dominant frequency", "amplitude", "growth at the start", "settled"):
+        assert words in out
+    assert main(["simulate", scene, "--json", "--set", "stop=1e-5", *changes]) == 0
+    assert set(json.loads(capsys.readouterr().out)["response"].values()) == {None}
