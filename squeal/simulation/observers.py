@@ -258,10 +258,6 @@ def observers_for(
         observers.append(Shares(model, stop))
     if scene.wants("extrema"):
         observers.append(Extrema(model))
-    if scene.wants("response"):
-        from squeal.simulation.response import Watch
-
-        observers.append(Watch(model, units, stop))
     if scene.wants("history"):
         assert scene.samples is not None
         assert scene.stop is not None

@@ -20,7 +20,7 @@ from squeal.numerics.newton import complex_step
 from squeal.scene import Scene, check_simulation, takes_scene
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
-from squeal.simulation.response import Response
+from squeal.simulation.response import Response, Watch
 
 Backend = Literal["auto", "heyoka", "scipy"]
 BACKENDS = Word(("auto", "heyoka", "scipy"))
@@ -250,6 +250,8 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
     observers = observers_for(scene, model, units, stop, progress)
+    if scene.wants("response"):
+        observers.append(Watch(model, units, stop))
     integrator = make_integrator(model, scene.tolerance, backend)
     t, state, steps, changes = integrate(model, integrator, units, start, stop, observers)
     results: dict[str, Any] = {}
