@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,7 +11,8 @@ from matplotlib.figure import Figure
 from squeal.files.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
-from squeal.plots.states import colours, state_label
+from squeal.model.states import LEAD, TRAIL
+from squeal.plots.states import STATE_COLOURS, colours, sided, state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 _SCALES = {"F_n": "brake force", "w": "half length"}
@@ -36,35 +39,72 @@ def pieces(
     }
 
 
-def _trace(axes: Axes, run: Run, signal: Signal, letter: str) -> None:
-    told = run.summary
-    palette = colours(told.model)
-    curves = pieces(run.history["t"], run.history[signal.name], told.timeline)
-    for state in told.states_met:
+@dataclass(frozen=True)
+class Looks:
+    """How the states of a run are drawn: stretches of time, and of each state met its look.
+
+    Where one state stands for partial contact at either edge, its stretches are told apart by the
+    side on which the reaction acts.
+    """
+
+    timeline: list[Interval]
+    states: dict[str, tuple[str, str, str]]
+    """Short label, meaning and colour by name."""
+
+    @staticmethod
+    def of(run: Run) -> Looks:
+        """The looks of a run."""
+        model, partial = run.summary.model, sided(run.summary.model)
+        law, palette = contact_law(model), colours(model)
+        looks: dict[str, tuple[str, str, str]] = {}
+        for state in run.summary.states_met:
+            label, meaning = state_label(state), law.meanings[state]
+            if state == partial:
+                for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
+                    look = rf"{label}$_{edge[0]}$", f"{meaning}, {edge} edge", STATE_COLOURS[of]
+                    looks[f"{state} {edge}"] = look
+            else:
+                looks[state] = (label, meaning, palette[state])
+        timeline = [
+            i._replace(state=f"{i.state} {_side(run, i)}") if i.state == partial else i
+            for i in run.summary.timeline
+        ]
+        met = {i.state for i in timeline if i.stop > i.start}
+        return Looks(timeline, {name: look for name, look in looks.items() if name in met})
+
+
+def _side(run: Run, interval: Interval) -> str:
+    """The edge at which the reaction acts in the middle of a stretch."""
+    place = run.history["delta"]
+    known = np.isfinite(place)
+    middle = 0.5 * (interval.start + interval.stop)
+    return "leading" if np.interp(middle, run.history["t"][known], place[known]) < 0 else "trailing"
+
+
+def _trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
+    curves = pieces(run.history["t"], run.history[signal.name], looks.timeline)
+    for state, (_, _, colour) in looks.states.items():
         t, values = curves[state]
-        axes.plot(1e3 * t, values, color=palette[state], label=state, gid=state)
+        axes.plot(1e3 * t, values, color=colour, label=state, gid=state)
     axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
     axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
-    axes.set_xlim(0.0, 1e3 * told.stop)
+    axes.set_xlim(0.0, 1e3 * run.summary.stop)
     axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
     if signal.is_force:
         axes.set_ylim(bottom=-0.04 * axes.get_ylim()[1])
     else:
-        axes.set_ylim(-1.08, 1.08)
+        axes.set_ylim(-1.15, 1.15)
 
 
-def _strip(axes: Axes, run: Summary) -> None:
+def _strip(axes: Axes, looks: Looks) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
-    palette = colours(run.model)
-    rows = list(reversed(run.states_met))
-    for row, state in enumerate(rows):
+    rows = list(reversed(looks.states.items()))
+    for row, (state, (_, _, colour)) in enumerate(rows):
         spans = [
-            (1e3 * i.start, 1e3 * (i.stop - i.start)) for i in run.timeline if i.state == state
+            (1e3 * i.start, 1e3 * (i.stop - i.start)) for i in looks.timeline if i.state == state
         ]
-        axes.broken_barh(
-            spans, (row - 0.4, 0.8), facecolor=palette[state], linewidth=0.0, gid=state
-        )
-    axes.set_yticks(range(len(rows)), rows)
+        axes.broken_barh(spans, (row - 0.4, 0.8), facecolor=colour, linewidth=0.0, gid=state)
+    axes.set_yticks(range(len(rows)), [label for _, (label, _, _) in rows])
     axes.set_ylim(-0.6, len(rows) - 0.4)
     axes.set_ylabel("state")
     axes.set_xlabel(r"time $t$ [ms]")
@@ -73,18 +113,21 @@ def _strip(axes: Axes, run: Summary) -> None:
 
 def history_figure(run: Run) -> Figure:
     """Two panels of normalised signals over a strip of the contact states."""
-    law, states = contact_law(run.summary.model), run.summary.states_met
+    looks = Looks.of(run)
+    states = looks.states
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
         grid = figure.subplots(
             3, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(states)]}
         )
-        for axes, signal, letter in zip(grid, law.plotted, "ab", strict=False):
-            _trace(axes, run, signal, letter)
-        _strip(grid[2], run.summary)
+        for axes, signal, letter in zip(
+            grid, contact_law(run.summary.model).plotted, "ab", strict=False
+        ):
+            _trace(axes, run, signal, letter, looks)
+        _strip(grid[2], looks)
         figure.align_ylabels(grid)
         handles = grid[0].get_lines()[: len(states)]
-        names = [f"{state_label(s)}: {law.meanings[s]}" for s in states]
+        names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     return figure
 

@@ -18,7 +18,7 @@ from squeal.commands.cli import command
 from squeal.files.results import read_run
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
-from squeal.model.states import FULL, NONE, transitions
+from squeal.model.states import FULL, LEAD, NONE, TRAIL, transitions
 from squeal.plots import histories, maps, states, style
 from squeal.scene import read_scene
 from tests.conftest import ROOT
@@ -90,24 +90,29 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
     for axes, label in zip((first, second), labels, strict=True):
         assert label in axes.get_ylabel()
         lines = {line.get_gid(): line for line in axes.get_lines() if line.get_gid()}
-        assert list(lines) == run.summary.states_met
-        assert {s: line.get_color() for s, line in lines.items()} == {
-            s: palette[s] for s in run.summary.states_met
-        }
+        assert list(dict.fromkeys(s.split()[0] for s in lines)) == run.summary.states_met
+        for state, line in lines.items():
+            edge = {"leading": states.STATE_COLOURS[LEAD], "trailing": states.STATE_COLOURS[TRAIL]}
+            name, _, side = state.partition(" ")
+            assert line.get_color() == (edge[side] if side else palette[name])
+            if side and axes is second:  # the reaction acts on that side of the centre
+                place = np.asarray(line.get_ydata(), dtype=float)
+                assert np.nanmedian(place) < 0.0 if side == "leading" else np.nanmedian(place) > 0.0
     assert "ms" in strip.get_xlabel()
     assert first.get_xlim() == (0.0, 1e3 * run.summary.stop)
     rows = {str(bars.get_gid()): bars for bars in strip.collections}
-    assert set(rows) == set(run.summary.states_met)
+    assert {name.split()[0] for name in rows} == set(run.summary.states_met)
     heights = set()
+    spent: dict[str, float] = {}
     for state, bars in rows.items():
         boxes = [path.get_extents() for path in bars.get_paths()]
         heights.add(tuple({round(box.y0, 9) for box in boxes}))
-        share = run.summary.shares[state]
-        assert sum(b.width for b in boxes) == pytest.approx(
-            1e3 * share * run.summary.stop, abs=1e-9
-        )
-        colour = np.asarray(bars.get_facecolor())[0]
-        assert to_hex(tuple(colour)).upper() == palette[state]
+        name = state.split()[0]
+        spent[name] = spent.get(name, 0.0) + sum(b.width for b in boxes)
+        colour = to_hex(tuple(np.asarray(bars.get_facecolor())[0])).upper()
+        assert colour == {line.get_gid(): line for line in first.get_lines()}[state].get_color()
+    for name, width in spent.items():
+        assert width == pytest.approx(1e3 * run.summary.shares[name] * run.summary.stop, abs=1e-9)
     assert len(heights) == len(rows)  # the second cue: a row of its own for each state
     assert figure.get_size_inches()[0] in (style.SINGLE, style.DOUBLE)
 
