@@ -125,11 +125,82 @@ def test_of_two_conflicting_claims_one_contradicts_the_other():
 
 def test_catalogue_is_complete_and_conflicts_are_mutual():
     ids = [claim.id for claim in CLAIMS]
-    assert len(set(ids)) == 29
+    assert len(set(ids)) == 33
+    assert sum(claim.informative for claim in CLAIMS) == 21
     for claim in CLAIMS:
         if claim.conflicts:
             other = CLAIMS[ids.index(claim.conflicts)]
             assert other.conflicts == claim.id
+
+
+def some_case(random):
+    """A case whose measures agree with each other, some of the states left out."""
+    shares = random.dirichlet(np.ones(4)) * (random.uniform(size=4) < 0.6)
+    shares = np.array([1.0, 0, 0, 0]) if shares.sum() == 0.0 else shares / shares.sum()
+    of = dict(zip((FULL, NONE, LEAD, TRAIL), shares.tolist(), strict=True))
+    lead, trail = of[NONE] + of[TRAIL], of[NONE] + of[LEAD]
+    return case(
+        shares=of,
+        separated=(100.0 * lead, 100.0 * trail),
+        first=Range(0.5 * (lead == 0.0), 1.0),
+        second=Range(0.5 * (trail == 0.0), 1.0),
+        together=Range(0.5 * (of[NONE] == 0.0), 2.0),
+    )
+
+
+def test_implied_claims_hold_where_those_that_imply_them_do():
+    random, used = np.random.default_rng(1), set()
+    for _ in range(3000):
+        b1 = {f"b1-{name}": some_case(random) for name in "abcd"}
+        b2 = {f"b2-{name}": some_case(random) for name in "abcd"}
+        # of the line contact the first signal is the reaction, which vanishes only apart
+        b2 = {
+            name: dataclasses.replace(each, first=Range(0.5 * (each.shares[NONE] == 0.0), 1.0))
+            for name, each in b2.items()
+        }
+        judged = {j.id: j.holds for j in judge_claims({**b1, **b2, "b3": LINEAR})}
+        for claim in CLAIMS:
+            if claim.follows and claim.follows.by and all(judged[i] for i in claim.follows.by):
+                assert judged[claim.id], claim.id
+                used.add(claim.id)
+    implied = {c.id for c in CLAIMS if c.follows and c.follows.kind == "implied"}
+    assert used >= implied - {"B1-all-separate"}
+
+
+def test_hammering_with_both_models():
+    turns = {"separated": (20.0, 10.0), "losses": (LEADING, TRAILING) * 3}
+    line = {"second": Range(-0.5, 0.5), "swings": 4}
+    assert verdict("B12-c-severe", b1_c=case(**turns), b2_c=case(**line)) == YES
+    assert verdict("B12-c-severe", b1_c=case(**turns)) == NO
+    assert verdict("B12-c-severe", b2_c=case(**line)) == NO
+    once = case(**turns | {"losses": (LEADING, TRAILING)})
+    assert verdict("B12-c-severe", b1_c=once, b2_c=case(**line)) == NO
+    two = {
+        f"{model}_{name}": case(**turns if model == "b1" else line)
+        for model in ("b1", "b2")
+        for name in "ac"
+    }
+    assert verdict("B12-c-severe", **two) == NO
+
+
+def test_losses_in_both_models():
+    apart = case(shares={FULL: 0.8, LEAD: 0.2})
+    assert verdict("B12-more-loss", b1_a=apart) == YES
+    assert verdict("B12-more-loss", b1_a=apart, b2_d=case(shares={FULL: 0.7, NONE: 0.3})) == NO
+
+
+def test_sliding_is_judged_against_the_surface():
+    slow = {f"b{m}_{n}": case(slip=0.9) for m in (1, 2) for n in "abcd"}
+    assert verdict("B12-sliding", **slow) == YES
+    assert verdict("B12-sliding", **slow | {"b1_d": case(slip=1.1)}) == NO
+    assert verdict("B12-sliding") == NO  # without a speed nothing is known
+
+
+def test_friction_raises_the_reaction_by_the_closed_form():
+    # one upright and one level spring: x feels friction only, so that k1 holds the load it tilts
+    assert verdict("B2-b-raised", b2_b=case(raised=0.1)) == YES
+    assert verdict("B2-b-raised", b2_b=case(raised=-0.1)) == NO
+    assert verdict("B2-b-raised") == NO
 
 
 def test_measures_of_a_harmonic_motion():

@@ -112,7 +112,9 @@ def test_penetrations_decide_table_2_as_eq_12_does():
 
 def test_agreement_counts_what_is_reproduced():
     claims = [
-        JudgedClaim(name, verdict, measured, "Sec. 4", "words", "a", ("b1-a",), 0.1)
+        JudgedClaim(
+            name, verdict, measured, "Sec. 4", "words", "a", ("b1-a",), 0.1, "informative", ""
+        )
         for name, verdict, measured in cast(
             Any,
             (

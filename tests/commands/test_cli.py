@@ -67,7 +67,7 @@ def test_inner_keys_of_the_answers(capsys):
     found = answer(capsys, "sliding", B3)
     assert "equilibria" not in found
     found = answer(capsys, "claims")
-    assert len(found["claims"]) == 29
+    assert len(found["claims"]) == 33
     assert {"id", "verdict", "measured", "where"} <= found["claims"][0].keys()
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import rules
@@ -18,12 +19,30 @@ TILT = 0.3  # the same for tilts, over F_n / (k1 w)
 
 
 @dataclass(frozen=True)
+class Consequence:
+    """Why a claim carries no information of its own.
+
+    implied: it holds where all claims `by` hold; identity: algebra makes it hold whatever the
+    numbers; tautology: so does what the model leaves out.
+    """
+
+    kind: Literal["implied", "identity", "tautology"]
+    derivation: str
+    by: tuple[str, ...] = ()
+
+
+def _implied(by: str, derivation: str) -> Consequence:
+    return Consequence("implied", derivation, tuple(by.split()))
+
+
+@dataclass(frozen=True)
 class Claim:
     """One statement: the scenes it is about, where the article makes it, and its rule.
 
     The rule takes the measures of these scenes in their order (b3: those of the linear model).
     ample: margin beyond which a search gains no more, over F_n / (k1 w) if `by_load` (a tilt grows
-    with the load); conflicts: a claim that cannot hold together with this one.
+    with the load); conflicts: a claim that cannot hold together with this one; follows: why its
+    verdict carries no information of its own, None where it does.
     """
 
     id: str
@@ -34,6 +53,12 @@ class Claim:
     ample: float = ROOM
     by_load: bool = False
     conflicts: str = ""
+    follows: Consequence | None = None
+
+    @property
+    def informative(self) -> bool:
+        """Whether its verdict is no consequence of others, of algebra or of missing damping."""
+        return self.follows is None
 
     @property
     def case(self) -> str:
@@ -47,23 +72,31 @@ _ALL_B1, _ALL_B2 = (tuple(stem(model, case) for case in CASES) for model in ("B1
 # fmt: off
 CLAIMS = (
     Claim("B1-a-lead-loss", ("b1-a",), "Fig. 4(a)",
-          "the leading edge separates after first contact", rules.leading_apart),
+          "the leading edge separates after first contact", rules.leading_apart,
+          follows=_implied(
+              "B1-a-states", "the leading edge is apart in states 2 and 4, which occur")),
     Claim("B1-a-trail-loss", ("b1-a",), "Fig. 4(b)",
-          "the trailing edge separates after first contact", rules.trailing_apart),
+          "the trailing edge separates after first contact", rules.trailing_apart,
+          follows=_implied(
+              "B1-a-states", "the trailing edge is apart in states 2 and 3, which occur")),
     Claim("B1-a-trail-high", ("b1-a",), "Sec. 4, Fig. 4", "F4 has the higher peak: max F4 > max F3",
           rules.trailing_higher),
     Claim("B1-a-states", ("b1-a",), "Fig. 4", "all four contact states occur",
           rules.states((FULL, NONE, LEAD, TRAIL), ()), ample=0.02),
     Claim("B1-b-trail-loss", ("b1-b",), "Fig. 5", "the trailing edge separates after first contact",
-          rules.trailing_apart),
+          rules.trailing_apart,
+          follows=_implied("B1-b-states", "the trailing edge is apart in state 3, which occurs")),
     Claim("B1-b-lead-kept", ("b1-b",), "Sec. 4", "the leading edge never separates (F3 > 0)",
-          rules.positive("first", "F_n")),
+          rules.positive("first", "F_n"),
+          follows=_implied(
+              "B1-b-states", "the leading edge touches in states 1 and 3, and no other occurs")),
     Claim("B1-b-states", ("b1-b",), "Fig. 5", "only states 1 and 3 occur",
           rules.states((FULL, LEAD), (NONE, TRAIL))),
     Claim("B1-b-ratio", ("b1-b",), "Sec. 4", "max F3 is almost three times max F4 (2.5 to 3)",
           rules.leading_almost_threefold, ample=0.25),
     Claim("B1-c-sum", ("b1-c",), "Sec. 4", "some edge is always in contact (F3 + F4 > 0)",
-          rules.positive("together", "F_n"), ample=0.05),
+          rules.positive("together", "F_n"), ample=0.05,
+          follows=_implied("B1-c-states", "F3 + F4 = 0 is state 2, which does not occur")),
     Claim("B1-c-states", ("b1-c",), "Fig. 6", "states 1, 3 and 4 occur, state 2 does not",
           rules.states((FULL, LEAD, TRAIL), (NONE,)), ample=0.02),
     Claim("B1-d-states", ("b1-d",), "Fig. 7", "states 1, 3 and 4 occur, state 2 does not",
@@ -73,14 +106,19 @@ CLAIMS = (
     Claim("B1-d-alternate", ("b1-d",), "Sec. 4", "contact losses alternate between the edges",
           rules.alternate, ample=0.3),
     Claim("B1-all-separate", _ALL_B1, "Sec. 5, end", "in each case at least one edge separates",
-          rules.each_separates),
+          rules.each_separates,
+          follows=_implied(
+              "B1-a-states B1-b-states B1-c-states B1-d-states",
+              "in each case a state other than 1 occurs")),
     Claim("B2-a-contact", ("b2-a",), "Sec. 5, Fig. 9(a)", "contact is never lost (Rn > 0)",
-          rules.positive("first", "F_n")),
+          rules.positive("first", "F_n"),
+          follows=_implied("B2-only-c", "no separation in case a is a part of it")),
     Claim("B2-a-leading", ("b2-a",), "Sec. 5, Fig. 9(b)",
           "delta < 0 and theta0 + theta > 0 at all times",
           rules.on_leading_edge, ample=TILT, by_load=True),
     Claim("B2-b-contact", ("b2-b",), "Sec. 5, Fig. 10(a)", "contact is never lost (Rn > 0)",
-          rules.positive("first", "F_n")),
+          rules.positive("first", "F_n"),
+          follows=_implied("B2-only-c", "no separation in case b is a part of it")),
     Claim("B2-b-trailing", ("b2-b",), "Sec. 5, Fig. 10(b)", "delta > 0 at all times",
           rules.positive("second", "w"), ample=0.01),
     Claim("B2-b-tilt", ("b2-b",), "Sec. 5", "theta0 + theta < 0 at all times",
@@ -92,21 +130,37 @@ CLAIMS = (
           "mean Rn of b is almost twice that of a (1.7 to 2)",
           rules.mean_almost_doubles, ample=0.1),
     Claim("B2-c-loss", ("b2-c",), "Fig. 11(a)", "the surfaces separate for some time (Rn = 0)",
-          rules.surfaces_part, ample=0.02),
+          rules.surfaces_part, ample=0.02,
+          follows=_implied("B2-only-c", "separation in case c is a part of it")),
     Claim("B2-c-hammer", ("b2-c",), "Fig. 11(b)", "delta goes to both edges in turn, repeatedly",
           rules.hammers, ample=0.1),
     Claim("B2-d-contact", ("b2-d",), "Fig. 12(a)", "contact is never lost (Rn > 0)",
-          rules.positive("first", "F_n")),
+          rules.positive("first", "F_n"),
+          follows=_implied("B2-only-c", "no separation in case d is a part of it")),
     Claim("B2-d-trailing", ("b2-d",), "Fig. 12(b)", "0 < delta < w at all times",
           rules.within_trailing_half, ample=0.01),
     Claim("B2-only-c", _ALL_B2, "Sec. 5, end", "the surfaces separate in case c only",
           rules.only_c_parts, ample=0.02),
     Claim("B3-singular", ("b3",), "Sec. 6", "the stiffness matrix of Eq. (21) is singular",
-          rules.singular, ample=0.1),
+          rules.singular, ample=0.1,
+          follows=Consequence(
+              "identity", "K is a sum of two matrices of rank one: det K = 0 for all numbers")),
     Claim("B3-small-region", ("b3",), "Sec. 6-7, Fig. 13",
           "(23a, b) hold on a small part (under a quarter) of the map",
           rules.small_region, ample=0.05),
     Claim("B3-none", (*_ALL_B1, *_ALL_B2), "Sec. 7",
-          "no simulated case settles into zero acceleration", rules.none_settles, ample=0.1),
+          "no simulated case settles into zero acceleration", rules.none_settles, ample=0.1,
+          follows=Consequence(
+              "tautology", "nothing damps, so that no oscillation dies out")),
+    Claim("B2-b-raised", ("b2-b",), "Sec. 5",
+          "friction raises the reaction at rest", rules.friction_raises),
+    Claim("B12-c-severe", (*_ALL_B1, *_ALL_B2), "Sec. 5, end",
+          "the pad hammers with both models in case c and in no other",
+          rules.only_c_hammers, ample=0.1),
+    Claim("B12-more-loss", (*_ALL_B1, *_ALL_B2), "Sec. 5, end",
+          "edges are apart for more of the time in B1 than in B2", rules.more_loss_in_b1,
+          ample=0.05),
+    Claim("B12-sliding", (*_ALL_B1, *_ALL_B2), "Sec. 5",
+          "sliding never stops: neither stiction nor sprag-slip (x_dot < V)", rules.keeps_sliding),
 )
 # fmt: on

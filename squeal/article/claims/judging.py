@@ -24,8 +24,14 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
     for claim in CLAIMS:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
         verdict: Verdict = "reproduced" if outcome.margin > 0.0 else "not reproduced"
-        told = claim.where, claim.statement, claim.case, claim.scenes
-        judged.append(JudgedClaim(claim.id, verdict, outcome.measured, *told, outcome.margin))
+        words = claim.where, claim.statement, claim.case, claim.scenes
+        kind = claim.follows.kind if claim.follows else "informative"
+        derivation = claim.follows.derivation if claim.follows else ""
+        judged.append(
+            JudgedClaim(
+                claim.id, verdict, outcome.measured, *words, outcome.margin, kind, derivation
+            )
+        )
     holding = {j.id for j in judged if j.holds}
     lost = {c.id for c in CLAIMS if c.conflicts in holding} - holding
     return [replace(j, verdict="contradicted") if j.id in lost else j for j in judged]

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.article.equations import quasi_static_map, stiffness
+from squeal.equilibrium.many import solved
+from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
+from squeal.model.equations import PadModel
 from squeal.model.linear import rank
+from squeal.model.mechanics import pose
 from squeal.model.pad import Pad
 from squeal.model.states import STATES, State
 from squeal.scene import Scene
@@ -33,7 +40,9 @@ class Case:
     after first contact; first, second: range of F3, F4 (B1) or Rn, delta (B2); together: range of
     F3 + F4 (B1); tilt: range of theta0 + theta in rad; mean: time mean of the first signal; swings:
     how often delta changes sign; calm: greatest acceleration in the last tenth of the run over
-    that of the whole run.
+    that of the whole run; slip: greatest x_dot over the speed V of the surface (NaN without V);
+    raised: reaction of the sliding equilibrium over that without friction, less one (NaN if one
+    of them is not asked for or does not exist).
     """
 
     duration: float
@@ -47,6 +56,8 @@ class Case:
     mean: float
     swings: int
     calm: float
+    slip: float = math.nan
+    raised: float = math.nan
 
 
 def measure(scene: Scene) -> Case:
@@ -58,11 +69,55 @@ def measure(scene: Scene) -> Case:
         raise InputError(
             f"{scene.source}: model: {scene.model} is not allowed; cases are B1 or B2 scenes"
         )
-    return case_of(measure_alone(scene), 0)
+    model = scene.pad_model
+    stacked: dict[str, Any] = {name: np.array([v]) for name, v in scene.pad.given().items()}
+    raised = friction_raises(dataclasses.replace(model, pad=Pad(**stacked)))
+    return case_of(measure_alone(scene), 0, scene.pad.V, float(raised[0]))
 
 
-def case_of(found: Mapping[str, np.ndarray], pad: int) -> Case:
-    """The measures of one of several pads."""
+def friction_raises(model: PadModel) -> np.ndarray:
+    """How much friction raises the reaction of n pads at rest, (n,), as a share of it at mu = 0.
+
+    The parameters are arrays (n,). NaN where an equilibrium is not reached from full contact.
+    """
+    mu = np.asarray(model.pad.mu)
+    still = rest(model, np.zeros(mu.size))
+    sliding = rest(model, mu, still.place)
+    return sliding.reaction / still.reaction - 1.0
+
+
+class Rest(NamedTuple):
+    """Equilibria of n pads: place (3, n) = (x, y, theta), reaction (n,) and gaps (points, n) of the
+    contact points; NaN where there is none."""
+
+    place: np.ndarray
+    reaction: np.ndarray
+    gaps: np.ndarray
+
+
+def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Rest:
+    """The equilibria with friction mu (n,) that Newton's method reaches from a place (3, n), or
+    from the initial position. All parameters of the pads are arrays (n,)."""
+    statics = Statics.of(model)
+    length, w = statics.units.length, statics.model.pad.w
+    z = np.zeros((4, len(mu)))
+    if start is not None:
+        z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
+    z[3] = mu
+    reached = solved(statics, tuple(statics.model.pad.given()), z, passes=10) != 0.0
+    q = statics.place(z)
+    gaps = np.where(reached, statics.gaps(z), math.nan)
+    touching = (gaps < 0.0).astype(float)
+    load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)
+    reaction = np.where(reached & touching.any(axis=0), load.y, math.nan)
+    place = np.where(reached, [q[0] * length, q[1] * length, q[2]], math.nan)
+    return Rest(place, reaction * statics.units.force, gaps * length)
+
+
+def case_of(
+    found: Mapping[str, np.ndarray], pad: int, V: float | None = None, raised: float = math.nan
+) -> Case:
+    """The measures of one of several pads, the last two given."""
 
     def span(name: str) -> Range:
         return Range(*found[name][pad].tolist())
@@ -80,6 +135,8 @@ def case_of(found: Mapping[str, np.ndarray], pad: int) -> Case:
         mean=float(found["mean"][pad]),
         swings=int(found["swings"][pad]),
         calm=float(found["calm"][pad]),
+        slip=math.nan if V is None else float(found["fastest"][pad]) / V,
+        raised=raised,
     )
 
 

@@ -144,6 +144,48 @@ def none_settles(*cases: Case) -> Outcome:
     return Outcome(calmest - CALM, f"least late acceleration {100 * calmest:.0f} % of the greatest")
 
 
+def _by_turns(case: Case) -> float:
+    """Margin of hammering in model B1: each edge separates, by turns and repeatedly."""
+    share = min(case.separated) / case.duration - TOUCH
+    turns = sum(a != b for a, b in zip(case.losses, case.losses[1:], strict=False))
+    return share if turns >= SWINGS else min(share, 0.0) - 1.0
+
+
+def only_c_hammers(*cases: Case) -> Outcome:
+    """Case c hammers in both models, no other case does. The cases of B1 come first."""
+    both = {
+        name: min(_by_turns(b1), hammers(b2).margin)
+        for name, b1, b2 in zip("abcd", cases[:4], cases[4:], strict=True)
+    }
+    margin = min(value if name == "c" else -value for name, value in both.items())
+    which = ", ".join(name for name, value in both.items() if value > 0.0)
+    return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
+
+
+def _edge_apart(case: Case) -> float:
+    return 1.0 - _share(case, FULL)
+
+
+def more_loss_in_b1(*cases: Case) -> Outcome:
+    """Edges are apart for more of the time in B1 than in B2, on average over the cases."""
+    b1, b2 = (sum(map(_edge_apart, four)) / 4 for four in (cases[:4], cases[4:]))
+    words = f"an edge apart for {100 * b1:.1f} % of the time in B1, {100 * b2:.1f} % in B2"
+    return Outcome(b1 - b2, words)
+
+
+def keeps_sliding(*cases: Case) -> Outcome:
+    """The pad is never as fast as the surface."""
+    slip = max(case.slip for case in cases)
+    return Outcome(1.0 - slip, f"the pad reaches {100 * slip:.2g} % of the surface's speed")
+
+
+def friction_raises(case: Case) -> Outcome:
+    """The reaction of the sliding equilibrium exceeds that without friction."""
+    return Outcome(
+        case.raised, f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
+    )
+
+
 # model B2
 
 

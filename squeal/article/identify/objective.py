@@ -10,10 +10,11 @@ import numpy as np
 
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of, judge_claims, judge_scenes
-from squeal.article.claims.measures import Linear, linear_measures
+from squeal.article.claims.measures import Linear, friction_raises, linear_measures
 from squeal.article.identify.space import MODELS, SPEED_LIMIT, STOP, Numbers, pad_of, scenes_of
 from squeal.article.results.claims import JudgedClaim
 from squeal.model.contact import Formulation
+from squeal.model.equations import PadModel
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 
 SEARCH_TOLERANCE = 1e-8
@@ -37,7 +38,7 @@ def judge_many(
     many: Sequence[Numbers], formulation: Formulation, stop: float = STOP, workers: int = 1
 ) -> list[Outcome | None]:
     """Judge all claims on each of the dimensionless pads; None where a motion leaves the model."""
-    results = {}
+    results, raised = {}, np.full(len(many), np.nan)
     scenes = [scenes_of(numbers, formulation) for numbers in many]
     for model in MODELS:
         flat = [each[model][case] for each in scenes for case in CASES]
@@ -51,6 +52,9 @@ def judge_many(
             measured=True,
             workers=workers,
         )
+        if model == "B2" and many:
+            second = stack([each[model]["b"].pad for each in scenes])
+            raised = friction_raises(PadModel(model, second, formulation))
     outcomes: list[Outcome | None] = []
     for i, numbers in enumerate(many):
         rows = range(len(CASES) * i, len(CASES) * (i + 1))
@@ -58,7 +62,7 @@ def judge_many(
             outcomes.append(None)
             continue
         measured: dict[str, Case | Linear] = {
-            stem(model, case): case_of(found, row)
+            stem(model, case): case_of(found, row, SPEED_LIMIT, float(raised[i]))
             for model, found in results.items()
             for case, row in zip(CASES, rows, strict=True)
         }

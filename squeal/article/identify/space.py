@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -100,14 +100,14 @@ def encode(numbers: Numbers) -> np.ndarray:
     return np.array([math.log(numbers[d.name]) if d.log else numbers[d.name] for d in DIMENSIONS])
 
 
-def tilt_of(numbers: Numbers) -> float:
+def tilt_of(numbers: Mapping[str, Any]) -> Any:
     """theta0 in rad. A level pad is a start of its own kind, so it has a range of its own."""
     tilt = numbers["tilt"]
-    return math.copysign(max(0.0, abs(tilt) - 1.0), tilt) * numbers["F_n"]
+    return np.copysign(np.maximum(0.0, np.abs(tilt) - 1.0), tilt) * numbers["F_n"]
 
 
-def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
-    """The dimensionless pad of a model and a case."""
+def pad_of(numbers: Mapping[str, Any], model: str, angles: tuple[float, float]) -> Pad:
+    """The dimensionless pad of a model and a case, or a stack of pads if the numbers are arrays."""
     n = numbers
     common = {
         "m": 1.0,
@@ -123,6 +123,8 @@ def pad_of(numbers: Numbers, model: str, angles: tuple[float, float]) -> Pad:
         "alpha1": angles[0],
         "alpha2": angles[1],
         "theta0": tilt_of(n),
+        "x0": n.get("x0", 0.0),
+        "V": SPEED_LIMIT,
     }
     law = contact_law(model)
     common |= {name: n[name] for name in law.parameters}

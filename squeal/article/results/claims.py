@@ -6,13 +6,16 @@ from typing import Literal
 
 from squeal.files.records import Record, Result
 
+Kind = Literal["informative", "implied", "identity", "tautology"]
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]
 
 
 class JudgedClaim(Record):
     """A statement with what was measured, its verdict and margin (positive where it holds).
 
-    scenes: those it is about, by name; case: their letters in words.
+    scenes: those it is about, by name; case: their letters in words; kind: "informative", or why
+    its verdict says nothing of its own ("implied" by others, "identity", "tautology"), by the
+    derivation.
     """
 
     id: str
@@ -23,6 +26,8 @@ class JudgedClaim(Record):
     case: str
     scenes: tuple[str, ...]
     margin: float
+    kind: Kind
+    derivation: str
 
     @property
     def holds(self) -> bool:

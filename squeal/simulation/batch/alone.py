@@ -95,9 +95,13 @@ def run_alone(
 
 
 def measure_alone(scene: Scene) -> Measures:
-    """The measures (n = 1) of a scene of B1 or B2. Raises ComputationError where the model ends."""
+    """The measures (n = 1) of a scene of B1 or B2, speed in the scene's units.
+
+    Raises ComputationError where the model ends.
+    """
     units, model, state, stop = in_natural_units(scene)
     motion = run_alone(model, scene.tolerance, "auto", units, state, stop, True)
     c = Coefficients(**{name: np.array([value]) for name, value in vars(model.c).items()})
     terms = model.term_values[:, None]
-    return measures(seen(model.law, c, motion, terms), np.array([scene.pad.theta0]))
+    found = measures(seen(model.law, c, motion, terms), np.array([scene.pad.theta0]))
+    return found | {"fastest": found["fastest"] * units.velocity}

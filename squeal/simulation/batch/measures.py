@@ -265,7 +265,7 @@ def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(late.max(axis=0) / size.max(axis=0)))
 
 
-def measures(s: Seen, theta0: np.ndarray) -> Measures:
+def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
     """Measures of n motions, times in natural units; the claims on B1 and B2 rest on them.
 
     duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
@@ -273,8 +273,8 @@ def measures(s: Seen, theta0: np.ndarray) -> Measures:
     order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
     F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
     (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
-    acceleration in the last tenth over that of the whole run; fastest (n,): the greatest x_dot,
-    which the speed V of the surface must exceed.
+    acceleration in the last tenth over that of the whole run, NaN if not wanted; fastest (n,): the
+    greatest x_dot, which the speed V of the surface must exceed.
     """
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
@@ -298,6 +298,6 @@ def measures(s: Seen, theta0: np.ndarray) -> Measures:
             "tilt": _range(s, begin, tilt, False),
             "mean": _mean(s, begin, first, duration),
             "swings": _swings(_since(begin, second).inner) if line else np.zeros(len(nothing), int),
-            "calm": _calm(s, duration),
+            "calm": _calm(s, duration) if calm else np.full(len(duration), np.nan),
             "fastest": s.motion.samples[:, 3].max(axis=0),
         }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -33,3 +34,15 @@ class Motion:
     limit: np.ndarray
     limit_t: np.ndarray
     whole: np.ndarray
+
+
+def together(motions: Sequence[Motion]) -> Motion:
+    """Several motions, sampled equally often, as one of all their pads in the same order."""
+    first = np.cumsum([0, *(len(motion.stop) for motion in motions)])
+    # pads, or their contact changes, run along the last axis of every array
+    parts = {
+        f.name: np.concatenate([getattr(motion, f.name) for motion in motions], axis=-1)
+        for f in fields(Motion)
+    }
+    parts["lane"] = np.concatenate([m.lane + i for m, i in zip(motions, first, strict=False)])
+    return Motion(**parts)

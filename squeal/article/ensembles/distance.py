@@ -1,0 +1,168 @@
+"""Distance of pads from the article's statements, case by case and only as far as it matters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.article.cases import CASES, stem
+from squeal.article.claims import CLAIMS, Case, Claim, case_of
+from squeal.article.claims.measures import Linear, friction_raises, linear_measures
+from squeal.article.ensembles.space import Numbers, speed_limit, stacked, starts
+from squeal.article.identify.objective import MAP_POINTS, SEARCH_TOLERANCE
+from squeal.article.identify.space import STOP, pad_of
+from squeal.model.contact import Formulation
+from squeal.model.pad import Model
+from squeal.simulation.batch.many import DONE, simulate_many
+
+ORDER: tuple[tuple[Model, str], ...] = (
+    ("B2", "c"), ("B2", "d"), ("B2", "a"), ("B2", "b"),
+    ("B1", "d"), ("B1", "b"), ("B1", "a"), ("B1", "c"),
+)  # fmt: skip
+"""The scenes from the one that rejects most pads to the one that rejects fewest."""
+STEPS = len(ORDER) + 1  # of the judging: each scene, and model B3
+PHASE = 0.8  # rad between samples of the motion, whose peaks a parabola finds
+LEFT_OUT = ("B2-only-c", "B3-singular", "B3-none")
+PARTS = ("B2-a-contact", "B2-b-contact", "B2-c-loss", "B2-d-contact")
+COUNTED = tuple(c for c in CLAIMS if (c.informative or c.id in PARTS) and c.id not in LEFT_OUT)
+"""The statements in the distance: the informative ones, B2-only-c by its four parts."""
+Counted = tuple[Claim, ...]
+PAIR = ("B2-b-tilt", "B2-b-theta")  # exclude each other: the nearer one counts
+INDEX = {claim.id: i for i, claim in enumerate(CLAIMS)}
+
+
+NO_LEVELS = np.full(STEPS, math.inf)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What n pads came to.
+
+    partial (n, STEPS): sum over the statements that are judged after each step, inf where a motion
+    leaves the model, NaN after an early rejection; whole (n,): judged on all scenes; margins
+    (n, claims): of all claims of the catalogue, NaN where not judged; motions, steps: simulated
+    motions and integration steps.
+    """
+
+    partial: np.ndarray
+    whole: np.ndarray
+    margins: np.ndarray
+    motions: int
+    steps: int
+
+
+def price(claim: Claim, margin: float, load: float) -> float:
+    """0 for a statement that holds, else 1 to 2 by how far it fails."""
+    if margin > 0.0:
+        return 0.0
+    room = -margin / (claim.ample * (load if claim.by_load else 1.0))
+    return 2.0 if not math.isfinite(room) else 1.0 + room / (1.0 + room)
+
+
+class _Judging:
+    """The judging of n pads while their scenes come in."""
+
+    def __init__(self, numbers: Numbers, formulation: Formulation, counted: Counted) -> None:
+        self.numbers, self.formulation, self.counted = numbers, formulation, counted
+        count = len(numbers["h"])
+        self.margins = np.full((count, len(CLAIMS)), np.nan)
+        self.prices = np.zeros((count, len(CLAIMS)))
+        self.measured: list[dict[str, Case | Linear]] = [{} for _ in range(count)]
+        self.failed = np.zeros(count, dtype=bool)
+        self.motions = self.steps = 0
+
+    def distance(self) -> np.ndarray:
+        """Lower bound of the distance from what is known, (n,)."""
+        a, b = (self.prices[:, INDEX[name]] for name in PAIR)
+        pair = all(CLAIMS[INDEX[name]] in self.counted for name in PAIR)
+        total = self.prices.sum(axis=1) - (np.maximum(a, b) if pair else 0.0)
+        return np.where(self.failed, np.inf, total)
+
+    def _settle(self, pads: np.ndarray, arrived: str) -> None:
+        """Judge all claims whose last scene has arrived."""
+        for claim in CLAIMS:
+            if arrived not in claim.scenes:
+                continue
+            at, counted = INDEX[claim.id], claim in self.counted
+            for i in pads.tolist():
+                measured = self.measured[i]
+                if all(scene in measured for scene in claim.scenes):
+                    margin = claim.rule(*(measured[scene] for scene in claim.scenes)).margin
+                    self.margins[i, at] = margin
+                    if counted:
+                        self.prices[i, at] = price(claim, margin, float(self.numbers["F_n"][i]))
+
+    def scene(self, pads: np.ndarray, model: Model, case: str) -> None:
+        """Simulate one scene of some pads (indices) and judge what can be judged."""
+        numbers = {name: v[pads] for name, v in self.numbers.items()}
+        stack = stacked(numbers, model, case, self.formulation)
+        first = starts(numbers, stack)
+        able = np.isfinite(first).all(axis=1)
+        self.failed[pads[~able]] = True
+        pads, first = pads[able], first[able]
+        if not pads.size:
+            return
+        stack = stack.replace(**{name: v[able] for name, v in stack.pad.given().items()})
+        found = simulate_many(
+            model,
+            stack.pad,
+            first,
+            STOP,
+            SEARCH_TOLERANCE,
+            self.formulation,
+            measured=True,
+            phase=PHASE,
+            calm=False,
+        )
+        raised = (
+            friction_raises(stack) if (model, case) == ("B2", "b") else np.full(pads.size, np.nan)
+        )
+        self.motions += pads.size
+        self.steps += int(found["steps"].sum())
+        speed = speed_limit(self.numbers)[pads]
+        ended = found["outcome"] == DONE
+        self.failed[pads[~ended]] = True
+        for row in np.flatnonzero(ended).tolist():
+            self.measured[int(pads[row])][stem(model, case)] = case_of(
+                found, row, float(speed[row]), float(raised[row])
+            )
+        self._settle(pads[ended], stem(model, case))
+
+    def linear(self, pads: np.ndarray) -> None:
+        """Judge the claims on model B3."""
+        for i in pads.tolist():
+            one = {name: float(v[i]) for name, v in self.numbers.items()}
+            pad = {"c": pad_of(one, "B2", CASES["c"])}
+            self.measured[i]["b3"] = linear_measures(pad, MAP_POINTS)
+        self._settle(pads, "b3")
+
+
+def judge(
+    numbers: Numbers,
+    formulation: Formulation,
+    levels: np.ndarray = NO_LEVELS,
+    models: tuple[Model, ...] = ("B1", "B2"),
+) -> Judgement:
+    """Judge n pads over one horizon; a pad is left as soon as a partial sum exceeds its level.
+
+    levels (STEPS,): for the partial sums. With one model only, its scenes alone are simulated and
+    its claims counted.
+    """
+    names = {stem(*pair) for pair in ORDER if pair[0] in models}
+    counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))
+    judging = _Judging(numbers, formulation, counted)
+    alive = np.arange(len(numbers["h"]))
+    partial = np.full((len(alive), STEPS), np.nan)
+    for step, pair in enumerate((*ORDER, None)):
+        if pair is None:
+            judging.linear(alive)
+        elif pair[0] in models:
+            judging.scene(alive, *pair)
+        partial[alive, step] = judging.distance()[alive]
+        alive = alive[partial[alive, step] <= levels[step]]
+        alive = alive[np.isfinite(partial[alive, step])]
+    whole = np.zeros(len(partial), dtype=bool)
+    whole[alive] = True
+    return Judgement(partial, whole, judging.margins, judging.motions, judging.steps)

@@ -1,0 +1,161 @@
+"""Ensembles: starts against the toolkit's statics, exact early rejection, a known volume."""
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from squeal.article.claims.measures import friction_raises
+from squeal.article.ensembles import distance, population
+from squeal.article.ensembles.distance import COUNTED, NO_LEVELS, Judgement, judge, price
+from squeal.article.ensembles.draw import main, read_stage, stage_file, write_stage
+from squeal.article.ensembles.population import Stage, advance
+from squeal.article.ensembles.space import (
+    DIMENSIONS,
+    FORMULATIONS,
+    decode,
+    speed_limit,
+    stacked,
+    standing,
+    starts,
+)
+from squeal.article.identify.space import LENGTH, MASS
+from squeal.equilibrium import sliding_equilibrium
+from squeal.model.contact import CONSISTENT
+from squeal.model.equations import PadModel
+from squeal.model.pad import Pad
+from squeal.model.states import FULL
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    return decode(np.random.default_rng(5).uniform(size=(48, len(DIMENSIONS))))
+
+
+def one_of(pads, i):
+    return Pad(**{name: float(v[i]) for name, v in pads.pad.given().items()})
+
+
+def test_numbers_lie_in_their_ranges_which_have_reasons(numbers):
+    assert len(FORMULATIONS) == len(set(FORMULATIONS)) == 8
+    for d in DIMENSIONS:
+        assert d.reason
+        assert d.low <= numbers[d.name].min() < numbers[d.name].max() <= d.high
+    ends = decode(np.array([np.zeros(len(DIMENSIONS)), np.ones(len(DIMENSIONS))]))
+    assert all(ends[d.name] == pytest.approx([d.low, d.high], rel=1e-12) for d in DIMENSIONS)
+
+
+def test_speed_limit_is_that_of_the_surface():
+    few = {"F_n": np.array([1e-3])}
+    k1 = 2000.0 / (1e-3 * LENGTH)  # the stiffness at which the load is 2 kN
+    assert speed_limit(few)[0] * LENGTH * math.sqrt(k1 / MASS) == pytest.approx(5.0)
+
+
+def test_standing_pads_rest_without_friction_and_released_ones_are_where_they_are_put(numbers):
+    still = standing(numbers)
+    seen = 0
+    for case in "abcd":
+        pads = stacked(numbers, "B2", case, CONSISTENT)
+        first = starts(numbers, pads)
+        assert np.all(first[~still, 1] == numbers["lift"][~still] * numbers["F_n"][~still])
+        for i in np.flatnonzero(still & np.isfinite(first).all(axis=1))[:5]:
+            model = PadModel("B2", one_of(pads, i).replace(mu=0.0), CONSISTENT)
+            assert np.all(model.gaps(first[i, :3]) < 0.0)
+            load = numbers["F_n"][i]
+            assert model.loads(first[i, :3], FULL) == pytest.approx(0.0, abs=1e-10 * load)
+            assert not first[i, 3:].any()
+            found, _ = sliding_equilibrium(model)
+            if found.state == FULL:  # else the pad has a second place to rest
+                assert first[i, :3] == pytest.approx(found.q, rel=1e-9, abs=1e-12)
+                seen += 1
+    assert seen > 8
+
+
+def test_friction_raises_the_reaction_as_the_equilibria_say(numbers):
+    pads = stacked(numbers, "B2", "b", CONSISTENT)
+    seen = 0
+    for i, raised in enumerate(friction_raises(pads)[:16]):
+        pad = one_of(pads, i)
+        at = [
+            sliding_equilibrium(PadModel("B2", pad.replace(mu=mu), CONSISTENT))[0]
+            for mu in (0.0, pad.mu)
+        ]
+        if all(e is not None and e.state == FULL for e in at):
+            assert raised == pytest.approx(at[1].R_n / at[0].R_n - 1.0, rel=1e-8)
+            seen += 1
+    assert seen >= 4
+
+
+def test_rejecting_early_rejects_no_other_pads(numbers):
+    whole = judge(numbers, CONSISTENT)
+    levels = np.nanmedian(np.where(np.isfinite(whole.partial), whole.partial, np.nan), axis=0)
+    early = judge(numbers, CONSISTENT, levels)
+    with np.errstate(invalid="ignore"):
+        assert np.array_equal(early.whole, (whole.partial <= levels).all(axis=1))
+    assert 0 < early.whole.sum() < whole.whole.sum()
+    assert early.motions < whole.motions
+    # samples lie elsewhere in another batch
+    assert early.margins[early.whole] == pytest.approx(
+        whole.margins[early.whole], rel=0.02, abs=0.02, nan_ok=True
+    )
+
+
+def test_price_is_nothing_for_what_holds_and_up_to_two_for_what_fails():
+    claim = next(c for c in COUNTED if not c.by_load)
+    assert price(claim, 1e-9, 1.0) == 0.0
+    assert price(claim, -1e-9, 1.0) == pytest.approx(1.0)
+    assert price(claim, -claim.ample, 1.0) == pytest.approx(1.5)
+    assert price(claim, math.nan, 1.0) == 2.0
+    tilt = next(c for c in COUNTED if c.by_load)
+    assert price(tilt, -tilt.ample * 1e-3, 1e-3) == pytest.approx(1.5)
+
+
+def test_stages_can_be_taken_up_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(population, "POPULATION", 24)
+    monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
+    now = None
+    for stage in range(3):
+        now = advance(FORMULATIONS[0], 1, stage, now)
+        write_stage(tmp_path / "kept.npz", now)
+        again = read_stage(tmp_path / "kept.npz")
+        for f in fields(Stage):
+            wanted = np.asarray(getattr(now, f.name), dtype=float)
+            exact = pytest.approx(wanted, rel=1e-6, nan_ok=True)
+            assert np.asarray(getattr(again, f.name), dtype=float) == exact, f.name
+        now = again
+    # all eight in one process, as the program does it
+    assert main([str(tmp_path), "--stages", "0", "--seeds", "1", "--workers", "1"]) == 0
+    assert not stage_file(tmp_path, FORMULATIONS[0], 1, 0).exists()
+
+
+def test_shares_multiply_to_a_known_volume(monkeypatch):
+    """Distance: the largest offset of three numbers from the middle, in halves of the range."""
+    level = 0.1
+
+    def ball(numbers, formulation, levels=NO_LEVELS, models=()):
+        points = np.array([numbers[d.name] for d in DIMENSIONS[-3:]]).T
+        low, high = np.array([(d.low, d.high) for d in DIMENSIONS[-3:]]).T
+        far = np.abs(2.0 * (points - low) / (high - low) - 1.0).max(axis=1)
+        partial = np.repeat(far[:, None], distance.STEPS, axis=1)
+        margins = np.zeros((len(far), 33))
+        return Judgement(partial, (partial <= levels).all(axis=1), margins, 0, 0)
+
+    monkeypatch.setattr(population, "judge", ball)
+    found = []
+    for seed in range(8):
+        now, share = None, 1.0
+        for stage in range(30):
+            before, now = now, advance(CONSISTENT, seed, stage, now)
+            if stage == 1:
+                share = now.share
+            elif stage > 1:
+                share *= now.share
+                if now.levels[-1] < level:
+                    break
+        share *= (before.partial[:, -1] <= level).mean() / now.share
+        found.append(share)
+    # the volume of the cube is 1e-3; the spread of the seeds gives the accuracy of the mean
+    error = np.std(np.log(found)) / math.sqrt(len(found))
+    assert np.log(found).mean() == pytest.approx(math.log(level**3), abs=4.0 * error)
+    assert error < 0.3
