@@ -144,7 +144,9 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
     monkeypatch.setattr(population, "judge", ball)
     found = []
     for seed in range(8):
-        now, share = None, 1.0
+        before: Stage | None
+        now: Stage | None
+        before, now, share = None, None, 1.0
         for stage in range(30):
             before, now = now, advance(CONSISTENT, seed, stage, now)
             if stage == 1:
@@ -153,9 +155,10 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
                 share *= now.share
                 if now.levels[-1] < level:
                     break
+        assert before is not None and now is not None
         share *= (before.partial[:, -1] <= level).mean() / now.share
         found.append(share)
     # the volume of the cube is 1e-3; the spread of the seeds gives the accuracy of the mean
-    error = np.std(np.log(found)) / math.sqrt(len(found))
+    error = float(np.std(np.log(found))) / math.sqrt(len(found))
     assert np.log(found).mean() == pytest.approx(math.log(level**3), abs=4.0 * error)
     assert error < 0.3
