@@ -155,7 +155,8 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
                 share *= now.share
                 if now.levels[-1] < level:
                     break
-        assert before is not None and now is not None
+        assert before is not None
+        assert now is not None
         share *= (before.partial[:, -1] <= level).mean() / now.share
         found.append(share)
     # the volume of the cube is 1e-3; the spread of the seeds gives the accuracy of the mean
