@@ -27,13 +27,23 @@ if TYPE_CHECKING:
         sweep_mu,
     )
     from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
+    from squeal.analysis.modes import ModeShape, ModeSweep, mode_shapes, sweep_modes
+    from squeal.analysis.records import to_dataframe, to_records
+    from squeal.analysis.scatter import Quantile, Scatter, Spread, scatter
     from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+    from squeal.analysis.spread_file import SpreadFile, read_spreads
+    from squeal.analysis.state_space import friction_plant, state_space
     from squeal.analysis.unstable import growing_modes
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
     from squeal.model.contact import Formulation
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
+    from squeal.plots.contours import contour_figure
+    from squeal.plots.coupling import coupling_figure
+    from squeal.plots.maps import stability_figure
+    from squeal.plots.modes import mode_figure
+    from squeal.plots.scatter import scatter_figure
     from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
     from squeal.simulation import Event, Simulation, simulate
     from squeal.stability import (
@@ -82,9 +92,33 @@ _HOME = {
         "angle_axes",
         "stability_map",
     ),
+    "squeal.analysis.modes": (
+        "ModeShape",
+        "ModeSweep",
+        "mode_shapes",
+        "sweep_modes",
+    ),
+    "squeal.analysis.records": (
+        "to_dataframe",
+        "to_records",
+    ),
+    "squeal.analysis.scatter": (
+        "Quantile",
+        "Scatter",
+        "Spread",
+        "scatter",
+    ),
     "squeal.analysis.sensitivity": (
         "eigenvalue_sensitivities",
         "threshold_sensitivities",
+    ),
+    "squeal.analysis.spread_file": (
+        "SpreadFile",
+        "read_spreads",
+    ),
+    "squeal.analysis.state_space": (
+        "friction_plant",
+        "state_space",
     ),
     "squeal.analysis.unstable": ("growing_modes",),
     "squeal.equilibrium": ("Equilibrium",),
@@ -95,6 +129,11 @@ _HOME = {
     "squeal.model.contact": ("Formulation",),
     "squeal.model.linear": ("Linearisation",),
     "squeal.model.pad": ("Pad",),
+    "squeal.plots.contours": ("contour_figure",),
+    "squeal.plots.coupling": ("coupling_figure",),
+    "squeal.plots.maps": ("stability_figure",),
+    "squeal.plots.modes": ("mode_figure",),
+    "squeal.plots.scatter": ("scatter_figure",),
     "squeal.scene": (
         "Damping",
         "PlainSystem",
@@ -149,12 +188,18 @@ __all__ = [
     "Linearisation",
     "LoopAnswer",
     "LoopThreshold",
+    "ModeShape",
+    "ModeSweep",
     "Outcome",
     "Pad",
     "PlainSystem",
+    "Quantile",
+    "Scatter",
     "Scene",
     "Simulation",
     "Spectrum",
+    "Spread",
+    "SpreadFile",
     "StabilityMap",
     "Tolerance",
     "TrackedModes",
@@ -164,20 +209,33 @@ __all__ = [
     "angle_axes",
     "article_linearisation",
     "complex_eigenvalues",
+    "contour_figure",
+    "coupling_figure",
     "critical_friction",
     "critical_points",
     "crossings",
     "eigenvalue_sensitivities",
     "friction_loop",
+    "friction_plant",
     "growing_modes",
     "judge",
     "judged_equilibria",
+    "mode_figure",
+    "mode_shapes",
     "read_plain",
     "read_scene",
+    "read_spreads",
+    "scatter",
+    "scatter_figure",
     "simulate",
+    "stability_figure",
     "stability_map",
+    "state_space",
+    "sweep_modes",
     "sweep_mu",
     "threshold_sensitivities",
+    "to_dataframe",
+    "to_records",
     "track",
     "unstable_modes",
     "verdict",

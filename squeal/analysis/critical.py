@@ -20,8 +20,10 @@ from squeal.stability import (
     verdict,
 )
 
+MOST_SHOWN = 5  # thresholds in a representation
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class CriticalFriction:
     """Every change of the verdict in 0 < mu <= mu_max, sorted by mu.
 
@@ -43,6 +45,11 @@ class CriticalFriction:
     def admissible(self) -> bool:
         """True if all equilibria on the way are those that the model means."""
         return not self.warnings
+
+    def __repr__(self) -> str:
+        shown = "; ".join(str(point) for point in self.points[:MOST_SHOWN]) or "no threshold"
+        more = f"; {len(self.points) - MOST_SHOWN} more" if len(self.points) > MOST_SHOWN else ""
+        return f"CriticalFriction({self.at_zero} at 0; {shown}{more}; {self.end})"
 
     @property
     def first(self) -> CriticalPoint | None:

@@ -16,7 +16,7 @@ from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
-from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
+from squeal.stability import Judgement, Matrices, Spectrum, System, complex_eigenvalues, judge
 
 _AT_ORIGIN = "about the origin, full contact"
 
@@ -45,6 +45,11 @@ class Analysis:
     def admissible(self) -> bool:
         """True if nothing speaks against the equilibrium."""
         return not self.warnings
+
+    @property
+    def frequencies_hz(self) -> np.ndarray:
+        """Frequencies of the three modes in Hz."""
+        return self.spectrum.frequencies_hz
 
     @property
     def contact(self) -> str:
@@ -104,12 +109,26 @@ def _analysis(
     return Analysis(model, q, R_n, state, how, matrices, complex_eigenvalues(*given), judge(*given))
 
 
+def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:
+    """mu -> (M, C, K) of the scene's pad with the equilibrium held where it is."""
+    own, q = damped_model(scene), np.array(at.q)
+
+    def system(mu: float) -> Matrices:
+        matrices = linearise(own.replace(mu=mu), q, at.state)
+        return matrices.M, matrices.C, matrices.K
+
+    return system
+
+
 @takes_scene
 def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:
     """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
 
-    Raises ComputationError if there is no equilibrium without friction.
+    Raises InputError for no mu at all or one below 0, ComputationError if there is no equilibrium
+    without friction.
     """
+    if not len(mus) or not min(mus) >= 0.0:
+        raise Place("sweep_mu: mus").must_be(mus, "a sequence of numbers of at least 0")
     model = damped_model(scene)
     if model.linear:
         return [(mu, _about_origin(model.replace(mu=mu))) for mu in mus]

@@ -12,6 +12,7 @@ import numpy as np
 from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
+from squeal.errors import InputError
 from squeal.scene import Scene
 from squeal.stability import (
     Crossing,
@@ -87,9 +88,14 @@ class ModeSweep:
 def sweep_modes(subject: Scene | System, low: float, high: float, name: str = "mu") -> ModeSweep:
     """Follow the modes of a scene (along its branch from mu = 0) or system from low to high.
 
-    Raises ComputationError if a scene has no equilibrium without friction, or its branch ends
-    before `low`.
+    Raises InputError unless 0 <= low < high, ComputationError if a scene has no equilibrium
+    without friction, or its branch ends before `low`.
     """
+    if not 0.0 <= low < high < math.inf:
+        raise InputError(
+            f"sweep_modes: low {low:g} and high {high:g} are not allowed; it must be "
+            "0 <= low < high"
+        )
     path = None
     if isinstance(subject, Scene):
         system, path = branch_system(subject, high)

@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.analysis.modes import ModeShape
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.modes import ModeShape, shapes_of_pad
 from squeal.model.pad import Pad
 from squeal.plots.pads import LARGEST, draw_pad, draw_surface, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
+from squeal.scene import Scene, takes_scene
 
 _MODULE = "squeal.plots.modes"
 RING, CROSS = "#3498DB", "#C8380E"
@@ -103,6 +105,17 @@ def pad_figure(
         names[1] += f" ({exaggeration(pad)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
     return figure
+
+
+@takes_scene
+def mode_figure(scene: Scene) -> Figure:
+    """Eigenvalues of a scene about its sliding equilibrium, and the shapes of its modes.
+
+    Raises ComputationError if no steady sliding exists.
+    """
+    found = analyse(scene)
+    shapes = shapes_of_pad(found, scene.pad.w)
+    return pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
 
 
 def save_modes(path: Path, name: str, figure: Figure, values: np.ndarray) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.stability.matrices import Array, Reduced, System, first_order, reduce, zero_roots
 
 ComplexArray = NDArray[np.complex128]
+MOST_SHOWN = 6  # frequencies in a representation
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class Eigenvalue:
         return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
     """All 2n eigenvalues, by rising frequency; of one frequency the fastest growing first.
 
@@ -61,12 +62,23 @@ class Spectrum:
         return np.array([e.value for e in self.eigenvalues])
 
     @property
+    def frequencies_hz(self) -> Array:
+        """Frequencies in Hz of the modes (n,), of which each has two eigenvalues."""
+        return np.array([e.frequency_hz for e in self.eigenvalues[::2]])
+
+    @property
     def dominant(self) -> Eigenvalue:
         """The eigenvalue of largest real part (of several, the one of largest frequency)."""
         return max(self.eigenvalues, key=lambda e: (e.value.real, e.value.imag))
 
     def __len__(self) -> int:
         return len(self.eigenvalues)
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:MOST_SHOWN])
+        more = ", ..." if len(self) > 2 * MOST_SHOWN else ""
+        growth = self.dominant.growth_rate
+        return f"Spectrum({len(self)} eigenvalues, {shown}{more} Hz, growth {growth:.6g} 1/s)"
 
 
 def ordered(values: ComplexArray) -> NDArray[np.intp]:

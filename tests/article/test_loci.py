@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.article.cases import title
 from squeal.article.figures import coupling, loci, modes
 from squeal.article.results.loci import Branch, Loci, Modes, SingleLoop
 from squeal.article.studies.__main__ import main
-from squeal.article.studies.loci import branch, examined, frozen, loop
+from squeal.article.studies.loci import branch, examined, loop
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.records import Missing
 from squeal.model.states import FULL
@@ -90,7 +90,7 @@ def test_stiffness_of_a_held_equilibrium_is_linear_in_mu():
         Scene("B2", random_pad(2, "B2", theta0=0.01)),
     )
     for scene in pads:
-        system = frozen(scene, at_rest(scene))
+        system = held_system(scene, at_rest(scene))
         K0, K1, K2 = (np.asarray(system(mu)[2], dtype=float) for mu in (0.0, 0.5, 2.0))
         assert np.allclose(K2, K0 + 4.0 * (K1 - K0), rtol=1e-12, atol=1e-13)
 

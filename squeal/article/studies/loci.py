@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.critical import branch_system, critical_friction
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
 from squeal.article.results.loci import (
     Branch,
@@ -25,7 +25,6 @@ from squeal.article.results.loci import (
     Threshold,
 )
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
-from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.scene import Scene, read_scene
@@ -33,7 +32,6 @@ from squeal.stability import (
     Crossing,
     FrictionLoop,
     LoopThreshold,
-    Matrices,
     System,
     crossings,
     friction_loop,
@@ -78,23 +76,12 @@ def branch(scene: Scene) -> Branch | Missing:
     )
 
 
-def frozen(scene: Scene, at: Equilibrium) -> System:
-    """M, C, K(mu) of the scene's pad with the equilibrium held where it is."""
-    C, q = damping_matrix(scene), np.array(at.q)
-
-    def system(mu: float) -> Matrices:
-        model = scene.pad_model.replace(mu=mu)
-        return model.mass_matrix, C, -model.jacobian(q, at.state)
-
-    return system
-
-
 def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
     """The pad as a control loop about one equilibrium, if friction closes a single loop.
 
     Thresholds of the eigenvalues and of the loop are both over 0 < mu <= MARGIN_MAX.
     """
-    system = frozen(scene, at)
+    system = held_system(scene, at)
     answer = friction_loop(system, MU_MAX)
     held = _thresholds([one for one in crossings(system, MARGIN_MAX) if one.mu > 0.0])
     if answer.loop is None:

@@ -1,0 +1,81 @@
+"""Results as rows, for pandas and for anything else that takes tables."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, is_dataclass
+from typing import Any
+
+from squeal.analysis.advice import Advice
+from squeal.analysis.critical import CriticalFriction
+from squeal.analysis.eigenvalues import Analysis
+from squeal.analysis.modes import ModeSweep
+from squeal.analysis.scatter import Scatter
+from squeal.errors import InputError
+from squeal.stability import Spectrum
+
+
+def to_records(result: Any) -> list[dict[str, Any]]:
+    """The rows of a result: eigenvalues, thresholds, levers, samples, or records in a sequence.
+
+    Takes an Analysis or Spectrum (a row an eigenvalue), a CriticalFriction (a threshold), an
+    Advice (a parameter), a Scatter (a sample), a ModeSweep (a value of the parameter and a mode),
+    or a sequence of records such as unstable modes. Raises InputError for anything else.
+    """
+    if isinstance(result, Analysis):
+        return to_records(result.spectrum)
+    if isinstance(result, Spectrum):
+        return [
+            {
+                "real": e.value.real,
+                "imag": e.value.imag,
+                "frequency_hz": e.frequency_hz,
+                "damping_ratio": e.damping_ratio,
+            }
+            for e in result.eigenvalues
+        ]
+    if isinstance(result, CriticalFriction):
+        return [asdict(point) for point in result.points]
+    if isinstance(result, Advice):
+        return [
+            {
+                "parameter": lever.parameter,
+                "unit": lever.unit,
+                "value": lever.value,
+                "step": lever.step,
+                "critical_lowered": lever.lowered.critical,
+                "critical_raised": lever.raised.critical,
+                "change_lowered": lever.changes[0],
+                "change_raised": lever.changes[1],
+                "gap_change_lowered": lever.gap_changes[0],
+                "gap_change_raised": lever.gap_changes[1],
+            }
+            for lever in result.levers
+        ]
+    if isinstance(result, Scatter):
+        n = len(result.critical)
+        pairs = enumerate(result.critical.tolist(), 1)
+        return [{"critical": mu, "share": i / n} for i, mu in pairs]
+    if isinstance(result, ModeSweep):
+        return [
+            {result.parameter: mu, "mode": 1 + k // 2, "real": v.real, "imag": v.imag}
+            for mu, row in zip(result.mus.tolist(), result.values, strict=True)
+            for k, v in enumerate(row.tolist())
+        ]
+    if isinstance(result, list | tuple) and all(map(is_dataclass, result)):
+        return [asdict(one) for one in result]
+    raise InputError(
+        f"to_records: {type(result).__name__} is not allowed; it must be an Analysis, Spectrum, "
+        "CriticalFriction, Advice, Scatter, ModeSweep or a sequence of records"
+    )
+
+
+def to_dataframe(result: Any) -> Any:
+    """The rows of `to_records` as a pandas.DataFrame. Raises InputError without pandas too."""
+    rows = to_records(result)
+    try:
+        import pandas  # type: ignore[import-untyped]
+    except ImportError:
+        raise InputError(
+            "to_dataframe: pandas is not installed; install it, or use to_records"
+        ) from None
+    return pandas.DataFrame.from_records(rows)

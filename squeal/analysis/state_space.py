@@ -1,0 +1,77 @@
+"""The linearised pad as state spaces of python-control."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+from control import StateSpace
+
+from squeal.analysis.eigenvalues import analyse, held_system
+from squeal.errors import ComputationError
+from squeal.scene import Scene, takes_scene
+
+STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
+LINEAR = 1e-10  # of K: how far from a straight line in mu it may be
+SEEN = 0.37  # between 0 and mu: where that is looked at
+
+
+def _first_order(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A (6, 6) of the states (q, q'), and what forces (3,) do to them (6, 3)."""
+    inverse = np.linalg.inv(M)
+    n = len(M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
+    return A, np.vstack([np.zeros((n, n)), inverse])
+
+
+@takes_scene
+def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
+    """A scene's pad about its sliding equilibrium at a friction mu, its own if left out.
+
+    Inputs are a force along and normal to the surface (N) and a moment (N m) on the pad, outputs
+    are x, y (m) and theta (rad) from the equilibrium; the poles are the eigenvalues. Raises
+    InputError for a mu that is not allowed, ComputationError if no steady sliding exists.
+    """
+    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    A, B = _first_order(analysis.matrices.M, analysis.matrices.C, analysis.matrices.K)
+    names = {
+        "states": list(STATES),
+        "inputs": ["force x", "force y", "moment"],
+        "outputs": list(STATES[:3]),
+    }
+    output = np.hstack([np.eye(3), np.zeros((3, 3))])
+    return control.ss(A, B, output, np.zeros((3, 3)), name=scene.model, **names)
+
+
+@takes_scene
+def friction_plant(scene: Scene, mu: float | None = None) -> StateSpace:
+    """The pad without friction, and where friction acts on it: a plant with two inputs.
+
+    It is taken about the equilibrium at mu (the scene's own if left out), which is held. Inputs
+    are a force against x (N) and a moment against theta (N m), outputs the normal reaction (N) and
+    the moment (N m) of friction of coefficient 1, both from the equilibrium; where friction acts at
+    two levels, as at the edges of a tilted pad, the moment is no multiple of the force. Friction is
+    negative feedback of mu in both channels: the poles are then the eigenvalues.
+
+    Raises ComputationError where friction is no such gain, as with a coefficient that falls with
+    speed.
+    """
+    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    system = held_system(scene, analysis)
+    M, C, K0 = map(np.asarray, system(0.0))
+    _, C1, K1 = map(np.asarray, system(1.0))
+    between = np.asarray(system(SEEN)[2])
+    bound = LINEAR * max(np.abs(K0).max(), np.abs(K1).max())
+    rest = K0 + SEEN * (K1 - K0) - between
+    if np.abs(rest).max() > bound or np.abs(C1 - C).max() > LINEAR * max(np.abs(C).max(), 1e-300):
+        raise ComputationError(
+            "friction is no plain gain here: stiffness or damping is not linear in mu"
+        )
+    A, B = _first_order(M, C, K0)
+    rows = K1 - K0
+    names = {
+        "states": list(STATES),
+        "inputs": ["force against x", "moment against theta"],
+        "outputs": ["normal reaction", "friction moment over mu"],
+    }
+    output = np.hstack([-rows[[0, 2]], np.zeros((2, 3))])
+    return control.ss(A, -B[:, [0, 2]], output, np.zeros((2, 2)), name="friction", **names)
