@@ -5,8 +5,8 @@
     print(analyse(scene).judgement, critical_friction(scene).points)
 
 What takes a scene takes a `Scene`, made by `read_scene` or in Python; what takes a system takes a
-function of one parameter that gives M, C and K. The names below are loaded when they are first
-used, so that importing the package costs nothing.
+function of one parameter that gives M, C and K. Figures are in `squeal.plots`. The names below
+are loaded when they are first used, so that importing the package costs nothing.
 """
 
 from __future__ import annotations
@@ -39,11 +39,6 @@ if TYPE_CHECKING:
     from squeal.model.contact import Formulation
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
-    from squeal.plots.contours import contour_figure
-    from squeal.plots.coupling import coupling_figure
-    from squeal.plots.maps import stability_figure
-    from squeal.plots.modes import mode_figure
-    from squeal.plots.scatter import scatter_figure
     from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
     from squeal.simulation import Event, Simulation, simulate
     from squeal.stability import (
@@ -129,11 +124,6 @@ _HOME = {
     "squeal.model.contact": ("Formulation",),
     "squeal.model.linear": ("Linearisation",),
     "squeal.model.pad": ("Pad",),
-    "squeal.plots.contours": ("contour_figure",),
-    "squeal.plots.coupling": ("coupling_figure",),
-    "squeal.plots.maps": ("stability_figure",),
-    "squeal.plots.modes": ("mode_figure",),
-    "squeal.plots.scatter": ("scatter_figure",),
     "squeal.scene": (
         "Damping",
         "PlainSystem",
@@ -209,8 +199,6 @@ __all__ = [
     "angle_axes",
     "article_linearisation",
     "complex_eigenvalues",
-    "contour_figure",
-    "coupling_figure",
     "critical_friction",
     "critical_points",
     "crossings",
@@ -220,15 +208,12 @@ __all__ = [
     "growing_modes",
     "judge",
     "judged_equilibria",
-    "mode_figure",
     "mode_shapes",
     "read_plain",
     "read_scene",
     "read_spreads",
     "scatter",
-    "scatter_figure",
     "simulate",
-    "stability_figure",
     "stability_map",
     "state_space",
     "sweep_modes",

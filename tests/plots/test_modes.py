@@ -1,10 +1,16 @@
 """Figures of mode shapes: a rigid pad moved by its shape, the exaggeration said."""
 
+from typing import get_type_hints
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+import squeal
+import squeal.plots
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import shapes_of_pad
+from squeal.errors import InputError
 from squeal.plots.modes import eigenvalue_figure, exaggeration, pad_figure
 from squeal.plots.pads import LARGEST
 from squeal.scene import read_scene
@@ -46,3 +52,18 @@ def test_only_the_upper_half_plane_is_drawn():
     assert points[:, 1] == pytest.approx([20 / (2 * np.pi)] * 2 + [0, 0])
     assert axes.get_xlabel() == "growth rate [1/s]"
     assert axes.get_ylabel() == "frequency [Hz]"
+
+
+def test_public_figures_take_results_and_return_figures(scene):
+    assert dir(squeal.plots) == sorted(squeal.plots.__all__)
+    figures = [
+        squeal.plots.mode_figure(scene),
+        squeal.plots.coupling_figure(squeal.sweep_modes(scene, 0.0, 0.5)),
+    ]
+    assert all(isinstance(figure, Figure) for figure in figures)
+    for name in squeal.plots.__all__:
+        assert get_type_hints(getattr(squeal.plots, name))["return"] is Figure
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        squeal.plots.nothing  # noqa: B018
+    with pytest.raises(InputError, match=r"mode_figure: .* must be a Scene"):
+        squeal.plots.mode_figure("pad.yaml")
