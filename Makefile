@@ -23,7 +23,7 @@ EPOCH := SOURCE_DATE_EPOCH=1609459200
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint benchmark page page-test site dist archive \
+.PHONY: report test test-without-heyoka lint benchmark page page-test site dist archive \
 	metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -31,6 +31,10 @@ report: $(ENVIRONMENT)
 
 test: $(ENVIRONMENT)
 	@$(BIN)/pytest
+
+# as on systems that heyoka is not made for; its tests skip
+test-without-heyoka: $(ENVIRONMENT)
+	@PYTHONPATH=$(CURDIR)/tests/without_heyoka $(BIN)/pytest -rs
 
 lint: $(LINTERS)
 	$(BIN)/ruff check .

@@ -4,6 +4,7 @@ The scenes are a fixed pad with flutter, folds and changes of contact; those of 
 identified anew at any time.
 """
 
+import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,18 @@ from squeal.model.pad import Pad
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"
+
+
+def _heyoka() -> bool:
+    try:
+        return importlib.util.find_spec("heyoka") is not None
+    except ModuleNotFoundError:  # tests/without_heyoka
+        return False
+
+
+HEYOKA = _heyoka()
+needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
+BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:

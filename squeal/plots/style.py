@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,6 +80,14 @@ def origin(module: str, *results: Provenance | None) -> str:
         f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"
     )
     return "; ".join(parts)
+
+
+def blank(title: str, why: str, module: str, *results: Provenance | None) -> Drawing:
+    """A figure that says why there is none."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 0.8))
+        figure.text(0.5, 0.5, "\n".join(textwrap.wrap(why, 90)), ha="center", va="center")
+    return Drawing(figure, why, title, origin(module, *results))
 
 
 def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:

@@ -43,9 +43,10 @@ class Leg(NamedTuple):
 
 
 class Integrator(Protocol):
-    """Carries the motion on within one contact state."""
+    """Carries the motion on within one contact state, at the tolerance that it keeps to."""
 
     method: str
+    tolerance: float
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """Integrate from (t, state) until a point's gap passes zero in the direction that ends

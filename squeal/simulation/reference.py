@@ -1,14 +1,17 @@
-"""The same motion in quad precision: what a run in double precision is measured against."""
+"""The same motion with more digits: what a run in double precision is measured against."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.scene.schema import Scene
+from squeal.simulation.legs import Integrator
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate
 
@@ -39,24 +42,57 @@ class ChangeTimes(Observer):
 
 
 def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
-    """The motion of a scene from Taylor series in quad precision (113 bits).
+    """The motion of a scene in quad precision (113 bits) where heyoka has it, else in mpmath.
 
-    Raises ComputationError without heyoka's quad precision, or where the model ends.
+    Raises ComputationError where the model ends, or without both.
     """
-    try:
-        import heyoka as hy
-
-        number = hy.real128
-    except (ImportError, AttributeError):
-        raise ComputationError("quad precision needs heyoka on a machine that has it") from None
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
-
     units, model, first, stop = in_natural_units(scene)
     changes = ChangeTimes()
+    integrator, number = _integrator(model, tolerance)
     start = np.array([number(float(v)) for v in first])
-    integrator = TaylorIntegrator(model, tolerance, number)
     _, state, _, _ = integrate(model, integrator, units, start, stop, [changes])
     return Reference(np.array([float(v) for v in state]), np.array(changes.times))
+
+
+def _integrator(model: PadModel, tolerance: float) -> tuple[Integrator, Any]:
+    """An integrator with more digits than a double has, and its kind of numbers."""
+    number = quad()
+    if number is not None:
+        from squeal.simulation.integrators.taylor import TaylorIntegrator
+
+        return TaylorIntegrator(model, tolerance, number), number
+    from squeal.simulation.integrators.with_mpmath import MpmathIntegrator
+
+    try:
+        other = MpmathIntegrator(model, tolerance)
+    except ImportError:
+        raise ComputationError(
+            "more digits need heyoka's quad precision or mpmath, and neither is installed"
+        ) from None
+    return other, other.number
+
+
+def quad() -> Any:
+    """Heyoka's numbers of quad precision, None where there are none."""
+    try:
+        import heyoka as hy
+    except ImportError:
+        return None
+    return getattr(hy, "real128", None)
+
+
+def precision_in_words() -> str:
+    """What the references here are computed with, for the report."""
+    return "quad precision" if quad() is not None else "extended precision (mpmath)"
+
+
+def used_tolerance(tolerance: float) -> float:
+    """The tolerance with which references are computed where this one is asked for."""
+    if quad() is not None:
+        return tolerance
+    from squeal.simulation.integrators.with_mpmath import own_tolerance
+
+    return own_tolerance(tolerance)
 
 
 def error_against(found: np.ndarray, exact: np.ndarray) -> float:

@@ -270,7 +270,7 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
         model=scene.model,
         final=(t * units.time, *(float(v) for v in units.to_si(state))),
         method=integrator.method,
-        tolerance=scene.tolerance,
+        tolerance=integrator.tolerance,
         steps=steps,
         contact_changes=changes,
         run_time=clock.process_time() - started,

@@ -52,7 +52,9 @@ def test_a_file_too_many_is_refused(capsys):
 @pytest.mark.parametrize(("word", "code"), [("right", 0), ("wrong", 1)])
 def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
     outcome = Outcome("group", "name", word, None, 1, 2, 0.1, "said")
-    monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, 1e-30))
+    monkeypatch.setattr(
+        extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, 1e-30, "exact")
+    )
     assert main(["extreme"]) == code
     found = capsys.readouterr()
     assert Extreme.from_dict(json.loads(found.out)).cases == (outcome,)

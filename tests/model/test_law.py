@@ -1,6 +1,5 @@
 """What every contact law keeps: one formula for all states, in any arithmetic."""
 
-import heyoka as hy
 import mpmath as mp
 import numpy as np
 import pytest
@@ -10,7 +9,10 @@ from squeal.model.contact import AS_PRINTED, CONSISTENT, MODELS, Formulation, co
 from squeal.model.mechanics import coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import states
-from tests.conftest import random_pad
+from tests.conftest import HEYOKA, needs_heyoka, random_pad
+
+if HEYOKA:
+    import heyoka as hy
 
 FORMULATIONS = (CONSISTENT, Formulation("mean"), AS_PRINTED)
 LAWS = [
@@ -21,6 +23,7 @@ LAWS = [
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
+@needs_heyoka
 def test_one_formula_serves_all_states_at_once(law):
     """States as arrays and as symbols against states as constants, in 30 digits."""
     pad, r = random_pad(5), np.random.default_rng(3)

@@ -16,7 +16,9 @@ from squeal.simulation.batch import measures as batch_measures
 from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
 from squeal.simulation.run import in_natural_units
-from tests.conftest import random_pad
+from tests.conftest import needs_heyoka, random_pad
+
+pytestmark = needs_heyoka
 
 STOP = 60.0
 LAWS = [("B1", CONSISTENT), ("B2", CONSISTENT), ("B2", Formulation("mean")), ("B2", AS_PRINTED)]
@@ -251,7 +253,7 @@ def test_too_many_samples_are_refused():
         simulate_many("B1", stack(pads), initial, 1e6, measured=True)
 
 
-def test_without_heyoka_batches_say_so(monkeypatch):
+def test_batches_without_heyoka_say_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "squeal.simulation.batch.lanes", None)
     pads, initial = some("B1", 1, 1)
     with pytest.raises(ComputationError, match="heyoka"):

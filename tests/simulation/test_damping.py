@@ -19,12 +19,14 @@ from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, simulate_many, stack
-from squeal.simulation.integrators.taylor import coefficient_names, compiled, equations
 from squeal.simulation.reference import reference
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
-from tests.conftest import SCENES
+from tests.conftest import BACKENDS, HEYOKA, SCENES, needs_heyoka
 from tests.direct import motion
+
+if HEYOKA:
+    from squeal.simulation.integrators.taylor import coefficient_names, compiled, equations
 
 # every entry its own, not symmetric: nothing may be mixed up
 C = np.array([[40.0, 6.0, 0.3], [-9.0, 55.0, -0.4], [0.2, 0.5, 0.05]])
@@ -43,7 +45,7 @@ def at_equilibrium(one, deviation):
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-@pytest.mark.parametrize("backend", ["heyoka", "scipy"])
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_motion_is_that_of_the_equations_written_out(name, backend):
     one = scene(name, outputs=("history",), samples=6, tolerance=1e-13)
     one = dataclasses.replace(one, stop=0.2 * one.stop)
@@ -127,6 +129,7 @@ def test_works_balance(name):
     assert contact_work(dataclasses.replace(one, damping=None)).damping == 0.0
 
 
+@needs_heyoka
 def test_double_precision_is_that_of_quad_precision():
     one = scene("b2-c", tolerance=1e-15)
     exact = reference(one)
@@ -136,6 +139,7 @@ def test_double_precision_is_that_of_quad_precision():
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
+@needs_heyoka
 def test_batches_damp_each_pad_with_its_own_matrix(name):
     one = scene(name, tolerance=1e-12)
     factors = np.array([0.0, 0.5, 1.0, 3.0, 10.0])
@@ -171,6 +175,7 @@ def test_phase_space_shrinks_by_the_trace_of_damping():
     assert total == pytest.approx(-rate * one.stop, rel=1e-3)
 
 
+@needs_heyoka
 def test_what_is_not_damped_is_the_equations_of_before():
     law = contact_law("B2")
     assert equations(law, FULL) == equations(law, FULL, ())

@@ -3,7 +3,6 @@
 import math
 import re
 
-import heyoka as hy
 import mpmath as mp
 import numpy as np
 import pytest
@@ -12,14 +11,16 @@ from squeal.errors import ComputationError
 from squeal.model.pad import Model, Pad
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
-from squeal.simulation.integrators.taylor import TaylorIntegrator
 from squeal.simulation.integrators.with_scipy import SciPyIntegrator
 from squeal.simulation.observers import Events, observers_for
 from squeal.simulation.run import in_natural_units, integrate
-from tests.conftest import random_pad
+from tests.conftest import BACKENDS, HEYOKA, needs_heyoka, random_pad
 from tests.simulation.test_simulation import bounce, upright
 
-BACKENDS = ["heyoka", "scipy"]
+if HEYOKA:
+    import heyoka as hy
+
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -106,7 +107,9 @@ def test_rotation_past_ninety_degrees_has_its_own_time(backend, theta0):
     assert t == pytest.approx((math.pi / 2 - theta0) / 40.0, rel=1e-8)
 
 
-@pytest.mark.parametrize(("backend", "close"), [("heyoka", 1e-8), ("scipy", 2e-2)])
+@pytest.mark.parametrize(
+    ("backend", "close"), [pytest.param("heyoka", 1e-8, marks=needs_heyoka), ("scipy", 2e-2)]
+)
 def test_a_collapsing_spring_has_its_time(backend, close):
     # both springs stand upright and the pad flies through their fixed ends: y = L at zero length
     pad, y0, speed = upright(), 1e-3, 400.0
@@ -145,6 +148,7 @@ def test_shares_alone_need_no_dense_output_and_no_history():
 
 
 @pytest.mark.parametrize("seed", range(100, 108))
+@needs_heyoka
 def test_events_of_random_pads_against_scipy_with_short_steps(seed):
     r = np.random.default_rng(seed)
     angles = r.uniform(0.1, 3.0, 2)
@@ -187,6 +191,7 @@ HARD: dict[str, tuple[Model, dict[str, float], float]] = {
 
 
 @pytest.mark.parametrize("case", HARD)
+@needs_heyoka
 def test_hard_cases_against_quad_precision(case):
     model_name, changes, stop = HARD[case]
     values = PLAIN | ({"k3": 0.43, "k4": 0.43} if model_name == "B1" else {"k_c": 0.5}) | changes

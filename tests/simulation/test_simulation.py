@@ -3,7 +3,6 @@
 import dataclasses
 import math
 
-import heyoka as hy
 import numpy as np
 import pytest
 
@@ -14,10 +13,14 @@ from squeal.model.states import FULL, NONE
 from squeal.scene import read_scene
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
-from squeal.simulation.integrators.taylor import TaylorIntegrator
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import first_state, in_natural_units, integrate
-from tests.conftest import SCENES, random_pad
+from tests.conftest import HEYOKA, SCENES, needs_heyoka, random_pad
+
+if HEYOKA:
+    import heyoka as hy
+
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
 
 CASES = [f"{model}-{case}" for model in ("b1", "b2") for case in "abcd"]
 
@@ -96,6 +99,7 @@ def test_first_state_follows_the_first_motion():
 
 
 @pytest.mark.parametrize("stem", CASES)
+@needs_heyoka
 def test_scipy_and_quad_precision_agree(stem):
     scene = read_scene(SCENES / f"{stem}.yaml", "simulate")
     scene = dataclasses.replace(scene, outputs=("events",))
@@ -129,6 +133,7 @@ class Energy(Observer):
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c"])
+@needs_heyoka
 def test_energy_is_conserved_without_friction(stem):
     scene = read_scene(SCENES / f"{stem}.yaml", "simulate")
     pad = scene.pad.replace(mu=0.0)

@@ -8,9 +8,11 @@ import pytest
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.many import simulate_many, stack
-from squeal.simulation.integrators.taylor import TaylorIntegrator
 from squeal.simulation.run import first_state, in_natural_units
-from tests.conftest import random_pad
+from tests.conftest import HEYOKA, needs_heyoka, random_pad
+
+if HEYOKA:
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
 
 THREADS, COUNT = 4, 24
 
@@ -38,6 +40,7 @@ def test_simulations_in_threads_are_those_one_by_one(model):
     assert in_threads(run, tasks) == alone
 
 
+@needs_heyoka
 def test_simulations_in_turns_are_those_one_by_one():
     def legs(scene, count):
         _, model, state, stop = in_natural_units(scene)
@@ -55,6 +58,7 @@ def test_simulations_in_turns_are_those_one_by_one():
 
 
 @pytest.mark.parametrize("model", ["B1", "B2"])
+@needs_heyoka
 def test_batches_in_threads_are_those_one_by_one(model):
     def run(seed):
         pads = stack([random_pad(10 * seed + i) for i in range(6)])

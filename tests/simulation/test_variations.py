@@ -3,18 +3,21 @@
 import dataclasses
 import math
 
-import heyoka as hy
 import numpy as np
 import pytest
 
 from squeal.article.studies.accuracy import accuracy
 from squeal.scene import read_scene
 from squeal.scene.schema import Scene
-from squeal.simulation.integrators.taylor import TaylorIntegrator
 from squeal.simulation.run import in_natural_units, integrate
 from squeal.simulation.variations import variations
-from tests.conftest import SCENES
+from tests.conftest import HEYOKA, SCENES, needs_heyoka
 from tests.simulation.test_simulation import upright
+
+if HEYOKA:
+    import heyoka as hy
+
+    from squeal.simulation.integrators.taylor import TaylorIntegrator
 
 
 def test_linear_motion_in_closed_form():
@@ -32,6 +35,7 @@ def test_linear_motion_in_closed_form():
 
 
 @pytest.mark.parametrize("name", ["b1-a", "b1-c", "b2-a", "b2-c"])
+@needs_heyoka
 def test_deviations_against_neighbouring_motions_in_quad_precision(name):
     # through all contact changes: the jump matrices are the identity
     scene = read_scene(SCENES / f"{name}.yaml", "simulate")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squeal.article.results.precision import Point, Precision
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 LOOKS = {
     "squeal": ("#C8380E", "o", "-"),
@@ -91,6 +91,8 @@ def alternative(points: Sequence[Point]) -> str:
 
 def draw(found: Precision) -> Drawing:
     """The figure, ready to be saved."""
+    if not found.points:
+        return blank("Work-precision diagrams", found.left_out, __name__, found.provenance)
     with style():
         figure = precision(found.points)
     made = origin(__name__, found.provenance)

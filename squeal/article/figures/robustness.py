@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.article.results.robustness import SYMBOLS, Break, Robustness, Sample
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 WAYS = {"more": ("^", "#C8380E", -0.2), "less": ("v", "#3498DB", 0.2)}
 SMALL = 6.5
@@ -91,6 +91,8 @@ def alternative(found: Robustness) -> str:
 
 def draw(found: Robustness) -> Drawing:
     """The figure, ready to be saved."""
+    if not found.samples:
+        return blank("Robustness of the claims", found.left_out, __name__, found.provenance)
     with style():
         figure = robustness(found)
     made = origin(__name__, found.provenance)

@@ -85,12 +85,17 @@ def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)
 
 
+def _key(method: str) -> str:
+    """What the bibliography calls an integrator's library."""
+    return "heyoka" if method.startswith("heyoka") else "scipy"
+
+
 def generated(_: QuasiStatic, found: Eigenvalues, *runs: Summary) -> Generated:
     """Values and tables, from the studies and the summaries of the simulations."""
     values = eigenvalue_values(found)
     for run in runs:
         values |= simulated(run)
-    values["method"] = escape(runs[0].method)
+    values["method"] = rf"{escape(runs[0].method)} integration~\citep{{{_key(runs[0].method)}}}"
     values["tolerance"] = number(runs[0].tolerance, 3)
     tables = {"table-1": table_1(), "table-2": table_2()}
     return values, tables | {"eigenvalues": eigenvalue_table(found.scenes)}

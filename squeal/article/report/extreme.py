@@ -75,4 +75,5 @@ def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
 def generated(suite: Extreme, found: Accuracy) -> Generated:
     """Values and tables, from the files of these studies."""
     tables = {"extreme": extreme_table(suite.cases), "accuracy": accuracy_table(found.scenes)}
-    return values(suite.cases) | accuracy_values(found.scenes), tables
+    words = {"accuracy.truth": typeset(found.truth), "extreme.truth": typeset(suite.truth)}
+    return values(suite.cases) | accuracy_values(found.scenes) | words, tables

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from squeal.article.claims import CLAIMS
 from squeal.article.identify.space import DIMENSIONS
 from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
 from squeal.article.results.robustness import SYMBOLS, Robustness
@@ -65,6 +66,10 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
         choices = (getattr(entry.formulation, name) for name in FORMULATION_CHOICES)
         key = f"identified.{'-'.join(choices)}"
         told[key] = str(entry.reproduced)
+    told |= {f"ranges.{claim.id}": "--" for claim in CLAIMS} | {"ranges.pads": "--"}
+    told["robustness.left-out"] = typeset(robust.left_out)
+    if not robust.samples:
+        return told
     ranges = robust.samples[-1].claims
     for claim, share in ranges.items():
         low, high = (f"{100 * v:.1f}" for v in share.interval)

@@ -24,6 +24,8 @@ def _least(tolerances: Sequence[float]) -> str:
 def speed_table(points: Sequence[Point]) -> str:
     """Time of each path for a final error of at most `ERROR`, and as a multiple of ours."""
     cases = list(dict.fromkeys(p.case for p in points))
+    if not cases:
+        return tabular("l", ["path"], [[["--"]]])
     paths = list(dict.fromkeys(p.path for p in points))
     rows = []
     for path in paths:
@@ -77,8 +79,8 @@ def setting_values(found: Precision) -> dict[str, str]:
 
     tolerances = [point.tolerance for point in found.points]
     return {
-        "precision.loosest-tolerance": power(max(tolerances)),
-        "precision.tightest-tolerance": power(min(tolerances)),
+        "precision.loosest-tolerance": power(max(tolerances)) if tolerances else "--",
+        "precision.tightest-tolerance": _least(tolerances),
         "precision.compared": power(ERROR),
         "precision.coarse": str(min(sizes("map"))),
         "precision.fine": str(max(sizes("map"))),
@@ -91,8 +93,8 @@ def check_values(checks: Sequence[Check]) -> dict[str, str]:
     """How well the reference is confirmed."""
     times = [c.times for c in checks if c.times is not None]
     return {
-        "precision.confirmed-place": number(max(c.place for c in checks), 2),
-        "precision.confirmed-times": number(max(times), 2),
+        "precision.confirmed-place": number(max(c.place for c in checks), 2) if checks else "--",
+        "precision.confirmed-times": number(max(times), 2) if times else "--",
         "precision.changes": str(sum(c.changes for c in checks)),
     }
 
@@ -126,5 +128,6 @@ def values(points: Sequence[Point]) -> dict[str, str]:
 def generated(found: Precision) -> Generated:
     """Values and tables, from the file of the study."""
     told = values(found.points) | linear_values(found.linear) | check_values(found.checks)
+    told["precision.left-out"] = typeset(found.left_out)
     tables = {"speed": speed_table(found.points), "linear-speed": linear_table(found.linear)}
     return told | setting_values(found), tables

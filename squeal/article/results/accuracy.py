@@ -29,7 +29,11 @@ class SceneAccuracy(Record):
 
 
 class Accuracy(Result):
-    """By name of the scene; lost: the share at which a motion is no longer foretold."""
+    """By name of the scene; lost: the share at which a motion is no longer foretold.
+
+    truth: what the errors are measured against.
+    """
 
     scenes: dict[str, SceneAccuracy]
     lost: Annotated[float, ".0%"]
+    truth: str

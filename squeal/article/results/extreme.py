@@ -31,12 +31,13 @@ class Extreme(Result):
     """All cases of the suite, in its order.
 
     limit: greatest relative error of a right answer; reference: relative tolerance of the motions
-    in quad precision.
+    that are taken as exact; truth: how these are computed.
     """
 
     cases: tuple[Outcome, ...]
     limit: Annotated[float, "power"]
     reference: Annotated[float, "power"]
+    truth: str
 
     @property
     def wrong(self) -> str:

@@ -55,7 +55,8 @@ class Precision(Result):
 
     stiff: contact over support stiffness of the stiff case; near: units of time within which a
     contact change counts as the reference's; finest: points a side of the map that counts as exact;
-    digits: of the exact eigenvalues and threshold.
+    digits: of the exact eigenvalues and threshold; left_out: why there are no simulations, empty if
+    there are.
     """
 
     points: tuple[Point, ...]
@@ -65,6 +66,7 @@ class Precision(Result):
     near: float
     finest: int
     digits: int
+    left_out: str = ""
 
 
 def time_at(points: Sequence[Point], case: str, path: str, error: float) -> float | None:

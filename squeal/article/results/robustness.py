@@ -55,9 +55,10 @@ class Break(Record):
 class Robustness(Result):
     """Samples of growing width, the last over the whole ranges; first breaks of each number.
 
-    confidence: of the intervals.
+    confidence: of the intervals; left_out: why there are neither, empty if there are.
     """
 
     samples: tuple[Sample, ...]
     breaks: tuple[Break, ...]
     confidence: Annotated[float, ".0%"]
+    left_out: str = ""

@@ -12,7 +12,7 @@ import numpy as np
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.scene import Scene, read_scene
 from squeal.simulation import simulate
-from squeal.simulation.reference import error_against, reference
+from squeal.simulation.reference import error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
 
@@ -51,4 +51,4 @@ def accuracy(scene: Scene) -> SceneAccuracy:
 def study(files: Sequence[Path]) -> Accuracy:
     """The accuracy of each scene given."""
     found = {file.stem: accuracy(read_scene(file, "simulate")) for file in files}
-    return Accuracy(found, LOST)
+    return Accuracy(found, LOST, precision_in_words())

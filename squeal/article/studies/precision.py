@@ -15,6 +15,7 @@ from squeal.article.precision.paths import DEFAULT
 from squeal.article.precision.peers import peers as others
 from squeal.article.results.precision import Precision
 from squeal.article.scenes import read_scenes
+from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 
 STEMS = ("b1-c", "b2-c")
 MORE = ("b1-b", "b2-b")  # in the benchmark
@@ -30,6 +31,9 @@ def study(files: Sequence[Path], *, peers: bool = False) -> Precision:
     paths = DEFAULT | (dict(others()) if peers else {})
     fig13 = read_scenes(files, ["b3"])["b3"]
     linear = (*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13))
-    points, checks = measure(cases, paths, LONG if peers else PATIENCE, peers)
     given = (STIFF, NEAR, FINEST, DIGITS)
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} has no compiled equations to compare integrators by."
+        return Precision((), (), linear, *given, why)
+    points, checks = measure(cases, paths, LONG if peers else PATIENCE, peers)
     return Precision(tuple(points), tuple(checks), linear, *given)

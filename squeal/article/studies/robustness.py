@@ -13,6 +13,7 @@ from squeal.article.identify.objective import judge_many
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, Numbers, decode
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.robustness import Break, Robustness, Sample, Share
+from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
@@ -91,6 +92,8 @@ def robustness(numbers: Numbers, formulation: Formulation, seed: int = 1) -> Rob
 
 
 def study(files: Sequence[Path]) -> Robustness:
-    """The study of the best pad of the file of stored searches."""
+    """The study of the best pad of the file of stored searches, left out without batches."""
     best = read_searches(files)[0]
+    if version("heyoka") == NOT_INSTALLED:
+        return Robustness((), (), CONFIDENCE, f"{WITHOUT_HEYOKA} simulates no batches of pads.")
     return robustness(best.numbers, best.formulation)

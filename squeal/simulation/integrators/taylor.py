@@ -207,7 +207,7 @@ class TaylorIntegrator:
         self._law = model.law
         self._fp = fp_type
         eps = float(np.finfo(float).eps) if fp_type is float else 0.0
-        self._tolerance = max(tolerance, eps)
+        self.tolerance = max(tolerance, eps)
         self._terms = model.terms
         self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in _NAMES])
         self._last = np.array([fp_type(value) for value in model.term_values.tolist()])
@@ -215,7 +215,7 @@ class TaylorIntegrator:
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
         own = contact if len(contact) <= OWN_CODE else None
-        with _pool(self._law, own, self._tolerance, self._fp, self._terms).lease() as ta:
+        with _pool(self._law, own, self.tolerance, self._fp, self._terms).lease() as ta:
             pars = self._pars
             if own is None or self._terms:
                 touching = [self._fp(on) for on in contact]

@@ -33,7 +33,7 @@ class SciPyIntegrator:
         from scipy.integrate import solve_ivp
 
         self._solve: Any = solve_ivp
-        self._model, self._tolerance = model, max(tolerance, 3e-14)
+        self._model, self.tolerance = model, max(tolerance, 3e-14)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
         self._max_step = 0.2 * min(1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7)
@@ -102,8 +102,8 @@ class SciPyIntegrator:
             (t, min(stop, t + LONGEST_LEG)),
             state,
             method="DOP853",
-            rtol=self._tolerance,
-            atol=self._tolerance,
+            rtol=self.tolerance,
+            atol=self.tolerance,
             max_step=self._max_step,
             events=self._events(contact),
             dense_output=dense,
