@@ -13,6 +13,7 @@ from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
+from squeal.numerics.newton import newton_steps
 
 
 @dataclass(frozen=True)
@@ -94,14 +95,10 @@ def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
     done = []
     for _ in range(60):
         with np.errstate(all="ignore"):
-            f, J = statics.linearised(z, state, 3)
-            good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
-            z, f, J = z[:, good], f[:, good], J[:, :, good]
-            good = np.abs(np.linalg.det(np.moveaxis(J, -1, 0))) > 0.0
-            z, f, J = z[:, good], f[:, good], J[:, :, good]
+            step, side = newton_steps(*statics.linearised(z, state, 3))
+        z, step = z[:, side != 0.0], step[:, side != 0.0]
         if z.shape[1] == 0:
             break
-        step = np.linalg.solve(np.moveaxis(J, -1, 0), f.T[:, :, None])[:, :, 0].T
         step /= np.maximum(1.0, np.max(np.abs(step) / longest, axis=0))
         z[:3] -= step
         turn = np.abs(statics.tilt(z)) < np.pi  # lost otherwise

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.model.units import natural_units
+from squeal.numerics.newton import newton_steps
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
@@ -41,17 +43,11 @@ def _balance(
         part = dataclasses.replace(statics, model=subset(statics.model, names, here))
         at = z[:, here]
         with np.errstate(all="ignore"):
-            f, J = part.linearised(at, state, 3)
-            good = np.all(np.isfinite(J), axis=(0, 1)) & np.all(np.isfinite(f), axis=0)
-            J[:, :, ~good], f[:, ~good] = np.eye(3)[:, :, None], 0.0
-            side[here] = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
-            singular = side[here] == 0.0
-            J[:, :, singular] = np.eye(3)[:, :, None]
-        step = np.linalg.solve(np.moveaxis(J, -1, 0), f.T[:, :, None])[:, :, 0].T
+            step, side[here] = newton_steps(*part.linearised(at, state, 3))
         at[:3] -= step
         z[:, here] = at
         relative = np.max(np.abs(step), axis=0) / (1.0 + np.max(np.abs(at[:3]), axis=0))
-        size[here] = np.where(good & ~singular, relative, np.inf)
+        size[here] = np.where(side[here] == 0.0, np.inf, relative)
     return size, side
 
 
@@ -75,10 +71,12 @@ def solved(
     return np.where((size < 1e-12) & upright, side, 0.0)
 
 
-def moved_little(z: np.ndarray, before: np.ndarray) -> np.ndarray:
+def moved_little(
+    z: np.ndarray, before: np.ndarray, settings: ContinuationSettings = DEFAULT
+) -> np.ndarray:
     """Where the places z (4, n) are still on the branch of those before."""
     jump = np.max(np.abs(z[:3] - before[:3]), axis=0)
-    return np.asarray(jump < 0.3 * (1.0 + np.max(np.abs(before[:3]), axis=0)))
+    return np.asarray(jump < settings.jump * (1.0 + np.max(np.abs(before[:3]), axis=0)))
 
 
 def _seeds(statics: Statics, n: int) -> Iterator[np.ndarray]:
@@ -119,25 +117,29 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
 
 
 def branch_ends(
-    statics: Statics, names: tuple[str, ...], mu: np.ndarray
+    statics: Statics,
+    names: tuple[str, ...],
+    mu: np.ndarray,
+    settings: ContinuationSettings = DEFAULT,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Equilibria (4, n) on the branches from mu = 0; the determinant's sign, 0 short of mu.
 
     Each point walks in steps of its own, halved where Newton's method fails, passes a fold or
-    jumps to another branch; a step below mu/2000 means that the branch turns back.
+    jumps to another branch; one below the shortest share of mu means that the branch turns back.
     """
     z, side = rests(statics, names, mu.size)
     reached = (side != 0.0) & (mu == 0.0)
     active = (side != 0.0) & ~reached
-    step = mu / 8
+    step = settings.first_share * mu
     while active.any():
         index = np.flatnonzero(active)
         part = dataclasses.replace(statics, model=subset(statics.model, names, index))
         trial, before = z[:, index], z[:, index]
         trial[3] = np.minimum(trial[3] + step[index], mu[index])
-        good = (solved(part, names, trial, 8) == side[index]) & moved_little(trial, before)
+        good = solved(part, names, trial, 8) == side[index]
+        good &= moved_little(trial, before, settings)
         z[:, index[good]] = trial[:, good]
-        step[index] *= np.where(good, 1.5, 0.5)
+        step[index] *= np.where(good, settings.growth, 0.5)
         reached |= active & (z[3] >= mu)
-        active &= ~reached & (step > mu / 2000)
+        active &= ~reached & (step > settings.shortest_share * mu)
     return z, np.where(reached, side, 0.0)

@@ -37,6 +37,10 @@ class ContinuationSettings:
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     tilt: float = math.pi / 2  # rad: there the lower face no longer faces the surface
+    # of many pads at once, which walk over mu itself and not over arc length
+    first_share: float = 1 / 8  # of mu: the first step
+    shortest_share: float = 1 / 2000  # of mu: the branch turns back where even this fails
+    jump: float = 0.3  # largest, over 1 and the place itself: farther off lies another branch
 
     def __post_init__(self) -> None:
         _check_positive(self)
@@ -46,6 +50,8 @@ class ContinuationSettings:
             ("tilt", "at most pi/2", self.tilt <= math.pi / 2),
             ("first_step", "at most longest_step", self.first_step <= self.longest_step),
             ("shortest_step", "at most first_step", self.shortest_step <= self.first_step),
+            ("first_share", "at most 1", self.first_share <= 1),
+            ("shortest_share", "below first_share", self.shortest_share < self.first_share),
         ):
             if not holds:
                 raise InputError(

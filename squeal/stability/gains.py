@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.numerics.newton import newton
 from squeal.stability.matrices import Array, Reduced, zero_roots
 
 CLOSE = 1e-2  # of x: how far Newton's method may take a real part of the pencil's eigenvalues
@@ -125,7 +126,7 @@ class _Locus:
         """mu, the sign of the pole's growth and omega where a pair leaves or reaches the axis."""
         found: list[float] = []
         for x in self._zeros():
-            refined = _newton(self._stationary if self.B is None else self._real, x)
+            refined = _refined(self._stationary if self.B is None else self._real, x)
             if refined is None or any(abs(refined - other) <= SAME * refined for other in found):
                 continue
             found.append(refined)
@@ -163,21 +164,14 @@ class _Locus:
         return np.sort(x.real[near])
 
 
-def _newton(f: Callable[[float], tuple[float, float]], x: float) -> float | None:
-    """A zero of f (with its derivative) next to x > 0, None if there is none."""
-    start, last = x, math.inf
-    for _ in range(40):
-        try:
-            value, slope = f(x)
-        except np.linalg.LinAlgError:
-            return None
-        if not slope or not math.isfinite(value / slope):
-            return None
-        step = value / slope
-        x -= step
-        if not abs(x - start) <= CLOSE * start:
-            return None
-        if abs(step) <= 1e-15 * x or (abs(step) <= 1e-9 * x and abs(step) >= last):
-            return x
-        last = abs(step)
-    return None
+def _refined(f: Callable[[float], tuple[float, float]], start: float) -> float | None:
+    """A zero of f (with its derivative) next to a start > 0, None if there is none."""
+
+    def over_start(u: Array) -> tuple[list[float], list[list[float]]]:
+        near = abs(u[0] - 1.0) <= CLOSE
+        value, slope = f(start * float(u[0])) if near else (math.nan, math.nan)
+        return [value], [[start * slope]]
+
+    found = newton(over_start, [1.0], 5e-16, 40, stalled=5e-10)
+    near = found.converged and abs(found.x[0] - 1.0) <= CLOSE
+    return start * float(found.x[0]) if near else None

@@ -12,6 +12,7 @@ import numpy as np
 from squeal.model.law import ContactLaw, Signal
 from squeal.model.mechanics import Coefficients, Pose, at_speed, pose, springs
 from squeal.model.states import STATES
+from squeal.numerics.newton import complex_step
 from squeal.simulation.batch.motion import Motion
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
@@ -98,12 +99,13 @@ def doubtful(s: Seen, margin: float) -> np.ndarray:
     """
     m = s.motion
     doubt = ~m.whole
-    step = 1e-200
-    rates, q = s.there.place(m.state[3:]), s.there.place(m.state)
-    x, y, theta = (a + 1j * step * rate for a, rate in zip(q, rates, strict=True))
-    gap = np.array(s.law.gaps(s.there, pose(np, (x, y, theta))))
-    sense = 2 * m.on - 1
-    beyond = (sense * gap.real > 0.0) & (sense * gap.imag > 0.0)
+    sense, q, rates = 2 * m.on - 1, s.there.place(m.state), s.there.place(m.state[3:])
+
+    def gaps(q: np.ndarray) -> np.ndarray:
+        return np.array(s.law.gaps(s.there, pose(np, tuple(q))))
+
+    opening = complex_step(gaps, q, along=rates)
+    beyond = (sense * gaps(np.asarray(q)) > 0.0) & (sense * opening > 0.0)
     beyond[m.point, np.arange(len(m.point))] = False
     doubt[m.lane[beyond.any(axis=0)]] = True
 
