@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
+from squeal.article.cases import title
+from squeal.article.report.latex import Generated, cells, long_table, number, once, tabular, typeset
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
 
 
 def extreme_table(cases: Sequence[Outcome]) -> str:
     """One row a case: outcome, error, counts, run time, and what it was held against."""
-    rows = []
-    before = ""
-    for case in cases:
-        group = "" if case.group == before else case.group
-        before = case.group
-        error = "--" if case.error is None else number(case.error, 2)
-        counts = [str(n) if case.steps else "--" for n in (case.steps, case.changes)]
-        spent = number(1e3 * case.run_time, 2) if case.steps else "--"
-        cells = [typeset(group), typeset(case.name), case.outcome, error, *counts, spent]
-        rows.append([*cells, typeset(case.told)])
-    head = ["what is extreme", "case", "outcome", "error", "steps", "changes", "ms"]
-    return long_table([*head, "compared with, or message"], rows)
+    columns: Mapping[str, Callable[[Outcome], str]] = {
+        "what is extreme": lambda case: typeset(case.group),
+        "case": lambda case: typeset(case.name),
+        "outcome": lambda case: case.outcome,
+        "error": lambda case: number(case.error, 2),
+        "steps": lambda case: str(case.steps) if case.steps else "--",
+        "changes": lambda case: str(case.changes) if case.steps else "--",
+        "ms": lambda case: number(1e3 * case.run_time, 2) if case.steps else "--",
+        "compared with, or message": lambda case: typeset(case.told),
+    }
+    head, rows = cells(columns, cases)
+    return long_table(head, once(rows))
 
 
 def values(cases: Sequence[Outcome]) -> dict[str, str]:
@@ -38,24 +39,18 @@ def values(cases: Sequence[Outcome]) -> dict[str, str]:
 
 def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
     """One row a simulated scene: error, effort, growth of errors, horizon."""
-    rows = []
-    for name, a in scenes.items():
-        model, case = name.upper().split("-")
-        horizon = "--" if a.horizon is None else number(1e3 * a.horizon, 3)
-        rows.append(
-            [
-                f"{model} ({case.lower()})",
-                number(a.error, 2),
-                f"{a.steps}",
-                f"{a.changes}",
-                number(1e3 * a.run_time, 2),
-                number(a.growth, 3),
-                number(1e-3 * a.exponent, 2),
-                horizon,
-            ]
-        )
-    head = ["scene", "error", "steps", "changes", "CPU time, ms", "growth"]
-    return tabular("lrrrrrrr", [*head, "exponent, 1/ms", "horizon, ms"], [rows[:4], rows[4:]])
+    columns: Mapping[str, Callable[[tuple[str, SceneAccuracy]], str]] = {
+        "scene": lambda one: title(one[0]).replace(", case", ""),
+        "error": lambda one: number(one[1].error, 2),
+        "steps": lambda one: str(one[1].steps),
+        "changes": lambda one: str(one[1].changes),
+        "CPU time, ms": lambda one: number(1e3 * one[1].run_time, 2),
+        "growth": lambda one: number(one[1].growth, 3),
+        "exponent, 1/ms": lambda one: number(1e-3 * one[1].exponent, 2),
+        "horizon, ms": lambda one: number(one[1].horizon and 1e3 * one[1].horizon, 3),
+    }
+    head, rows = cells(columns, scenes.items())
+    return tabular("lrrrrrrr", head, [rows[:4], rows[4:]])
 
 
 def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:

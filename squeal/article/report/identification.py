@@ -2,54 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.claims import CLAIMS
-from squeal.article.identify.space import DIMENSIONS
-from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
+from squeal.article.identify.space import DIMENSIONS, Dimension
+from squeal.article.report.latex import Generated, cells, long_table, number, tabular, typeset
 from squeal.article.results.robustness import SYMBOLS, Robustness
-from squeal.article.results.verify import Switches, VerifiedPad, Verify
+from squeal.article.results.verify import VerifiedPad, Verify
 from squeal.model.contact import FORMULATION_CHOICES
-
-
-def _words(formulation: Switches) -> list[str]:
-    return [formulation.line_force, formulation.delta_from, f"${formulation.delta_moment}$"]
 
 
 def formulation_table(found: Sequence[VerifiedPad]) -> str:
     """One row a formulation: pads tried, claims kept, which fail, what the variations change."""
-    rows = []
-    for entry in found:
-        failing = ", ".join(claim.id for claim in entry.failing)
-        changed = "; ".join(
-            f"{c.claim or 'motion'} {c.verdict} at {c.variation}" for c in entry.changed
-        )
-        rows.append(
-            [
-                *_words(entry.formulation),
-                f"{entry.pads:,}".replace(",", r"\,"),
-                str(entry.reproduced),
-                typeset(failing),
-                typeset(changed) or "none",
-            ]
-        )
-    head = ["line force", "delta from", "sign", "pads tried", "kept", "not kept"]
-    return long_table([*head, "changed by half or double tolerance or a doubled horizon"], rows)
+
+    def changed(pad: VerifiedPad) -> str:
+        parts = (f"{c.claim or 'motion'} {c.verdict} at {c.variation}" for c in pad.changed)
+        return typeset("; ".join(parts)) or "none"
+
+    columns: Mapping[str, Callable[[VerifiedPad], str]] = {
+        "line force": lambda pad: pad.formulation.line_force,
+        "delta from": lambda pad: pad.formulation.delta_from,
+        "sign": lambda pad: f"${pad.formulation.delta_moment}$",
+        "pads tried": lambda pad: f"{pad.pads:,}".replace(",", r"\,"),
+        "kept": lambda pad: str(pad.reproduced),
+        "not kept": lambda pad: typeset(", ".join(claim.id for claim in pad.failing)),
+        "changed by half or double tolerance or a doubled horizon": changed,
+    }
+    return long_table(*cells(columns, found))
 
 
 def range_table(numbers: dict[str, float]) -> str:
     """The searched ranges with their reasons, and the best pad's numbers."""
-    rows = [
-        [
-            SYMBOLS[d.name],
-            number(d.low),
-            number(d.high),
-            number(numbers[d.name], 6),
-            typeset(d.reason),
-        ]
-        for d in DIMENSIONS
-    ]
-    head = ["number", "from", "to", "best pad", "meaning and reason of the range"]
+    columns: Mapping[str, Callable[[Dimension], str]] = {
+        "number": lambda d: SYMBOLS[d.name],
+        "from": lambda d: number(d.low),
+        "to": lambda d: number(d.high),
+        "best pad": lambda d: number(numbers[d.name], 6),
+        "meaning and reason of the range": lambda d: typeset(d.reason),
+    }
+    head, rows = cells(columns, DIMENSIONS)
     return tabular(r"lrrr>{\raggedright\arraybackslash}p{3.4in}", head, [rows])
 
 

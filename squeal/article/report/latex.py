@@ -6,8 +6,10 @@ import dataclasses
 import math
 import re
 import typing
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 _SYMBOLS = {
     "theta0": r"\theta_0",
@@ -93,9 +95,9 @@ def number_text(text: str) -> str:
     return rf"{digits} \times 10^{{{int(exponent)}}}"
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number in math mode with so many significant digits; a dash for NaN."""
-    if math.isnan(value):
+def number(value: float | None, digits: int = 4) -> str:
+    """A number in math mode with so many significant digits; a dash for None and NaN."""
+    if value is None or math.isnan(value):
         return "--"
     return f"${number_text(f'{value:.{digits}g}')}$"
 
@@ -166,6 +168,19 @@ def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
     body = "\n".join(" & ".join(row) + r" \\" for row in rows)
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
+
+
+def cells(
+    columns: Mapping[str, Callable[[T], str]], entries: Iterable[T]
+) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of a table: for each column what it shows of an entry."""
+    return list(columns), [[show(entry) for show in columns.values()] for entry in entries]
+
+
+def once(rows: Sequence[list[str]]) -> list[list[str]]:
+    """The same rows without a first cell that repeats that of the row before."""
+    before = ["", *(row[0] for row in rows)]
+    return [["" if row[0] == b else row[0], *row[1:]] for b, row in zip(before, rows, strict=False)]
 
 
 Generated = tuple[dict[str, str], dict[str, str]]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import title
-from squeal.article.report.latex import Generated, long_table, number, tabular, typeset
+from squeal.article.report.latex import Generated, cells, long_table, number, once, tabular, typeset
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
 from squeal.article.results.stability import Comparison, Stability, Thresholds
@@ -14,16 +14,15 @@ from squeal.files.records import Missing
 
 def literature_table(rows: Sequence[Comparison]) -> str:
     """Expected and computed numbers of the literature systems, with their provenance."""
-    head = ["system", "quantity", "expected", "computed", "known from"]
-    lines = []
-    before = ""
-    for row in rows:
-        name = row.name if row.name != before else ""
-        before = row.name
-        cells = [typeset(name), typeset(row.quantity)]
-        cells += [_plain(text) for text in (row.expected, row.computed)]
-        lines.append([*cells, typeset(row.provenance)])
-    return long_table(head, lines)
+    columns: Mapping[str, Callable[[Comparison], str]] = {
+        "system": lambda row: typeset(row.name),
+        "quantity": lambda row: typeset(row.quantity),
+        "expected": lambda row: _plain(row.expected),
+        "computed": lambda row: _plain(row.computed),
+        "known from": lambda row: typeset(row.provenance),
+    }
+    head, lines = cells(columns, rows)
+    return long_table(head, once(lines))
 
 
 def _plain(text: str) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.report.latex import Generated, long_table, typeset
+from squeal.article.report.latex import Generated, cells, long_table, typeset
 from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.findings import Findings, MeasuredFinding
 
@@ -46,18 +46,14 @@ def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
 
 def claims_table(claims: Sequence[JudgedClaim]) -> str:
     """All claims with place, statement, measured value and verdict."""
-    rows = [
-        [
-            rf"\footnotesize {c.id}",
-            typeset(c.where),
-            typeset(c.statement),
-            typeset(c.measured),
-            rf"\verdict{{{c.verdict}}}",
-        ]
-        for c in claims
-    ]
-    head = ["claim", "place", "statement in our words", "measured", "verdict"]
-    return long_table(head, rows)
+    columns: Mapping[str, Callable[[JudgedClaim], str]] = {
+        "claim": lambda c: rf"\footnotesize {c.id}",
+        "place": lambda c: typeset(c.where),
+        "statement in our words": lambda c: typeset(c.statement),
+        "measured": lambda c: typeset(c.measured),
+        "verdict": lambda c: rf"\verdict{{{c.verdict}}}",
+    }
+    return long_table(*cells(columns, claims))
 
 
 def findings_table(findings: Sequence[MeasuredFinding]) -> str:
