@@ -29,7 +29,6 @@ from squeal.commands.sweep import (
     write_sweep,
 )
 from squeal.commands.system_options import refuse_options, system_of, work_options
-from squeal.commands.systems import eigenvalues_of
 from squeal.commands.tables import in_words, number
 from squeal.commands.unstable import (
     filter_of,
@@ -256,6 +255,8 @@ def run(given: argparse.Namespace) -> Answer:
     """Read the scene or plain system and analyse it."""
     matrices = system_of(given)
     if matrices is not None:
+        from squeal.commands.systems import eigenvalues_of
+
         return eigenvalues_of(given, matrices)
     mus = spaced(given.mu, "--mu", 0.0, 1e3) if given.mu else None
     system = given.source.system()

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from squeal.files.document import parse_document, read_content, scalar
 from squeal.files.keys import Group, Key
@@ -17,7 +17,9 @@ from squeal.files.values import Number
 from squeal.scene import PlainSystem, Scene, check_simulation, plain_system
 from squeal.scene.keys import SCENE
 from squeal.scene.system import system_keys
-from squeal.scene.terms import SYSTEM, SystemFile, is_general, system_file
+
+if TYPE_CHECKING:
+    from squeal.scene.terms import SystemFile
 
 STANDARD_INPUT = "-"
 
@@ -46,13 +48,15 @@ class Source:
 
     def system(self) -> PlainSystem | None:
         """The system of the short form that the file holds, else None. Raises InputError."""
-        short = "M" in self.document and not is_general(self.document)
+        short = "M" in self.document and not _is_general(self.document)
         return plain_system(self.document, self.at) if short else None
 
     def terms(self) -> SystemFile | None:
         """The system of the general form that the file holds, else None. Raises InputError."""
-        if not is_general(self.document):
+        if not _is_general(self.document):
             return None
+        from squeal.scene.terms import system_file
+
         folder = Path() if self.path is None else self.path.parent
         return system_file(self.document, self.at, folder)
 
@@ -78,7 +82,7 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     name, equals, text = change.partition("=")
     rows = document.get("M")
     table = system_keys(len(rows) if isinstance(rows, list) else None) if rows else SCENE
-    if is_general(document):
+    if _is_general(document):
         table = _with_parameters(document)
     keys, key = table.find(name.strip(), at)
     if not equals:
@@ -97,8 +101,19 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     return ".".join(keys), value
 
 
+def _is_general(document: dict[str, Any]) -> bool:
+    """True for a system of the general form, without loading what reads it for a scene."""
+    if "M" not in document:
+        return False
+    from squeal.scene.terms import is_general
+
+    return is_general(document)
+
+
 def _with_parameters(document: dict[str, Any]) -> Group:
     """The table of a system's keys, with those of its own named numbers."""
+    from squeal.scene.terms import SYSTEM
+
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
     numbers = Group({str(name): Key("a parameter", Number()) for name in names})

@@ -11,10 +11,13 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.modes import sweep_modes
-from squeal.commands.tables import elided, number, table
+from squeal.commands.tables import elided, number
 from squeal.files.writing import write_table
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum, complex_eigenvalues, verdict
+
+LISTED = 8  # frequencies in a line of a table
+NOISE = 1e-9  # of an eigenvalue: growth that is rounding
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def eigenvalue_table(spectrum: Spectrum) -> str:
     rows = [("  mode", "real, 1/s", "imag, rad/s", "frequency, Hz", "damping ratio")]
     for i, row in enumerate(eigenvalue_rows(spectrum), 1):
         rows.append((f"  {i}", *(number(value) for value in row.values())))  # type: ignore[arg-type]
-    return table(rows)
+    return elided(rows, "--json or --csv")
 
 
 def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:
@@ -98,16 +101,26 @@ def sweep_warnings(steps: Sequence[Step]) -> list[str]:
     ]
 
 
+def _listed(hertz: Sequence[float]) -> str:
+    """Frequencies in a row, of many the first ones."""
+    more = f", {len(hertz) - LISTED} more" if len(hertz) > LISTED else ""
+    return ", ".join(map(number, hertz[:LISTED])) + more
+
+
 def sweep_text(steps: Sequence[Step], parameter: str = "mu") -> str:
-    """The sweep for people: frequencies, largest growth rate and verdict at each mu."""
-    rows = [(f"  {parameter}", "contact", "frequencies, Hz", "largest real, 1/s", "verdict")]
+    """The sweep for people: frequencies, which of them grow, how fast, and verdict at each mu."""
+    head = ("contact", "frequencies, Hz", "growing, Hz", "largest real, 1/s", "verdict")
+    rows: list[tuple[str, ...]] = [(f"  {parameter}", *head)]
     for s in steps:
         if s.spectrum is None:
-            rows.append((f"  {s.mu:.6g}", "-", "-", "-", "no equilibrium on the branch"))
+            rows.append((f"  {s.mu:.6g}", "-", "-", "-", "-", "no equilibrium on the branch"))
             continue
-        frequencies = ", ".join(number(e.frequency_hz) for e in s.spectrum.eigenvalues[::2])
+        frequencies = _listed(s.spectrum.frequencies_hz.tolist())
+        upper = [e for e in s.spectrum.eigenvalues if e.value.imag >= 0.0]
+        grow = [e.frequency_hz for e in upper if e.growth_rate > NOISE * abs(e.value)]
         growth = number(s.spectrum.dominant.growth_rate)
-        rows.append((f"  {s.mu:.6g}", s.contact or "-", frequencies, growth, s.verdict or ""))
+        cells = (frequencies, _listed(grow) or "-", growth, s.verdict or "")
+        rows.append((f"  {s.mu:.6g}", s.contact or "-", *cells))
     return elided(rows, "--json or --csv")
 
 

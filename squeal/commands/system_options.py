@@ -5,13 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from squeal.analysis.systems.wanted import Progress, Wanted, quiet
 from squeal.commands.numbers import band_of, numbers, whole
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
-from squeal.scene.terms import SystemFile
-from squeal.stability.sparse.region import Rectangle
+
+if TYPE_CHECKING:
+    from squeal.analysis.systems.wanted import Progress, Wanted
+    from squeal.scene.terms import SystemFile
 
 MOST = 100_000
 
@@ -44,12 +46,17 @@ def system_of(given: argparse.Namespace) -> SystemFile | None:
     if found is None and asked(given):
         plain: PlainSystem | None = given.source.system()
         if plain is not None:
+            from squeal.scene.terms import SystemFile
+
             return SystemFile(plain.terms(), plain.reference)
     return found
 
 
 def wanted_of(given: argparse.Namespace) -> Wanted:
     """Which roots the options ask for. Raises InputError."""
+    from squeal.analysis.systems.wanted import Wanted
+    from squeal.stability.sparse.region import Rectangle
+
     band = region = modes = None
     if given.band is not None:
         band = band_of(given.band)
@@ -75,6 +82,8 @@ def memory_of(given: argparse.Namespace) -> float | None:
 
 def progress_of(given: argparse.Namespace) -> Progress:
     """Where the steps of long work are told: on standard error if it is a terminal or on demand."""
+    from squeal.analysis.systems.wanted import quiet
+
     if not (given.progress or sys.stderr.isatty()):
         return quiet
     return lambda text: print(f"squeal: {text}", file=sys.stderr, flush=True)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from squeal.analysis.subject import dense as plain_arrays
 from squeal.analysis.systems.checks import matrix_list, system_checks
 from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
 from squeal.analysis.systems.sweeps import (
@@ -22,13 +24,14 @@ from squeal.analysis.systems.wanted import check_memory, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import spaced
 from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
-from squeal.commands.tables import elided, number, table
-from squeal.commands.unstable import filter_of, unstable_rows
+from squeal.commands.tables import elided, in_words, number, table
+from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
 from squeal.files.journal import Journal
 from squeal.files.matrices import fingerprint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
+from squeal.stability import UnstableMode, crossings, unstable_modes
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
@@ -63,7 +66,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if values:
         swept = _swept(given, system, values, method)
     _write(given, system, roots, swept)
-    grow, chosen = growing(roots), filter_of(given)
+    grow, chosen = _growing(system, roots), filter_of(given)
 
     def data() -> dict[str, Any]:
         found = _head(file, system)
@@ -84,9 +87,26 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
 
     return Answer(
         data,
-        lambda: _text(file, system, roots, swept, wanted.words()),
+        lambda: _text(
+            file,
+            system,
+            roots,
+            swept,
+            wanted.words(),
+            unstable_text(chosen(grow), chosen, len(grow), system.parameter),
+        ),
         [given.source.file, *file.inputs],
     )
+
+
+def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
+    """What grows; of a small system whose roots are all known with the onset of each."""
+    at = system.parameters[system.parameter]
+    real = not any(np.iscomplexobj(X) for X in system.at() if X is not None)
+    if real and at > 0.0 and len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE:
+        own = plain_arrays(system)
+        return unstable_modes(own, at, crossings(own, at))
+    return growing(roots)
 
 
 def _swept(
@@ -181,7 +201,12 @@ def _head(file: SystemFile, system: TermSystem) -> dict[str, Any]:
 
 
 def _text(
-    file: SystemFile, system: TermSystem, roots: SystemRoots, swept: _Sweep, words: str
+    file: SystemFile,
+    system: TermSystem,
+    roots: SystemRoots,
+    swept: _Sweep,
+    words: str,
+    unstable: str,
 ) -> str:
     own = ", ".join(f"{name} = {number(v)}" for name, v in system.parameters.items())
     parts = [f"{system.name}: {system.n} degrees of freedom, {own}"]
@@ -194,7 +219,7 @@ def _text(
         told = "\n".join(f"  {name}: {text}" for name, text in system_checks(system).items())
         parts.append(table(rows, right=False) + "\n" + told)
     parts.append(root_table(roots))
-    parts.append(f"verdict: {roots.criterion}")
+    parts += [f"verdict: {in_words(roots.criterion)}", unstable]
     parts.append(certificate(roots, words))
     if swept.rows:
         parts.append(f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter))

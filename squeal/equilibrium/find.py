@@ -78,7 +78,8 @@ def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
     limit = 0.98 * np.pi / 2
     wide = np.array([]) if near else np.linspace(-limit, limit, 13) - pad.theta0
     small = np.array([-10.0, -1.0, 1.0, 10.0]) / pad.w
-    tilts = np.unique(np.concatenate([wide, small[np.abs(small) < limit], [0.0]]))
+    # not np.unique, which loads numpy.ma
+    tilts = np.array(sorted({*wide.tolist(), *small[np.abs(small) < limit].tolist(), 0.0}))
     xy = np.array(places)
     n = len(xy) * len(tilts)
     z = np.empty((4, n))

@@ -7,7 +7,6 @@ import platform
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +84,8 @@ def version(package: str) -> str:
     loaded = getattr(sys.modules.get(package), "__version__", None)
     if isinstance(loaded, str):
         return loaded
+    from importlib import metadata  # slow to load, and text for people needs none of it
+
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

@@ -13,6 +13,7 @@ from squeal.commands.cli import COMMANDS, main
 from squeal.errors import ComputationError
 from squeal.files.sources import ROOT
 from squeal.files.writing import column_name, write_csv
+from tests.commands.test_unstable import PAD
 from tests.conftest import SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
@@ -222,6 +223,16 @@ def modules_after(*arguments):
 def test_queries_load_neither_integrators_nor_plots(command):
     loaded = modules_after(command, B3, *(["--n", "5"] if command == "map" else []))
     assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
+
+
+def test_a_fluttering_pad_and_its_onset_load_no_more(tmp_path):
+    # what costs a tenth of a second to load has no place in a query of a third
+    pad = tmp_path / "pad.yaml"
+    pad.write_text(PAD)
+    for command in ("eigenvalues", "critical-friction"):
+        loaded = modules_after(command, str(pad))
+        assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "numpy.ma"}
+        assert not loaded & {"squeal.scene.terms", "squeal.stability.sparse.region"}
 
 
 def test_a_simulation_loads_no_plots_and_no_second_integrator():
