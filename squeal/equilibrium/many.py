@@ -52,11 +52,7 @@ def _balance(
 
 
 def solved(
-    statics: Statics,
-    names: tuple[str, ...],
-    z: np.ndarray,
-    passes: int,
-    kept: State | None = None,
+    statics: Statics, names: tuple[str, ...], z: np.ndarray, passes: int, kept: State | None = None
 ) -> np.ndarray:
     """Newton's method at fixed mu from z (4, n), which is moved; in one contact state if given.
 

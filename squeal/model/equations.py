@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 
 from squeal.files.place import Place
-from squeal.model.contact import (
-    CONSISTENT,
-    Formulation,
-    check_pad,
-    contact_law,
-    contact_model,
-)
+from squeal.model.contact import CONSISTENT, Formulation, check_pad, contact_law, contact_model
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import (
     Coefficients,

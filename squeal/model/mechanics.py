@@ -189,10 +189,7 @@ def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
 
 def gaps(c: Coefficients, at: Pose) -> Point:
     """Height of the leading and the trailing lower edge over the surface, Eqs. (7), (11)."""
-    return (
-        c.gap_l + at.displacement(c.rlx, c.rly)[1],
-        c.gap_t + at.displacement(c.rtx, c.rty)[1],
-    )
+    return (c.gap_l + at.displacement(c.rlx, c.rly)[1], c.gap_t + at.displacement(c.rtx, c.rty)[1])
 
 
 def facing(c: Coefficients, at: Pose) -> Number:

@@ -43,7 +43,10 @@ class Parameter(Key):
 
 
 def _field(meaning: str, unit: str, dim: tuple[int, int, int], kind: Number, **more: Any) -> Any:
-    parameter = Parameter(meaning=meaning, unit=unit, dimension=dim, kind=kind, **more)
+    needed = "default" not in more or "unless" in more
+    parameter = Parameter(
+        meaning=meaning, unit=unit, dimension=dim, kind=kind, required=needed, **more
+    )
     # a placement is zero unless it is given; everything else is None where no model needs it
     return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
 
@@ -71,7 +74,6 @@ class Pad:
         "kg m^2",
         (1, 2, 0),
         _POSITIVE,
-        required=False,
         default="m (w^2 + h^2)/3, a uniform rectangle",
     )
     k1: float = _field(
@@ -106,7 +108,6 @@ class Pad:
         (0, 1, -1),
         _POSITIVE,
         common=False,
-        required=False,
         default="sliding is assumed and not checked",
     )
     mu_s: float | None = _field(
@@ -117,7 +118,6 @@ class Pad:
         _NONE,
         _POSITIVE,
         common=False,
-        required=False,
         default="friction does not depend on speed",
         needs=("mu_k", "v_ref", "V"),
     )
@@ -127,7 +127,6 @@ class Pad:
         _NONE,
         _POSITIVE,
         common=False,
-        required=False,
         default="refused beside mu_s",
         needs=("mu_s",),
     )
@@ -137,18 +136,11 @@ class Pad:
         (0, 1, -1),
         _POSITIVE,
         common=False,
-        required=False,
         default="refused beside mu_s",
         needs=("mu_s",),
     )
     x0: float = _field(
-        "initial position along the surface",
-        "m",
-        _LENGTH,
-        Number(),
-        common=False,
-        required=False,
-        default="0",
+        "initial position along the surface", "m", _LENGTH, Number(), common=False, default="0"
     )
     y0: float = _field(
         "initial height of the mass centre over its place at touch",
@@ -156,16 +148,10 @@ class Pad:
         _LENGTH,
         Number(),
         common=False,
-        required=False,
         default="0",
     )
     theta0: float = _field(
-        "initial angle",
-        "rad",
-        _NONE,
-        Angle(low=-math.pi / 2, high=math.pi / 2),
-        required=False,
-        default="0",
+        "initial angle", "rad", _NONE, Angle(low=-math.pi / 2, high=math.pi / 2), default="0"
     )
 
     uniform: bool = field(init=False, default=False, repr=False, compare=False)

@@ -242,12 +242,7 @@ def _locus(
     mu = np.broadcast_to(found.mus[:, None], growth.shape)[inside]
     few = found.values.shape[1] <= 2 * FEW
     dots = draw_locus(
-        axes,
-        growth[inside],
-        frequency[inside],
-        mu,
-        (found.low, found.high),
-        9.0 if few else FINE,
+        axes, growth[inside], frequency[inside], mu, (found.low, found.high), 9.0 if few else FINE
     )
     axes.set_xlim(-reach, reach)
     axes.set_ylim(0.0, 1.05 * np.abs(found.values.imag).max() / units[0].factor or 1.0)

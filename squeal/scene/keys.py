@@ -64,9 +64,7 @@ DAMPING = Group(
     only_one=True,
 )
 
-PAD = Group(
-    {name: replace(key, models=models_with(name)) for name, key in PARAMETERS.items()},
-)
+PAD = Group({name: replace(key, models=models_with(name)) for name, key in PARAMETERS.items()})
 
 FORMULATIONS = Group(
     {

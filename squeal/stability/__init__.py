@@ -23,34 +23,12 @@ from squeal.stability.thresholds import (
 from squeal.stability.tracking import TrackedModes, track
 from squeal.stability.unstable import UnstableMode, unstable_modes
 
+# fmt: off
 __all__ = [
-    "GROWING",
-    "VERDICTS",
-    "CriticalPoint",
-    "Crossing",
-    "Eigenvalue",
-    "FrictionLoop",
-    "Judgement",
-    "LoopAnswer",
-    "LoopThreshold",
-    "Matrices",
-    "Spectrum",
-    "System",
-    "Thresholds",
-    "TrackedModes",
-    "UnstableMode",
-    "complex_eigenvalues",
-    "critical_points",
-    "crossings",
-    "damped_verdicts",
-    "friction_loop",
-    "judge",
-    "sensitivities",
-    "sum_verdicts",
-    "sweep",
-    "thresholds",
-    "track",
-    "undamped_verdicts",
-    "unstable_modes",
-    "verdict",
+    "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop", "Judgement",
+    "LoopAnswer", "LoopThreshold", "Matrices", "Spectrum", "System", "Thresholds", "TrackedModes",
+    "UnstableMode", "complex_eigenvalues", "critical_points", "crossings", "damped_verdicts",
+    "friction_loop", "judge", "sensitivities", "sum_verdicts", "sweep", "thresholds", "track",
+    "undamped_verdicts", "unstable_modes", "verdict",
 ]
+# fmt: on

@@ -4,12 +4,4 @@ from squeal.article.claims.catalogue import CLAIMS, Claim
 from squeal.article.claims.judging import judge_claims, judge_scenes
 from squeal.article.claims.measures import Case, case_of, measure
 
-__all__ = [
-    "CLAIMS",
-    "Case",
-    "Claim",
-    "case_of",
-    "judge_claims",
-    "judge_scenes",
-    "measure",
-]
+__all__ = ["CLAIMS", "Case", "Claim", "case_of", "judge_claims", "judge_scenes", "measure"]

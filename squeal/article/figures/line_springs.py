@@ -8,12 +8,7 @@ from matplotlib.figure import Figure
 from squeal.article.results.line_springs import Contact, LineSprings
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-LOOKS = {
-    "a": ("#3498DB", "o"),
-    "b": ("#000000", "s"),
-    "c": ("#C8380E", "^"),
-    "d": ("#6A1B7B", "D"),
-}
+LOOKS = {"a": ("#3498DB", "o"), "b": ("#000000", "s"), "c": ("#C8380E", "^"), "d": ("#6A1B7B", "D")}
 LEAST = 1e-9  # of the range: motions that are nearer are the same to rounding
 
 
