@@ -19,7 +19,7 @@ from squeal.article.figures.loci import (
     rows,
 )
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
-from squeal.plots.coupling import COLOURS, LINES, draw_modes, mark_events
+from squeal.plots.curves import COLOURS, LINES, draw_modes, mark_events
 from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 from squeal.plots.units import Unit
