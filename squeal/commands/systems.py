@@ -105,7 +105,10 @@ def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
     real = not any(np.iscomplexobj(X) for X in system.at() if X is not None)
     if real and at > 0.0 and len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE:
         own = plain_arrays(system)
-        return unstable_modes(own, at, crossings(own, at))
+        try:
+            return unstable_modes(own, at, crossings(own, at))
+        except InputError:  # a mass matrix that is not symmetric and definite, or factors without
+            pass  # a value at 0
     return growing(roots)
 
 
