@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import number, table
-from squeal.files.writing import write_table
+from squeal.files.writing import plain, write_table
 from squeal.model.contact import contact_law
 from squeal.scene import COORDINATES, Scene
 from squeal.scene.keys import INITIAL
@@ -38,81 +37,54 @@ UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 
 def data(scene: Scene, result: Simulation) -> dict[str, Any]:
     """The JSON object of a simulation: only what the scene asked for."""
-    found: dict[str, Any] = {
+    events, response = result.events, result.response
+    asked: dict[str, Any] = {
+        "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
+        "shares": result.shares,
+        "extrema": result.extrema,
+        "response": response and dataclasses.asdict(response),
+    }
+    found = {
         "model": result.model,
         "final": dict(zip(("t", *COORDINATES), result.final, strict=True)),
+        **{name: value for name, value in asked.items() if value is not None},
+        "sliding_holds": result.sliding_holds,
     }
-    if result.events is not None:
-        found["events"] = [{"t": e.t, "from": e.source, "to": e.target} for e in result.events]
-    if result.shares is not None:
-        found["shares"] = result.shares
-    if result.extrema is not None:
-        found["extrema"] = result.extrema
-    if result.response is not None:
-        found["response"] = dataclasses.asdict(result.response)
-    found["sliding_holds"] = result.sliding_holds
     if result.sliding_holds is False:
         found["sliding_lost_at"] = result.sliding_lost_at
     if result.history is not None and scene.wants("history"):
-        found["history"] = {
-            column: [None if _is_nan(v) else v for v in values.tolist()]
-            for column, values in result.history.items()
-        }
-    found |= {
-        "method": result.method,
-        "tolerance": result.tolerance,
-        "steps": result.steps,
-        "contact_changes": result.contact_changes,
-        "run_time": result.run_time,
-    }
-    return found
-
-
-def _is_nan(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
+        columns = result.history.items()
+        found["history"] = {name: [plain(v) for v in values.tolist()] for name, values in columns}
+    last = ("method", "tolerance", "steps", "contact_changes", "run_time")
+    return found | {name: getattr(result, name) for name in last}
 
 
 def text(scene: Scene, result: Simulation) -> str:
     """The same for people."""
-    parts = [
-        (
-            f"model {result.model}, {result.method}, tolerance {result.tolerance:g}: "
-            f"{result.steps} steps, {result.contact_changes} contact changes"
-        ),
-        "final state\n"
-        + table(
-            [
-                (f"  {name}", number(value, 12), unit)
-                for (name, unit), value in zip(UNITS.items(), result.final, strict=True)
-            ]
-        ),
-    ]
+    final = zip(UNITS.items(), result.final, strict=True)
+    tables: dict[str, list[tuple[str, ...]]] = {
+        "final state": [(f"  {name}", number(v, 12), unit) for (name, unit), v in final]
+    }
     if result.shares is not None:
-        parts.append(
-            "share of time\n"
-            + table([(f"  {state}", f"{100 * s:.3f} %") for state, s in result.shares.items()])
-        )
+        tables["share of time"] = [(f"  {s}", f"{100 * v:.3f} %") for s, v in result.shares.items()]
     if result.extrema is not None:
-        plotted = contact_law(result.model).plotted
-        parts.append(
-            "extrema\n"
-            + table(
-                [
-                    (f"  {signal.name}/{signal.over}", *_range(result.extrema[signal.name]))
-                    for signal in plotted
-                ]
-            )
-        )
+        tables["extrema"] = [
+            (f"  {signal.name}/{signal.over}", *_range(result.extrema[signal.name]))
+            for signal in contact_law(result.model).plotted
+        ]
+    parts = [
+        f"model {result.model}, {result.method}, tolerance {result.tolerance:g}: "
+        f"{result.steps} steps, {result.contact_changes} contact changes",
+        *(f"{title}\n{table(rows)}" for title, rows in tables.items()),
+    ]
     if result.response is not None:
         parts.append("response\n" + table(response_rows(result.response), right=False))
     if result.events is not None:
         rows = [(f"  {e.t:.9g} s", f"{e.source} -> {e.target}") for e in result.events]
         left = len(rows) - SHOWN_EVENTS
-        parts.append(
-            "contact changes"
-            + ("\n" + table(rows[:SHOWN_EVENTS]) if rows else ": none")
-            + (f"\n  and {left} more (all with --json)" if left > 0 else "")
-        )
+        shown = f"\n{table(rows[:SHOWN_EVENTS])}" if rows else ": none"
+        more = f"\n  and {left} more (all with --json)" if left > 0 else ""
+        parts.append(f"contact changes{shown}{more}")
     if result.sliding_holds is not None:
         parts.append(
             "sliding: the surface stays faster than the pad"

@@ -53,7 +53,7 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
     """A CSV file with a header line; None and NaN become empty fields."""
 
     def cell(value: Any) -> Any:
-        value = _plain(value)
+        value = plain(value)
         return "" if value is None else repr(value) if isinstance(value, float) else value
 
     def write(stream: IO[str]) -> None:
@@ -70,7 +70,7 @@ def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[
     The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
     """
     if path.suffix == ".json":
-        records = [dict(zip(columns, map(_plain, row), strict=True)) for row in rows]
+        records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
     else:
         write_csv(path, [f"{n} [{u}]" if u else n for n, u in columns.items()], rows)
@@ -90,7 +90,7 @@ def _unsigned(value: Any) -> Any:
     return [_unsigned(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """None for NaN, and no minus zero."""
     if isinstance(value, float):
         return None if math.isnan(value) else value + 0.0
