@@ -6,10 +6,11 @@ first, by continuation from mu = 0 of all points together.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,24 +37,35 @@ COUNT = Whole(1, 100_000)
 class Axis:
     """One parameter of a map: n values at the middles of n equal cells between low and high.
 
-    Raises InputError for an unknown parameter or for values that it may not take.
+    log: the cells are equal in the logarithm. Raises InputError for an unknown parameter or for
+    values that it may not take.
     """
 
     name: str
     low: float
     high: float
     n: int
+    log: bool = False
 
     def __post_init__(self) -> None:
-        check_axis(self.name, self.low, self.high, self.n, Place("Axis"))
+        check_axis(self.name, self.low, self.high, self.n, Place("Axis"), self.log)
 
     @property
     def values(self) -> np.ndarray:
         """The n values."""
-        return self.low + (self.high - self.low) * (np.arange(self.n) + 0.5) / self.n
+        low, high = self.even(self.low), self.even(self.high)
+        return np.asarray(self.uneven(low + (high - low) * (np.arange(self.n) + 0.5) / self.n))
+
+    def even(self, value: Any) -> Any:
+        """Values as the cells are equal in them: themselves or their logarithms."""
+        return np.log10(value) if self.log else value
+
+    def uneven(self, value: Any) -> Any:
+        """What `even` was made from."""
+        return 10.0**value if self.log else value
 
 
-def check_axis(name: str, low: float, high: float, n: int, at: Place) -> None:
+def check_axis(name: str, low: float, high: float, n: int, at: Place, log: bool = False) -> None:
     """Refuse an axis that no pad could take; `at` tells messages where it stands."""
     if name not in PARAMETERS:
         raise at.must_be(name, f"one of {', '.join(PARAMETERS)}")
@@ -62,7 +74,10 @@ def check_axis(name: str, low: float, high: float, n: int, at: Place) -> None:
     COUNT.read(n, at / "n")
     if not low < high:
         raise at.must_be(f"{low:g} to {high:g}", "a range with low < high")
-    for end in (low + (high - low) / 2 / n, high - (high - low) / 2 / n):
+    if log and not low > 0.0:
+        raise at.must_be(f"{low:g} to {high:g}", "a range above 0 on a logarithmic axis")
+    half = (high / low) ** (0.5 / n) if log else (high - low) / 2 / n
+    for end in (low * half, high / half) if log else (low + half, high - half):
         PARAMETERS[name].kind.check(end, at)
 
 
@@ -218,16 +233,21 @@ def traced_map(
     """
     names = (axes[0].name, axes[1].name)
 
+    def plain(points: np.ndarray) -> np.ndarray:
+        return np.array([a.uneven(row) for a, row in zip(axes, points, strict=True)])
+
     def at(points: np.ndarray) -> np.ndarray:
+        points = plain(points)
         return told(codes_at(scene, names, points), points)
 
     def near(low: np.ndarray, high: np.ndarray) -> Codes:
-        one, other = (codes_at(scene, names, end) for end in (low, high))
+        one, other = (codes_at(scene, names, plain(end)) for end in (low, high))
         assert one.places is not None
         assert other.places is not None
         places = np.where(one.codes == BEYOND_FOLD, other.places, one.places)
 
         def close(points: np.ndarray) -> np.ndarray:
+            points = plain(points)
             found = codes_at(scene, names, points, places)
             here = found.codes != BEYOND_FOLD
             assert found.places is not None
@@ -236,6 +256,10 @@ def traced_map(
 
         return close
 
-    ends = ((axes[0].low, axes[0].high), (axes[1].low, axes[1].high))
+    first, second = ((a.even(a.low), a.even(a.high)) for a in axes)
+    x, y = (a.even(a.values) for a in axes)
     quick = near if not scene.pad_model.linear else None
-    return outline(ends, axes[0].values, axes[1].values, codes, at, quick)
+    found = outline((first, second), x, y, codes, at, quick)
+    corners = (plain(np.moveaxis(part, -1, 0)) for part in (found.segments, found.polygons))
+    segments, polygons = (np.moveaxis(part, 0, -1) for part in corners)
+    return dataclasses.replace(found, segments=segments, polygons=polygons)

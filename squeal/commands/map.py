@@ -38,7 +38,7 @@ def options(parser: Parser) -> None:
     for name, default in (("first", "alpha1"), ("second", "alpha2")):
         parser.add_argument(
             f"--{name}",
-            metavar="NAME:LOW:HIGH",
+            metavar="NAME:LOW:HIGH[:log]",
             help=f"{name} parameter and its range ({default}:0:pi if left out)",
         )
     parser.add_argument(
@@ -53,15 +53,18 @@ def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
     at = Place(f"{option} {given}")
     parts = given.split(":")
     check_names(scene, parts[:1], at)
-    if len(parts) != 3:
-        raise at.refuse("it must be NAME:LOW:HIGH, a parameter of the scene and its range")
+    log = parts[3:] == ["log"]
+    if len(parts) != 3 + log:
+        raise at.refuse(
+            "it must be NAME:LOW:HIGH, a parameter of the scene and its range, or NAME:LOW:HIGH:log"
+        )
     kind = Angle() if PARAMETERS[parts[0]].angle else Number()
-    ends = [scalar(end) for end in parts[1:]]
+    ends = [scalar(end) for end in parts[1:3]]
     low, high = (kind.read(end, at) for end in ends)
     if isinstance(kind, Angle):
         warn_of_degrees(ends[1], at)
-    check_axis(parts[0], low, high, n, at)
-    return Axis(parts[0], low, high, n)
+    check_axis(parts[0], low, high, n, at, log)
+    return Axis(parts[0], low, high, n, log)
 
 
 def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
@@ -148,7 +151,15 @@ def run(given: argparse.Namespace) -> Answer:
             "share": found.share,
             "admissible_share": float(found.admissible.mean()),
             "n": wanted[0].n,
-            "axes": [{"name": a.name, "low": a.low, "high": a.high} for a in wanted],
+            "axes": [
+                {
+                    "name": a.name,
+                    "low": a.low,
+                    "high": a.high,
+                    "scale": "log" if a.log else "linear",
+                }
+                for a in wanted
+            ],
             **({} if shown is None else _numbers(shown)),
         },
         lambda: (

@@ -25,10 +25,15 @@ def symbol(name: str) -> str:
 
 
 def unit_of(axis: Axis) -> float:
-    """What the numbers of an axis are divided by: pi over 0 to pi, else a power of a thousand."""
+    """What the numbers of an axis are divided by: pi over 0 to pi, else a power of a thousand.
+
+    One on a logarithmic axis, and for a number without a unit unless it is tiny or huge.
+    """
     if PARAMETERS[axis.name].angle and (axis.low, axis.high) == (0.0, math.pi):
         return math.pi
     size = max(abs(axis.low), abs(axis.high))
+    if axis.log or (PARAMETERS[axis.name].unit == "1" and 0.01 <= size < 1e4):
+        return 1.0
     return float(1000.0 ** math.floor(math.log10(size) / 3)) if size else 1.0
 
 
@@ -47,6 +52,8 @@ def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None)
         axes.set(
             **{f"{way}lim": (axis.low / factor, axis.high / factor), f"{way}label": _label(axis)}
         )
+        if axis.log:
+            axes.set(**{f"{way}scale": "log"})
         if factor == math.pi:
             getattr(axes, f"set_{way}ticks")(QUARTERS, OF_PI)
     if all(unit_of(axis) == math.pi for axis in pair):

@@ -1,13 +1,14 @@
 """Maps of damped scenes point by point against the verdict that `eigenvalues` gives there."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import sweep_mu
+from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.files.place import Place
 from squeal.model.contact import Formulation
 from squeal.scene import Scene, read_scene
@@ -99,3 +100,32 @@ def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
             assert NAMES[codes[i, j]] == verdict_at(edited, edited.pad), (w, alpha1)
     held = stability_map(scene.replace(I=pad.I), axes).codes
     assert not np.array_equal(codes, held)
+
+
+def test_a_logarithmic_axis_has_equal_ratios_and_traces_its_curves():
+    scene = read_scene(SCENES / "b3.yaml")
+    axis = Axis("k1", 1e6, 1e10, 40, log=True)
+    assert axis.values[1:] / axis.values[:-1] == pytest.approx(1e4 ** (1 / 40))
+    assert math.sqrt(axis.values[0] * axis.values[-1]) == pytest.approx(1e8)
+    other = Axis("k_c", 1e6, 1e10, 40, log=True)
+    found = stability_map(scene, (axis, other), traced=True)
+    for i, j in ((0, 0), (20, 20), (21, 30), (39, 5)):
+        changed = scene.replace(k1=float(axis.values[i]), k_c=float(other.values[j]))
+        assert NAMES[found.codes[i, j]] == analyse(changed).judgement.verdict
+    assert found.share["flutter"] > 0.05
+    # each traced place divides flutter from none a thousandth to both sides
+    curve = np.concatenate([points for points, _ in found.outline.curves])
+    inside = curve[(curve[:, 0] < 9e9) & (curve[:, 1] < 9e9)]
+    for k1, k_c in inside[:: len(inside) // 12]:
+        verdicts = {
+            analyse(scene.replace(k1=a, k_c=b)).judgement.verdict
+            for a, b in ((k1 * 1.02, k_c / 1.02), (k1 / 1.02, k_c * 1.02))
+        }
+        assert len(verdicts) == 2
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 1.0)])
+def test_a_logarithmic_axis_lies_above_zero(low, high):
+    Axis("x0", low, high, 10)
+    with pytest.raises(InputError, match="above 0 on a logarithmic axis"):
+        Axis("x0", low, high, 10, log=True)

@@ -2,16 +2,18 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
 from squeal.commands.cli import main
 from squeal.plots.contours import contour_figure
-from squeal.plots.parameters import symbol, unit_of
+from squeal.plots.parameters import settle, symbol, unit_of
 from squeal.scene import read_scene
 from tests.conftest import SCENES
 
@@ -80,3 +82,38 @@ def test_numbers_of_an_axis_stay_below_a_thousand():
     assert unit_of(Axis("alpha1", 0.0, np.pi, 3)) == np.pi
     assert unit_of(Axis("k1", 2e7, 3e8, 3)) == 1e6
     assert unit_of(Axis("w", 0.01, 0.08, 3)) == 1e-3
+
+
+def test_logarithmic_axes_in_files_and_figures(capsys, tmp_path):
+    cells, drawing = tmp_path / "m.csv", tmp_path / "m.svg"
+    files = ("--csv", str(cells), "--pdf", str(drawing), "--n", "10", "--json")
+    ranges = ("--first", "k1:1e6:1e10:log", "--second", "mu:0:0.7")
+    assert main(["map", B3, *ranges, *files]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [axis["scale"] for axis in found["axes"]] == ["log", "linear"]
+    values = sorted({float(row.split(",")[0]) for row in cells.read_text().splitlines()[1:]})
+    assert values[5] / values[4] == pytest.approx(10**0.4)
+    # the axes tell their units, and no power of ten stands beside their end
+    assert "1e" not in re.sub(r"<[^>]*>", "", drawing.read_text())
+    for wrong in ("k1:1e6:1e10:lin", "k1:0:1e10:log", "k1:1e6:1e10:log:log"):
+        assert main(["map", B3, "--first", wrong]) == 2
+        assert "--first" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("axis", "label"),
+    [
+        (Axis("mu", 0.0, 0.7, 5), r"$\mu$"),
+        (Axis("k1", 1e6, 1e8, 5, log=True), "$k_1$ [N/m]"),
+        (Axis("k1", 1e6, 1e8, 5), "$k_1$ [$10^{6}$ N/m]"),
+        (Axis("w", 0.01, 0.06, 5), "$w$ [$10^{-3}$ m]"),
+        (Axis("mu", 0.0, 1e-4, 5), r"$\mu$ [$10^{-6}$]"),
+    ],
+)
+def test_axes_say_their_unit_and_power(axis, label):
+    figure = Figure()
+    axes = figure.add_subplot()
+    settle(axes, (axis, Axis("h", 0.1, 1.0, 5)), None)
+    assert axes.get_xlabel() == label
+    figure.canvas.draw()
+    assert axes.xaxis.get_offset_text().get_text() == ""
