@@ -11,8 +11,7 @@ from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium, Path
 from squeal.equilibrium.damping import damped_model
 from squeal.scene import Scene
-from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Observer
+from squeal.simulation.observers import Samples
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
 from squeal.stability import complex_eigenvalues
 
@@ -35,18 +34,10 @@ class Fit:
         return abs(self.fitted - self.predicted) / abs(self.predicted)
 
 
-class _Motion(Observer):
+class _Motion(Samples):
     """The motion at equally spaced natural times; `changed` tells that a contact changed."""
 
-    dense = True
-
-    def __init__(self, times: np.ndarray) -> None:
-        self.times, self.states, self.changed = times, np.full((len(times), 6), np.nan), False
-
-    def leg(self, leg: Leg) -> None:
-        here = (self.times >= leg.t0) & (self.times <= leg.t1)
-        assert leg.dense is not None
-        self.states[here] = leg.dense(self.times[here])
+    changed = False
 
     def change(self, *_: object) -> None:
         self.changed = True

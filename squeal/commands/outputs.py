@@ -12,8 +12,16 @@ from squeal.errors import InputError
 from squeal.files.writing import check_writable
 
 # format by the end of the name, in the order of the help
-FORMATS = {"table": (".csv", ".json"), "figure": (".pdf", ".svg", ".png")}
-_OTHER_NAMES = {"table": ("--csv",), "figure": ("--pdf", "--svg", "--png")}
+FORMATS = {
+    "table": (".csv", ".json", ".nc"),
+    "figure": (".pdf", ".svg", ".png"),
+    "sound": (".wav",),
+}
+_OTHER_NAMES = {
+    "table": ("--csv", "--nc"),
+    "figure": ("--pdf", "--svg", "--png"),
+    "sound": ("--wav",),
+}
 
 
 class _File(argparse.Action):
@@ -31,7 +39,8 @@ class _File(argparse.Action):
 
 
 def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
-    """Options `table` and `figure` that name a file, such as table="write the verdicts to FILE"."""
+    """Options `table`, `figure` and `sound` that name a file, such as table="write the verdicts to
+    FILE"."""
     for name, words in options.items():
         parser.add_argument(
             f"--{name}",
@@ -70,7 +79,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
 
 
 def _listed(endings: Sequence[str]) -> str:
-    return f"{', '.join(endings[:-1])} or {endings[-1]}"
+    return " or ".join(part for part in (", ".join(endings[:-1]), endings[-1]) if part)
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -88,6 +97,8 @@ def _is_of(path: Path) -> bool:
         ".pdf": head.startswith(b"%PDF"),
         ".png": head.startswith(b"\x89PNG"),
         ".svg": head.lstrip().startswith((b"<?xml", b"<svg")),
+        ".nc": head.startswith(b"CDF"),
+        ".wav": head.startswith(b"RIFF"),
         ".json": head.lstrip().startswith((b"{", b"[")),
         ".csv": b"\0" not in head and b"," in line and not line.startswith((b"%PDF", b"{", b"<")),
     }

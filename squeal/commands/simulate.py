@@ -5,16 +5,15 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from pathlib import Path
 from typing import Any
 
 from squeal.commands.base import Answer, Parser
+from squeal.commands.motion import UNITS, asked, task_of, write_files
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import number, table
-from squeal.files.writing import plain, write_table
+from squeal.files.writing import plain
 from squeal.model.contact import contact_law
 from squeal.scene import COORDINATES, Scene
-from squeal.scene.keys import INITIAL
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.response import Response
 
@@ -23,7 +22,12 @@ SHOWN_EVENTS = 20
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    file_options(parser, table="write the history to FILE")
+    file_options(
+        parser,
+        table="write the history to FILE",
+        figure="draw forces, place of the reaction, contact states and spectrum into FILE",
+        sound="write one second of the pad's normal velocity to FILE",
+    )
     parser.add_argument(
         "--integrator",
         choices=("auto", "heyoka", "scipy"),
@@ -32,13 +36,10 @@ def options(parser: Parser) -> None:
     )
 
 
-UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
-
-
 def data(scene: Scene, result: Simulation) -> dict[str, Any]:
     """The JSON object of a simulation: only what the scene asked for."""
     events, response = result.events, result.response
-    asked: dict[str, Any] = {
+    wanted: dict[str, Any] = {
         "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
         "shares": result.shares,
         "extrema": result.extrema,
@@ -47,7 +48,7 @@ def data(scene: Scene, result: Simulation) -> dict[str, Any]:
     found = {
         "model": result.model,
         "final": dict(zip(("t", *COORDINATES), result.final, strict=True)),
-        **{name: value for name, value in asked.items() if value is not None},
+        **{name: value for name, value in wanted.items() if value is not None},
         "sliding_holds": result.sliding_holds,
     }
     if result.sliding_holds is False:
@@ -121,21 +122,26 @@ def _range(limits: tuple[float, float] | None) -> tuple[str, str]:
 
 
 def run(given: argparse.Namespace) -> Answer:
-    """Read the scene, simulate it, write the history if asked."""
+    """Read the scene, simulate it, write the files that are asked for."""
     scene = given.source.scene("simulate")
-    task = scene
-    if given.table is not None and not scene.wants("history"):
-        if scene.pad.F_n == 0.0:
-            raise (given.source.at / "parameters" / "F_n").refuse(
-                f"0 is not allowed with {given.table_option}, whose history gives forces over "
-                "F_n; it must be above 0"
-            )
-        task = dataclasses.replace(scene, outputs=(*scene.outputs, "history"))
-    result = simulate(task, given.integrator, _progress if sys.stderr.isatty() else None)
-    if given.table is not None:
-        write_history(given.table, result)
+    task, every = task_of(given, scene)
+    progress = _progress if sys.stderr.isatty() else None
+    whole = simulate(task, given.integrator, progress)
+    files = write_files(given, scene, whole, every)
+    result = asked(scene, whole, every)
     return Answer(
-        lambda: data(scene, result), lambda: text(scene, result), warnings=_start_warnings(scene)
+        lambda: data(scene, result) | files,
+        lambda: "\n\n".join([text(scene, result), *map(sound_text, files.values())]),
+        warnings=_start_warnings(scene),
+    )
+
+
+def sound_text(sound: dict[str, Any]) -> str:
+    """What the sound's file holds."""
+    return (
+        f"sound: {sound['signal']} from {number(sound['start'])} s for "
+        f"{number(sound['duration'])} s at {sound['rate_hz']} samples a second, full scale "
+        f"{number(sound['full_scale'])} m/s"
     )
 
 
@@ -147,15 +153,6 @@ def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
 
     found, _ = sliding_equilibrium(scene.pad_model)
     return () if found is None else found.warnings
-
-
-def write_history(path: Path, result: Simulation) -> None:
-    """A row for each sample; forces in units of F_n, places in units of w."""
-    assert result.history is not None
-    units = UNITS | {signal.name: signal.over for signal in contact_law(result.model).plotted}
-    columns = {name: values.tolist() for name, values in result.history.items()}
-    rows = zip(*columns.values(), strict=True)
-    write_table(path, {name: units.get(name, "") for name in columns}, rows)
 
 
 def _progress(share: float) -> None:

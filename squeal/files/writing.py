@@ -65,10 +65,17 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
 
 
 def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table whose columns have units ("" for none), as CSV or JSON by the end of the name.
+    """A table whose columns have units ("" for none), as CSV, JSON or netCDF by the name's end.
 
     The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
     """
+    if path.suffix == ".nc":
+        from squeal.files.netcdf import netcdf
+
+        values = list(zip(*rows, strict=True)) or [()] * len(columns)
+        found = dict(zip(columns, values, strict=True))
+        write_whole(path, netcdf(columns, found), binary=True)
+        return
     if path.suffix == ".json":
         records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")

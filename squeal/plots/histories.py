@@ -81,7 +81,8 @@ def _side(run: Run, interval: Interval) -> str:
     return "leading" if np.interp(middle, run.history["t"][known], place[known]) < 0 else "trailing"
 
 
-def _trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
+def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
+    """A signal over time, coloured by contact state."""
     curves = pieces(run.history["t"], run.history[signal.name], looks.timeline)
     for state, (_, _, colour) in looks.states.items():
         t, values = curves[state]
@@ -96,7 +97,7 @@ def _trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> N
         axes.set_ylim(-1.15, 1.15)
 
 
-def _strip(axes: Axes, looks: Looks) -> None:
+def strip(axes: Axes, looks: Looks) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
     rows = list(reversed(looks.states.items()))
     for row, (state, (_, _, colour)) in enumerate(rows):
@@ -123,8 +124,8 @@ def history_figure(run: Run) -> Figure:
         for axes, signal, letter in zip(
             grid, contact_law(run.summary.model).plotted, "ab", strict=False
         ):
-            _trace(axes, run, signal, letter, looks)
-        _strip(grid[2], looks)
+            trace(axes, run, signal, letter, looks)
+        strip(grid[2], looks)
         figure.align_ylabels(grid)
         handles = grid[0].get_lines()[: len(states)]
         names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]

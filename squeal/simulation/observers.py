@@ -152,6 +152,21 @@ def normalised(model: PadModel, states: np.ndarray, contact: State) -> np.ndarra
     return values
 
 
+class Samples(Observer):
+    """The states (n, 6) at given rising times (n,), all in natural units."""
+
+    dense = True
+
+    def __init__(self, times: np.ndarray) -> None:
+        self.times, self.states = times, np.full((len(times), 6), np.nan)
+
+    def leg(self, leg: Leg) -> None:
+        i = np.searchsorted(self.times, leg.t0)
+        j = np.searchsorted(self.times, leg.t1, side="right")
+        if j > i:
+            self.states[i:j] = leg.dense(self.times[i:j])  # type: ignore[misc]
+
+
 class History(Observer):
     """Samples of state, contact and signals at equal steps of time."""
 

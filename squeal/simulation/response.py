@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
 from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Observer
+from squeal.simulation.observers import Observer, Samples
 
 PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
 LAST = 0.25  # share of the run that is its last part
@@ -52,6 +53,12 @@ class Response:
     settled: bool | None = None
 
 
+def sampling_step(model: PadModel) -> float:
+    """A step of time, in natural units, that resolves the motion of a scaled pad."""
+    pad = model.pad
+    return PHASE / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
+
+
 class Watch(Observer):
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
 
@@ -62,24 +69,19 @@ class Watch(Observer):
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        fastest = max(1.0, float(np.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I)))
-        self._step = PHASE / fastest
+        self._step = sampling_step(model)
         first = np.arange(min(MOST_FIRST, int(stop / self._step) + 1)) * self._step
         count = min(MOST, int(LAST * stop / self._step) + 1)
         last = stop - self._step * np.arange(count)[::-1]
         # places that no frequency is in step with
         number = np.arange(PARTS * SAMPLES)
         spread = stop * (number + number * 0.6180339887498949 % 1.0) / (PARTS * SAMPLES)
-        self._times = (first, last, spread)
-        self._states = tuple(np.full((len(t), 6), np.nan) for t in self._times)
+        self._samples = tuple(Samples(times) for times in (first, last, spread))
         self._changed = np.inf
 
     def leg(self, leg: Leg) -> None:
-        assert leg.dense is not None
-        for times, states in zip(self._times, self._states, strict=True):
-            i, j = np.searchsorted(times, leg.t0), np.searchsorted(times, leg.t1, side="right")
-            if j > i:
-                states[i:j] = leg.dense(times[i:j])
+        for samples in self._samples:
+            samples.leg(leg)
 
     def change(self, t: float, source: State, target: State) -> None:
         self._changed = min(self._changed, t)
@@ -88,13 +90,13 @@ class Watch(Observer):
         return {"response": self._response()}
 
     def _response(self) -> Response:
-        first, last, spread = self._states
+        first, last, spread = (samples.states for samples in self._samples)
         rate = self._units.time
         energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, SAMPLES)
         speed = np.sqrt(energy.mean(axis=1))
         if speed.max() <= STILL:
             return Response(amplitude=self._amplitude(last), settled=True)
-        growth = exponent(first[self._times[0] < self._changed], self._step)
+        growth = exponent(first[self._samples[0].times < self._changed], self._step)
         start = Response()
         if growth is not None:
             hertz = growth.imag / (2 * np.pi * rate)

@@ -83,9 +83,9 @@ def test_what_is_no_table_stays(capsys, scene, content):
 @pytest.mark.parametrize(
     ("option", "name", "allowed"),
     [
-        ("--csv", "x.yaml", ".csv or .json"),
-        ("--table", "x.pdf", ".csv or .json"),
-        ("--table", "x", ".csv or .json"),
+        ("--csv", "x.yaml", ".csv, .json or .nc"),
+        ("--table", "x.pdf", ".csv, .json or .nc"),
+        ("--table", "x", ".csv, .json or .nc"),
         ("--pdf", "x.jpg", ".pdf, .svg or .png"),
         ("--figure", "x.csv", ".pdf, .svg or .png"),
     ],
