@@ -85,6 +85,11 @@ def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
 
 
+def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
+    """Rates (6,) of a scaled state with the contact that the gaps tell."""
+    return np.concatenate([state[3:], _accelerations(model, state[:3], state[3:])])
+
+
 def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
     """q of a scaled state; plain numbers, also from a run in higher precision."""
     return np.array(model.c.place(np.asarray(state[:3], dtype=float)))

@@ -1,0 +1,92 @@
+"""Growth of deviations from neighbouring motions: exponents without variational equations.
+
+Each motion runs beside one that starts a little off. After each stretch of time the neighbour is
+put back to the first distance, along the deviation that it has then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.model.equations import PadModel
+from squeal.model.units import natural_units
+from squeal.simulation.batch.many import DONE, simulate_many, stack
+
+SIZE = 1e-6  # of a motion's own size, the first distance
+TOLERANCE = 1e-10
+SETTLING = 0.2  # share of the stretches in which deviations turn to where they grow
+BLOCKS = 8  # of stretches, which count as independent
+QUANTILE = 2.365  # of Student's distribution for their mean: 95 %, seven degrees of freedom
+
+
+class Growth(NamedTuple):
+    """A mean rate of growth in 1/s with the half width of its 95 % interval.
+
+    halves: of the first and of the second half of what counts.
+    """
+
+    rate: float
+    half_width: float
+    halves: tuple[float, float]
+
+    @property
+    def settled(self) -> bool:
+        """The halves agree within what their intervals allow: the rate no longer drifts."""
+        return abs(self.halves[1] - self.halves[0]) <= 2.0 * np.sqrt(2.0) * self.half_width
+
+
+def damping_of(models: Sequence[PadModel]) -> np.ndarray:
+    """Damping matrices (n, 3, 3) of models, zero where there is none."""
+    none = np.zeros((3, 3))
+    return np.array([none if one.damping is None else one.damping for one in models])
+
+
+def neighbours(
+    models: Sequence[PadModel], states: np.ndarray, stretch: float, count: int
+) -> np.ndarray:
+    """Logarithms (count, n) of the growth of deviations from n motions, a row a stretch (s).
+
+    The pads are of one model; states (n, 6) in SI units. A motion whose model ends gives NaN from
+    then on. Raises ComputationError without heyoka.
+    """
+    n, first = len(states), models[0]
+    scale = np.array(
+        [
+            natural_units(one, state).to_si(np.ones(6))
+            for one, state in zip(models, states, strict=True)
+        ]
+    )
+    away = np.random.default_rng(0).normal(size=(n, 6))
+    away *= SIZE / np.linalg.norm(away, axis=1)[:, None]
+    here = np.array(states, dtype=float)
+    pads, damping = stack([one.pad for one in models] * 2), np.tile(damping_of(models), (2, 1, 1))
+    logs = np.full((count, n), np.nan)
+    going = np.ones(n, dtype=bool)
+    for row in logs:
+        both = np.concatenate([here, here + away * scale])
+        many = simulate_many(
+            first.name, pads, both, stretch, TOLERANCE, first.formulation, damping=damping
+        )
+        going &= np.all(many["outcome"].reshape(2, n) == DONE, axis=0)
+        one, other = many["final"].reshape(2, n, 6)
+        away[going] = ((other - one) / scale)[going]
+        here[going] = one[going]
+        size = np.linalg.norm(away, axis=1)
+        row[going] = np.log(size[going] / SIZE)
+        away *= (SIZE / size)[:, None]
+    return logs
+
+
+def growth(logs: np.ndarray, stretch: float) -> Growth:
+    """The mean rate of the columns of `neighbours` together, without their first stretches.
+
+    logs (count, n) with at least ten stretches.
+    """
+    rates = logs[int(SETTLING * len(logs)) :].mean(axis=1) / stretch
+    first, second = np.array_split(rates, 2)
+    blocks = [block.mean() for block in np.array_split(rates, BLOCKS)]
+    half = QUANTILE * np.std(blocks, ddof=1) / np.sqrt(BLOCKS)
+    return Growth(float(rates.mean()), float(half), (float(first.mean()), float(second.mean())))
