@@ -10,7 +10,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Onset, Section, Sweep, Way
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#3498DB", "#000000", "#C8380E", "#6A1B7B")
 UP, DOWN = {"marker": "^", "ms": 3.0}, {"marker": "v", "ms": 3.0, "mfc": "w"}
@@ -98,6 +98,9 @@ def onset_figure(found: Onset) -> Figure:
 
 def draw(found: Onset) -> Drawing:
     """The figure, ready to be saved."""
+    if not found.sweeps:
+        why = found.left_out or "No motion goes on losing contact with damping."
+        return blank("Onset of hammering with damping", why, __name__, found.provenance)
     parts = []
     for name, sweeps in found.sweeps.items():
         ends = [

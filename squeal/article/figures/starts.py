@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.files.records import Missing
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#4D4D4D")
 
@@ -49,6 +50,9 @@ def starts_figure(found: Starts) -> Figure:
 
 def draw(found: Starts) -> Drawing:
     """The figure, ready to be saved."""
+    reasons = {one.reason for one in found.scenes.values() if isinstance(one, Missing)}
+    if len(reasons) == 1 and not any(isinstance(o, SceneStarts) for o in found.scenes.values()):
+        return blank("What the start decides", reasons.pop(), __name__, found.provenance)
     parts = []
     for name, one in found.scenes.items():
         if isinstance(one, SceneStarts):

@@ -147,6 +147,12 @@ _PARTS = (
         ),
     ),
     Chapter(
+        "onset",
+        tables=("lasting", "exponents"),
+        studies=(Study("onset", _scenes(*HISTORY_FIGURES)),),
+        figures=(Figure("onset", "onset", _results("onset")),),
+    ),
+    Chapter(
         "identification",
         tables=("formulations", "ranges"),
         studies=_SEARCHED,

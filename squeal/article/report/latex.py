@@ -146,6 +146,11 @@ def counted(n: int, noun: str) -> str:
     return f"{({0: 'no', 1: 'one'}).get(n, n)} {noun}{'' if n < 2 else 's'}"
 
 
+def in_words(names: Sequence[str]) -> str:
+    """Names in a sentence: a, b and c."""
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if names[1:] else "".join(names)
+
+
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]

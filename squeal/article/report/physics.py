@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from squeal.article.cases import title
-from squeal.article.report.latex import Generated, number, percent, tabular, typeset
+from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
 from squeal.article.results.line_springs import LineSprings
 from squeal.article.results.map_ranges import MapRanges
@@ -31,11 +31,6 @@ def energy_table(found: Energy) -> str:
     return tabular("lrrrrrrr", head, list(groups.values()))
 
 
-def _listed(names: list[str]) -> str:
-    """Names in a sentence."""
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if names[1:] else "".join(names)
-
-
 def _energy(found: Energy) -> dict[str, str]:
     """What the energies say."""
     whole = {name: one for name, one in found.motions.items() if isinstance(one, Motion)}
@@ -49,16 +44,16 @@ def _energy(found: Energy) -> dict[str, str]:
     if both:
         law = (
             "The printed law does work in partial contact, and with either sign: in "
-            f"{_listed(both)} some stays give energy and others take it."
+            f"{in_words(both)} some stays give energy and others take it."
         )
     elif gives or takes:
         way = "gives" if gives else "takes"
-        law = f"The printed law only {way} energy, in {_listed(gives or takes)}."
+        law = f"The printed law only {way} energy, in {in_words(gives or takes)}."
     else:
         law = "No motion shown here visits partial contact, so that the printed law does no work."
     beyond = [name for name, (one, _) in printed.items() if abs(one.law) > abs(one.friction)]
     source = (
-        f"By the end the contact law has done more work than friction in {_listed(beyond)}."
+        f"By the end the contact law has done more work than friction in {in_words(beyond)}."
         if beyond
         else "In no motion has the contact law done more work than friction by the end."
     )
@@ -70,7 +65,7 @@ def _energy(found: Energy) -> dict[str, str]:
     start = (
         "From the same start the greatest kinetic energy under the printed law is a multiple of "
         "that under the integral law in "
-        + _listed([f"{name} ({number(ratio, 2)} times)" for name, ratio in grows.items()])
+        + in_words([f"{name} ({number(ratio, 2)} times)" for name, ratio in grows.items()])
         + (
             ": what the law feeds in, friction multiplies."
             if all(printed[name][0].friction > printed[name][0].law for name in grows)
@@ -103,7 +98,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     groups: dict[str, list[str]] = {}
     for case, member in found.members.items():
         groups.setdefault(PLACES[member.own], []).append(f"({case})")
-    lie = _listed([f"{_listed(cases)} lie {place} the area" for place, cases in groups.items()])
+    lie = in_words([f"{in_words(cases)} lie {place} the area" for place, cases in groups.items()])
     spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
     widest = max(spread, key=lambda name: spread[name])
     of = found.off_branch
@@ -152,9 +147,9 @@ def _differs(groups: tuple[list[str], list[str], list[str]]) -> str:
     """In which cases something takes longer, or not as long, on the fewest springs."""
     words = ("longer", "for a shorter time", "as long")
     parts = [
-        f"{word} in {_listed(cases)}" for word, cases in zip(words, groups, strict=True) if cases
+        f"{word} in {in_words(cases)}" for word, cases in zip(words, groups, strict=True) if cases
     ]
-    return _listed(parts)
+    return in_words(parts)
 
 
 def _springs(found: LineSprings) -> dict[str, str]:
@@ -171,11 +166,11 @@ def _springs(found: LineSprings) -> dict[str, str]:
         if groups[1] and not groups[0]
     ]
     if more and less:
-        verdict = f"point contact exaggerates {_listed(more)} and understates {_listed(less)}"
+        verdict = f"point contact exaggerates {in_words(more)} and understates {in_words(less)}"
     elif more:
-        verdict = f"point contact exaggerates {_listed(more)}, as the article concludes"
+        verdict = f"point contact exaggerates {in_words(more)}, as the article concludes"
     elif less:
-        verdict = f"point contact understates {_listed(less)}, against the article's conclusion"
+        verdict = f"point contact understates {in_words(less)}, against the article's conclusion"
     else:
         verdict = "whether point contact exaggerates the loss of contact depends on the case"
     ends = [c.springs[-1] for c in found.cases.values() if not isinstance(c.springs[-1], Missing)]
@@ -195,14 +190,14 @@ def _springs(found: LineSprings) -> dict[str, str]:
             values = [f"{number(points[0].mu, 4)} on {n} springs" for n, points in others.items()]
             moved.append(
                 f"the first threshold of case ({name}), {number(line[0].mu, 4)} on the line "
-                f"({line[0].kind}), is {_listed(values)}"
+                f"({line[0].kind}), is {in_words(values)}"
             )
     return {
         "physics.springs.lost": _differs(lost),
         "physics.springs.apart": _differs(apart),
         "physics.springs.verdict": verdict,
         "physics.springs.limit": limit,
-        "physics.springs.thresholds": _listed(moved) or "no threshold of the four cases differs",
+        "physics.springs.thresholds": in_words(moved) or "no threshold of the four cases differs",
         "physics.springs.few": str(
             min(
                 c.springs[0].count
@@ -248,6 +243,11 @@ def _scenes(found: Starts) -> dict[str, SceneStarts]:
 def _starts(found: Starts) -> dict[str, str]:
     """What the start decides, in sentences."""
     scenes = _scenes(found)
+    if not scenes:
+        why = next(one.reason for one in found.scenes.values() if isinstance(one, Missing))
+        keys = ("keeps", "hammers", "later", "times")
+        return {f"physics.starts.{key}": typeset(why) for key in keys}
+    times = [str(part.windows) for part in next(iter(scenes.values())).maps]
     last = {name: one.maps[-1] for name, one in scenes.items()}
     calm = [
         title(name)
@@ -256,7 +256,7 @@ def _starts(found: Starts) -> dict[str, str]:
     ]
     keeps = (
         "That point contact cannot keep contact is a property of the start: nearer to the "
-        f"equilibrium no contact is lost for as long in {_listed(calm)}."
+        f"equilibrium no contact is lost for as long in {in_words(calm)}."
         if calm
         else "No start of the maps of model B1 keeps contact where the scene's own start loses it."
     )
@@ -270,7 +270,7 @@ def _starts(found: Starts) -> dict[str, str]:
     }
     both = [case for case in most["b1"] if case in most["b2"]]
     hammers = (
-        f"Most starts hammer with both models in case {_listed([f'({case})' for case in both])} "
+        f"Most starts hammer with both models in case {in_words([f'({case})' for case in both])} "
         + ("alone, as the article finds" if both == [HAMMERS] else "")
         if both
         else "In no case do most starts hammer with both models"
@@ -281,7 +281,7 @@ def _starts(found: Starts) -> dict[str, str]:
         if one.maps[0].own != one.maps[-1].own
     ]
     later = (
-        f"Given more time, the scene's own start comes to another end in {_listed(turned)}."
+        f"Given more time, the scene's own start comes to another end in {in_words(turned)}."
         if turned
         else "Given more time, the scene's own start comes to no other end."
     )
@@ -289,7 +289,7 @@ def _starts(found: Starts) -> dict[str, str]:
         "physics.starts.keeps": keeps,
         "physics.starts.hammers": f"{hammers}.",
         "physics.starts.later": later,
-        "physics.starts.times": _listed([str(p.windows) for p in next(iter(scenes.values())).maps]),
+        "physics.starts.times": in_words(times),
     }
 
 

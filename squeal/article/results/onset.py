@@ -8,7 +8,7 @@ from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
 ROUNDING = 1e-4  # of a multiplier
-Sign = Literal["chaotic", "regular", "finite-time"]
+Sign = Literal["chaotic", "no growth", "finite-time"]
 
 
 class Late(Record):
@@ -53,7 +53,7 @@ class Exponent(Record):
 
     sign: finite-time where the rate has not settled, so that it is no exponent; chaotic where all
     of the interval is above `least`, what deviations that grow in proportion to time would give;
-    else regular. windows: how many times the scene's time; ratio: of damping.
+    else no growth is shown. windows: how many times the scene's time; ratio: of damping.
     """
 
     ratio: Share
@@ -109,7 +109,7 @@ class Onset(Result):
     """late: by name of the motion (as in `squeal.article.results.energy`); sweeps and sections: of
     those whose contact still changes at the damping `ratio`; thresholds: at which their equilibria
     begin to flutter at that ratio, None if they do not in the range; step: of mu; windows: of
-    `late`."""
+    `late`; left_out: why there is nothing, empty if there is."""
 
     late: dict[str, tuple[Late | Missing, ...]]
     step: float
@@ -120,3 +120,4 @@ class Onset(Result):
     cycles: Cycles | Missing
     ratio: Share
     windows: int
+    left_out: str = ""

@@ -27,6 +27,7 @@ from squeal.article.studies.starts import lever
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
+from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
 from squeal.model.equations import PadModel
 from squeal.model.states import State
@@ -87,9 +88,10 @@ def settled(
         after = _many(some, end[good], seen, True)
         whole = after["outcome"] == DONE
         still = np.where(after["changes"] > 0, 1.0 - after["shares"][:, 0], 0.0)
+        still[np.isnan(after["first"][:, 1])] = 1.0
         end[good] = np.where(whole[:, None], after["final"], np.nan)
         lost[good] = np.where(whole, still, np.nan)
-        # a pad that has left the surface for good has no peak
+        # a pad that is off the surface all the time has no peak
         peak[good] = np.where(whole, np.nan_to_num(after["first"][:, 1]), np.nan)
     return end, lost, peak
 
@@ -270,7 +272,7 @@ def exponents(scenes: dict[str, Scene], states: dict[str, np.ndarray], ratio: fl
             continue
         rate = growth(columns, stretch)
         least = np.log(1.0 / SETTLING) / ((1.0 - SETTLING) * LATE * stretch)
-        sign = "chaotic" if rate.rate - rate.half_width > least else "regular"
+        sign = "chaotic" if rate.rate - rate.half_width > least else "no growth"
         found[name] = Exponent(
             ratio,
             rate.rate / 1e3,
@@ -285,6 +287,9 @@ def exponents(scenes: dict[str, Scene], states: dict[str, np.ndarray], ratio: fl
 def study(files: Sequence[Path]) -> Onset:
     """Onset and attractors of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} simulates no batches of pads."
+        return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
     motions: dict[str, Scene] = {}
     for name, scene in scenes.items():

@@ -16,6 +16,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.starts import KINDS, TURNS, Map, SceneStarts, Starts
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
+from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
 from squeal.model.states import State
 from squeal.scene import Scene
@@ -116,5 +117,8 @@ def maps(scene: Scene, sides: dict[int, int]) -> SceneStarts | Missing:
 def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
     """The maps of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    if version("heyoka") == NOT_INSTALLED:
+        why = Missing(f"{WITHOUT_HEYOKA} simulates no batches of pads.")
+        return Starts(scenes=dict.fromkeys(scenes, why), reach=REACH)
     sides = dict.fromkeys(WINDOWS, FINE) if fine else WINDOWS
     return Starts(scenes={name: maps(one, sides) for name, one in scenes.items()}, reach=REACH)

@@ -20,22 +20,18 @@ TOLERANCE = 1e-10
 SETTLING = 0.2  # share of the stretches in which deviations turn to where they grow
 BLOCKS = 8  # of stretches, which count as independent
 QUANTILE = 2.365  # of Student's distribution for their mean: 95 %, seven degrees of freedom
+APART = 2.447  # and for the difference of two halves of four: six degrees
 
 
 class Growth(NamedTuple):
     """A mean rate of growth in 1/s with the half width of its 95 % interval.
 
-    halves: of the first and of the second half of what counts.
+    settled: the first and the second half of what counts do not differ by more than chance.
     """
 
     rate: float
     half_width: float
-    halves: tuple[float, float]
-
-    @property
-    def settled(self) -> bool:
-        """The halves agree within what their intervals allow: the rate no longer drifts."""
-        return abs(self.halves[1] - self.halves[0]) <= 2.0 * np.sqrt(2.0) * self.half_width
+    settled: bool
 
 
 def damping_of(models: Sequence[PadModel]) -> np.ndarray:
@@ -86,7 +82,9 @@ def growth(logs: np.ndarray, stretch: float) -> Growth:
     logs (count, n) with at least ten stretches.
     """
     rates = logs[int(SETTLING * len(logs)) :].mean(axis=1) / stretch
-    first, second = np.array_split(rates, 2)
-    blocks = [block.mean() for block in np.array_split(rates, BLOCKS)]
-    half = QUANTILE * np.std(blocks, ddof=1) / np.sqrt(BLOCKS)
-    return Growth(float(rates.mean()), float(half), (float(first.mean()), float(second.mean())))
+    blocks = np.array([block.mean() for block in np.array_split(rates, BLOCKS)])
+    half = QUANTILE * blocks.std(ddof=1) / np.sqrt(BLOCKS)
+    halves = blocks.reshape(2, -1)
+    chance = APART * np.sqrt((halves.var(axis=1, ddof=1) / halves.shape[1]).sum())
+    settled = abs(halves[1].mean() - halves[0].mean()) <= chance
+    return Growth(float(rates.mean()), float(half), bool(settled))

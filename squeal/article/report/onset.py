@@ -1,0 +1,178 @@
+"""Tables and sentences on onset and attractors; what interprets asks the results first."""
+
+from __future__ import annotations
+
+from squeal.article.report.latex import (
+    Generated,
+    in_words,
+    number,
+    percent,
+    tabular,
+    typeset,
+)
+from squeal.article.results.energy import motion_title
+from squeal.article.results.onset import Cycles, Exponent, Late, Onset
+from squeal.files.records import Missing
+
+CONFIDENCE = 0.95  # of the intervals, as `squeal.simulation.batch.neighbours` makes them
+WORDS = {
+    "chaotic": "chaotic",
+    "no growth": "no exponential growth shown",
+    "finite-time": "not settled: a finite-time rate",
+}
+
+
+def lasting_table(found: Onset) -> str:
+    """What the scenes' own starts come to with damping."""
+    ratios = next(
+        ([one.ratio for one in row if isinstance(one, Late)] for row in found.late.values()), []
+    )
+    head = ["", *(rf"$\zeta = {percent(ratio)}$" for ratio in ratios)]
+    groups: dict[str, list[list[str]]] = {}
+    for name, row in found.late.items():
+        cells = [
+            one.reason
+            if isinstance(one, Missing)
+            else f"{percent(one.lost, 0)}, {number(one.peak, 3)}"
+            if one.lost
+            else "kept"
+            for one in row
+        ]
+        groups.setdefault(name[:2], []).append([motion_title(name), *cells])
+    return tabular("l" + "r" * len(ratios), head, list(groups.values()))
+
+
+def exponents_table(found: Onset) -> str:
+    """Exponents with their intervals, damped ones first."""
+    head = ["motion", "damping", "exponent, 1/ms", ""]
+    damped: list[list[str]] = []
+    undamped: list[list[str]] = []
+    for name, one in found.exponents.items():
+        stem, _, free = name.partition(", ")
+        row = [motion_title(stem)]
+        if isinstance(one, Missing):
+            row += ["", "--", typeset(one.reason)]
+        else:
+            value = rf"{number(one.rate, 2)} $\pm$ {number(one.half_width, 2)}"
+            row += [percent(one.ratio) if one.ratio else "none", value, WORDS[one.sign]]
+        (undamped if free else damped).append(row)
+    return tabular("llrl", head, [damped, undamped])
+
+
+def _lasting(found: Onset) -> dict[str, str]:
+    """Which motions go on hammering, and what the law has to do with it."""
+
+    def lasts(name: str) -> bool:
+        row = found.late.get(name, ())
+        return any(isinstance(o, Late) and o.ratio == found.ratio and o.lost > 0.0 for o in row)
+
+    on = [name for name in found.late if lasts(name)]
+    words = in_words([motion_title(name) for name in on])
+    fed = [
+        name.removesuffix("-mean")
+        for name in on
+        if name.endswith("mean") and not lasts(name.replace("mean", "integral"))
+    ]
+    law = (
+        f"In {in_words([motion_title(name) for name in fed])} the printed law alone keeps it "
+        "going: under the integral law the same start comes to rest in contact."
+        if fed
+        else "No motion goes on under the printed law that does not under the integral law too."
+    )
+    kept = [name for name in found.sweeps if found.thresholds[name] is None]
+    beside = (
+        f"In {in_words([motion_title(name) for name in kept])} the equilibrium does not flutter at "
+        "any friction of the sweep: hammering goes on beside an equilibrium that small "
+        "disturbances do not leave, and linear analysis does not announce it."
+        if kept
+        else "In all of them the equilibrium flutters from some friction on."
+    )
+    return {
+        "onset.lasts": f"contact goes on changing in {words}" if on else "no contact changes",
+        "onset.law": law,
+        "onset.beside": beside,
+    }
+
+
+def _hysteresis(found: Onset) -> str:
+    """How far apart onset and end are on the way up and down, at the ratio of the study."""
+    parts = []
+    for name, sweeps in found.sweeps.items():
+        (one,) = (sweep for sweep in sweeps if sweep.ratio == found.ratio)
+        up, down = min(one.up.hammering, default=None), min(one.down.hammering, default=None)
+        if up is None or down is None:
+            continue
+        which = "with" if up - down > 1.5 * found.step else "without"
+        parts.append(
+            f"{motion_title(name)} begins to hammer at $\\mu = {up:.3g}$ on the way up and ends at "
+            f"${down:.3g}$ on the way down, {which} hysteresis beyond the steps"
+        )
+    return in_words(parts) if parts else "no motion hammers on both ways"
+
+
+def _cycles(found: Cycles, threshold: float | None) -> str:
+    """Whether the branch of cycles leaves the threshold to smaller or to greater friction."""
+    least = min(found.branch, key=lambda point: point.mu)
+    unstable = any(not point.stable and point.changes for point in found.branch)
+    if threshold is None:
+        return f"The branch reaches down to $\\mu = {least.mu:.4f}$."
+    if found.branch[-1].changes:
+        return (
+            f"The branch was followed to $\\mu = {found.branch[-1].mu:.4f}$ and not to the "
+            f"threshold, $\\mu = {threshold:.4f}$."
+        )
+    if least.mu < threshold - 1e-3 and unstable:
+        return (
+            f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards smaller "
+            f"$\\mu$ and unstable, turns near $\\mu = {least.mu:.3f}$ and is stable from there: "
+            "the onset is subcritical, and between the two rest and hammering coexist."
+        )
+    return (
+        f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards greater "
+        "$\\mu$: the onset is supercritical."
+    )
+
+
+def _shot(found: Onset) -> dict[str, str]:
+    """The cycle at the scene's friction and its branch."""
+    if isinstance(found.cycles, Missing):
+        text = f"No cycle was followed: {typeset(found.cycles.reason)}."
+        return {"onset.cycle": text, "onset.branch": ""}
+    one, own = found.cycles, found.cycles.own
+    agree = abs(one.decay - own.multiplier) < 1e-3
+    cycle = (
+        f"The motion of {motion_title(one.name)} is a cycle of {number(own.period, 4)}\\,ms with "
+        f"{own.changes} changes of contact, found by shooting; its greatest Floquet multiplier is "
+        f"{number(own.multiplier, 6)} in size, and a disturbance decays by {number(one.decay, 6)} "
+        f"a period in a simulation, {'which agrees' if agree else 'which does not agree'}."
+    )
+    return {
+        "onset.cycle": cycle,
+        "onset.branch": _cycles(one, found.thresholds.get(one.name)),
+    }
+
+
+def _exponents(found: Onset) -> str:
+    """Which motions are chaotic and which have no exponent."""
+    by: dict[str, list[str]] = {}
+    for name, one in found.exponents.items():
+        if isinstance(one, Exponent):
+            stem, _, free = name.partition(", ")
+            title = motion_title(stem) + (f" ({free})" if free else "")
+            by.setdefault(one.sign, []).append(title)
+    words = {
+        "chaotic": "chaotic are",
+        "no growth": "no exponential growth is shown in",
+        "finite-time": "the rate has not settled in",
+    }
+    return "; ".join(f"{words[sign]} {in_words(names)}" for sign, names in by.items())
+
+
+def generated(found: Onset) -> Generated:
+    """Values and tables of the chapter."""
+    values = _lasting(found) | _shot(found)
+    values["onset.hysteresis"] = _hysteresis(found)
+    values["onset.confidence"] = percent(CONFIDENCE, 0)
+    values["onset.signs"] = _exponents(found) or "none was measured"
+    tables = {"lasting": lasting_table(found), "exponents": exponents_table(found)}
+    return values, tables
