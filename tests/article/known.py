@@ -96,8 +96,8 @@ def result(name: str) -> Result:
         some = Map(10, ("01", "23"), 3, share)
         given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "onset":
-        keys = ("b1-d", "b2-c-mean", "b2-c-integral")
-        given = {field: by(field, keys) for field in ("late", "sweeps", "sections", "exponents")}
+        both = ("b1-d", "b2-c-mean", "b2-c-integral")
+        given = {field: by(field, both) for field in ("late", "sweeps", "sections", "exponents")}
         given["ratio"] = given["sweeps"]["b1-d"][0].ratio
         given["thresholds"] = {"b1-d": 0.7, "b2-c-mean": None, "b2-c-integral": 0.7}
         given["cycles"] = filled(typing.get_args(types_of["cycles"])[0], name="b1-d")

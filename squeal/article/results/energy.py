@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from squeal.files.records import Missing, Record, Result
 
+LineForce = Literal["integral", "mean"]
 ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work
-LAWS = {"mean": "printed law", "integral": "integral law"}
+LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "integral law"}
 """The two laws of line contact and what the report calls them."""
 
 
 def motion_title(name: str) -> str:
     """Model, case and law of a motion from its name: b2-c-mean becomes B2 (c), printed law."""
     model, case, *law = name.split("-")
-    words = f", {LAWS[law[0]]}" if law else ""
-    return f"{model.upper()} ({case}){words}"
+    words = [f", {title}" for key, title in LAWS.items() if law == [key]]
+    return f"{model.upper()} ({case}){''.join(words)}"
 
 
 class Stay(Record):

@@ -6,7 +6,7 @@ Those of line contact run under both laws, the printed one and the integral one.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -57,15 +57,20 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
     )
 
 
-def study(files: Sequence[Path]) -> Energy:
-    """The motions of the eight scenes of models B1 and B2."""
-    found: dict[str, Motion | Missing] = {}
-    for name, scene in read_scenes(files, HISTORY_FIGURES, "simulate").items():
+def under_both_laws(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
+    """The scenes by name; each of B2 under both laws, as b2-c-mean and b2-c-integral."""
+    found: dict[str, Scene] = {}
+    for name, scene in scenes.items():
         if scene.model == "B1":
-            found[name] = motion(scene, name in SHOWN)
+            found[name] = scene
             continue
         for law in LAWS:
-            told = dataclasses.replace(scene.formulation, line_force=law)  # type: ignore[arg-type]
-            key = f"{name}-{law}"
-            found[key] = motion(dataclasses.replace(scene, formulation=told), key in SHOWN)
-    return Energy(motions=found)
+            form = dataclasses.replace(scene.formulation, line_force=law)
+            found[f"{name}-{law}"] = dataclasses.replace(scene, formulation=form)
+    return found
+
+
+def study(files: Sequence[Path]) -> Energy:
+    """The motions of the eight scenes of models B1 and B2."""
+    scenes = under_both_laws(read_scenes(files, HISTORY_FIGURES, "simulate"))
+    return Energy(motions={name: motion(scene, name in SHOWN) for name, scene in scenes.items()})

@@ -11,7 +11,6 @@ import numpy as np
 
 from squeal.analysis.critical import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.energy import LAWS
 from squeal.article.results.onset import (
     CyclePoint,
     Cycles,
@@ -23,6 +22,7 @@ from squeal.article.results.onset import (
     Way,
 )
 from squeal.article.scenes import read_scenes
+from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import lever
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
@@ -291,12 +291,7 @@ def study(files: Sequence[Path]) -> Onset:
         why = f"{WITHOUT_HEYOKA} simulates no batches of pads."
         return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
-    motions: dict[str, Scene] = {}
-    for name, scene in scenes.items():
-        for law in LAWS if scene.model == "B2" else ("",):
-            form = dataclasses.replace(scene.formulation, line_force=law) if law else None
-            key = f"{name}-{law}" if law else name
-            motions[key] = dataclasses.replace(scene, formulation=form) if form else scene
+    motions = under_both_laws(scenes)
     models = {
         name: [damped_model(damped(scene, ratio)) for ratio in RATIOS]
         for name, scene in motions.items()
@@ -304,9 +299,9 @@ def study(files: Sequence[Path]) -> Onset:
     ends = {name: late(scene, models[name]) for name, scene in motions.items()}
     at = RATIOS.index(RATIO)
     lasting = {
-        name: found[at].lost
-        for name, (found, _) in ends.items()
-        if isinstance(found[at], Late) and motions[name].formulation == own[name[:4]]
+        name: one.lost
+        for name, (rows, _) in ends.items()
+        if isinstance(one := rows[at], Late) and motions[name].formulation == own[name[:4]]
     }
     most = sorted(lasting, key=lambda name: -lasting[name])[:MOST]
     chosen = [name for name in motions if name in most and lasting[name] > 0.0]
