@@ -15,6 +15,13 @@ from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
+from squeal.commands.system_options import (
+    band_option,
+    refuse_options,
+    system_of,
+    work_options,
+)
+from squeal.commands.system_thresholds import thresholds_of
 from squeal.commands.tables import elided, in_words, number
 from squeal.errors import InputError
 from squeal.files.writing import write_table
@@ -24,8 +31,17 @@ from squeal.scene import Scene
 def options(parser: Parser) -> None:
     """Options of `squeal critical-friction`."""
     parser.add_argument(
-        "--mu-max", metavar="MU", default="2", help="upper end of the range of mu (2 if left out)"
+        "--mu-max",
+        "--max",
+        metavar="MU",
+        default="2",
+        help="upper end of the range of mu, or of a system's parameter (2 if left out)",
     )
+    parser.add_argument(
+        "--min", metavar="VALUE", help="systems only: lower end of the range (0 if left out)"
+    )
+    band_option(parser)
+    work_options(parser)
     parser.add_argument(
         "--sensitivity",
         action="store_true",
@@ -75,6 +91,7 @@ def data(found: CriticalFriction) -> dict[str, Any]:
                 "frequency_hz": point.frequency_hz,
                 "interval": list(point.interval),
                 "converged": point.converged,
+                "residual": point.residual,
             }
             for point in found.points
         ],
@@ -119,8 +136,12 @@ def _refuse_with_scatter(given: argparse.Namespace) -> None:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
-    mu_max = upper_end(given.mu_max)
     _refuse_with_scatter(given)
+    matrices = None if given.scatter is not None else system_of(given)
+    if matrices is not None:
+        return thresholds_of(given, matrices)
+    mu_max = upper_end(given.mu_max)
+    refuse_options(given, ("min", "band"))
     if given.scatter is not None:
         from squeal.commands.scattered import scattered
         from squeal.commands.subjects import subject_of

@@ -36,7 +36,8 @@ def work_options(parser: argparse.ArgumentParser) -> None:
 def asked(given: argparse.Namespace) -> bool:
     """True if an option was given that only systems from matrices know."""
     return any(
-        getattr(given, name, None) is not None for name in ("band", "modes", "region", "method")
+        getattr(given, name, None) is not None
+        for name in ("band", "modes", "region", "method", "min")
     )
 
 

@@ -4,6 +4,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
 """
 
+from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
 from squeal.stability.family import GROWING
@@ -13,9 +14,6 @@ from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Matrices, System
 from squeal.stability.sensitivity import sensitivities
 from squeal.stability.thresholds import (
-    CriticalPoint,
-    Crossing,
-    Thresholds,
     critical_points,
     crossings,
     thresholds,

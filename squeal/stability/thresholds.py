@@ -1,67 +1,23 @@
 """Thresholds of a family of systems: every change of verdict, every crossing of the axis.
 
-Candidates are the roots of smooth functions of mu (`searches`), so that neither real parts, which
-start like a square root at a coalescence, nor a verdict and its rounding decide where a threshold
-lies. What grows between neighbouring candidates tells which of them matter (`survey`).
+Up to three degrees of freedom candidates are the roots of smooth functions of mu (`searches`), so
+that neither real parts, which start like a square root at a coalescence, nor a verdict and its
+rounding decide where a threshold lies. What grows between neighbouring candidates tells which of
+them matter (`survey`). Eigenvalues of larger systems are followed (`following`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import GROWING, SMALL
+from squeal.stability.following.answer import followed
 from squeal.stability.matrices import System, check_system
 from squeal.stability.survey import Candidate, Change, Survey
-
-TIGHT = 1e-9  # of mu: an interval shorter than this has converged
-
-
-@dataclass(frozen=True)
-class CriticalPoint:
-    """A change of verdict on the way up in mu."""
-
-    mu: float
-    kind: str  # flutter, divergence: what follows; restabilised: neither follows any more
-    frequency_hz: float  # of the mode concerned, at mu; 0 where a real root is
-    interval: tuple[float, float]  # bracket of mu; the point itself at a breakpoint
-    converged: bool
-
-    def __str__(self) -> str:
-        return f"{self.kind} at mu = {self.mu:.9g}{_hertz(self.frequency_hz)}"
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """A pair or a real root that crosses the imaginary axis on the way up in mu."""
-
-    mu: float
-    kind: str  # flutter: a pair; divergence: a real root
-    direction: str  # up: it starts to grow; down: it ceases
-    frequency_hz: float  # at mu; 0 for divergence
-    interval: tuple[float, float]  # bracket of mu, rounding included; the point itself at a jump
-    mode: (
-        int  # number of the mode at mu by rising frequency, from 1; of a coalescing pair the first
-    )
-    changes_verdict: bool  # false where other modes grow all the same, and faster
-
-    def __str__(self) -> str:
-        return f"{self.kind} {self.direction} at mu = {self.mu:.9g}{_hertz(self.frequency_hz)}"
-
-
-def _hertz(frequency: float) -> str:
-    return f", {frequency:.6g} Hz" if frequency else ""
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """What happens over a range of mu: `points` are the changes of verdict among the crossings."""
-
-    points: list[CriticalPoint]
-    crossings: list[Crossing]
 
 
 def thresholds(
@@ -76,6 +32,8 @@ def thresholds(
     InputError for an empty range and whatever `system` raises.
     """
     check_system(system, "thresholds")
+    if _large(system, mu_max, mu_min):
+        return followed(system, mu_max, breakpoints, mu_min)
     survey = Survey(system, mu_max, breakpoints, mu_min)
     return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
 
@@ -85,7 +43,7 @@ def critical_points(
 ) -> list[CriticalPoint]:
     """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
     check_system(system, "critical_points")
-    return _verdict_changes(Survey(system, mu_max, breakpoints, mu_min))
+    return thresholds(system, mu_max, breakpoints, mu_min).points
 
 
 def crossings(
@@ -98,7 +56,14 @@ def crossings(
     come from one, cross nothing.
     """
     check_system(system, "crossings")
-    return _axis_crossings(Survey(system, mu_max, breakpoints, mu_min))
+    return thresholds(system, mu_max, breakpoints, mu_min).crossings
+
+
+def _large(system: System, mu_max: float, mu_min: float) -> bool:
+    """True if a system has more rows than the invariants and groups of `searches` are for."""
+    if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
+        return False  # refused by the survey
+    return bool(np.shape(system(mu_min + 0.53 * (mu_max - mu_min))[0])[0] > SMALL)
 
 
 def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
@@ -111,11 +76,7 @@ def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
             grows = above in GROWING
             omega = survey.frequency(change, above if grows else below, grows)
             candidate = _first(change, "flutter" if omega else "divergence")
-            if survey.family.at(change.mu).n > SMALL and not candidate.jump:
-                interval = _interval(survey, candidate)
-                converged = interval[1] - interval[0] <= TIGHT * abs(change.mu)
-            else:
-                interval, converged = candidate.root.interval, candidate.root.converged
+            interval, converged = candidate.root.interval, candidate.root.converged
             frequency = omega / (2 * math.pi)
             found.append(CriticalPoint(change.mu, kind, frequency, interval, converged))
     return found

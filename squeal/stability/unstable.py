@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.stability.crossing import Crossing
 from squeal.stability.eigen import Eigenvalue, complex_eigenvalues
 from squeal.stability.family import Family
 from squeal.stability.matrices import System, check_system
-from squeal.stability.thresholds import Crossing
 
 STEPS = 24  # in which several growing modes are followed from one crossing to the next
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from squeal.article.results.stability import Comparison
 from squeal.scene.system import PlainSystem, read_plain
+from squeal.stability import CriticalPoint, critical_points
 from squeal.stability.eigen import complex_eigenvalues
-from squeal.stability.thresholds import CriticalPoint, critical_points
 
 READ, DERIVED = "read in the source", "derived"
 SYSTEMS = ("mode_coupling", "drum_brake", "ziegler", "wing", "bicycle")

@@ -1,0 +1,228 @@
+"""Thresholds of a system in its parameter: all of a small one, those of a band of a large one."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.sweeps import noise_of, reduced_for, verdict_of
+from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.errors import ComputationError, InputError
+from squeal.stability import CriticalPoint, Crossing, thresholds
+from squeal.stability.dampings import dense
+from squeal.stability.following.search import search
+from squeal.stability.sparse.along import crossings_along
+from squeal.stability.sparse.count import count_roots
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.reduction import Reduction
+from squeal.stability.sparse.region import Discs, Rectangle
+from squeal.stability.terms import TermSystem
+
+STEPS = 13  # values at which a reduced system has to be good
+START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero
+COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
+GROWING = ("flutter", "divergence")
+
+
+@dataclass(frozen=True)
+class SystemThresholds:
+    """Every change of verdict and every crossing of the axis in low <= p <= high.
+
+    `certified`: between neighbouring crossings a count of growing roots that needs no eigenvalue
+    agrees; None if it was not made. `unconfirmed` names what the full system did not confirm.
+    """
+
+    low: float
+    high: float
+    verdict: str  # at the lower end
+    points: tuple[CriticalPoint, ...]
+    crossings: tuple[Crossing, ...]
+    certified: bool | None
+    unconfirmed: tuple[str, ...] = ()
+    reduction: Reduction | None = field(default=None, repr=False)
+
+
+def start_of(system: TermSystem, low: float | None, high: float) -> float:
+    """The lower end of the range: what is given, or 0, or a little above it where a factor divides
+    by the parameter."""
+    if low is not None:
+        return low
+    try:
+        system.derivative(system.parameter, {system.parameter: 0.0})
+        system(0.0)
+    except InputError:
+        return START * high
+    return 0.0
+
+
+def system_thresholds(
+    system: TermSystem,
+    high: float,
+    low: float | None = None,
+    wanted: Wanted | None = None,
+    progress: Progress = quiet,
+) -> SystemThresholds:
+    """Every threshold of a system in low <= p <= high, of the band if one is wanted.
+
+    Raises InputError for an empty range, and for a large system without a band or region.
+    """
+    wanted = wanted or Wanted()
+    low = start_of(system, low, high)
+    if not low < high:
+        raise InputError(f"--max {high:g}: is not allowed; it must exceed {low:g}")
+    if is_small(system) and (wanted.rectangle is None or _regular(system, low)):
+        return _small(system, low, high, wanted)
+    return _large(system, low, high, wanted, progress)
+
+
+def _regular(system: TermSystem, low: float) -> bool:
+    """True if M may be inverted, so that all roots can be followed."""
+    return bool(np.linalg.cond(dense(system(low)[0])) < 1e12)
+
+
+def _in_band(frequency: float, wanted: Wanted) -> bool:
+    if wanted.band is not None:
+        return wanted.band[0] <= frequency <= wanted.band[1]
+    if wanted.region is not None:
+        return wanted.region.low_imag <= 2 * math.pi * frequency <= wanted.region.high_imag
+    return True
+
+
+def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
+    found = thresholds(system, high, mu_min=low)
+    verdict = system_roots(system, None, {system.parameter: low}).verdict
+    return SystemThresholds(
+        low,
+        high,
+        verdict,
+        tuple(p for p in found.points if _in_band(p.frequency_hz, wanted)),
+        tuple(c for c in found.crossings if _in_band(c.frequency_hz, wanted)),
+        found.certified,
+    )
+
+
+def _large(
+    system: TermSystem, low: float, high: float, wanted: Wanted, progress: Progress
+) -> SystemThresholds:
+    name = system.parameter
+    values = [low + (high - low) * k / (STEPS - 1) for k in range(STEPS)]
+    changes = [{name: v} for v in values]
+    reduction, region = reduced_for(system, wanted, changes, progress=progress)
+    unconfirmed: tuple[str, ...] = ()
+    progress("following the roots of the reduced system")
+    if system.C:
+        found = crossings_along(reduction, region, name, values)
+        unconfirmed = found.unconfirmed
+        rows = [
+            Crossing(c.value, c.kind, c.direction, c.frequency_hz, c.interval, 0, False, c.residual)
+            for c in found.crossings
+        ]
+    else:
+        rows = _undamped(reduction, region, low, high)
+    crossings, states = _placed(reduction, region, rows, low, high)
+    certified = None
+    if system.n <= COUNTED_ROWS:
+        certified = not unconfirmed and all(
+            _counted(reduction, region, p, progress) for p, _ in states
+        )
+    points = _points(crossings, [verdict for _, verdict in states])
+    return SystemThresholds(
+        low, high, states[0][1], points, crossings, certified, unconfirmed, reduction
+    )
+
+
+def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) -> list[Crossing]:
+    """Coalescences of the reduced system inside the region."""
+    found = search(reduction.system, low, high)
+    return [
+        Crossing(
+            float(c.value),
+            c.kind,
+            "up" if c.direction > 0 else "down",
+            c.omega / (2 * math.pi),
+            (float(c.interval[0]), float(c.interval[1])),
+            0,
+            False,
+            reduction.worst,
+        )
+        for place in found.places
+        for c in place
+        if region.low_imag <= c.omega <= region.high_imag
+    ]
+
+
+def _placed(
+    reduction: Reduction,
+    region: Rectangle,
+    rows: Sequence[Crossing],
+    low: float,
+    high: float,
+) -> tuple[tuple[Crossing, ...], list[tuple[float, str]]]:
+    """Crossings with mode numbers and whether they change the verdict; values and verdicts
+    between them."""
+    name, noise = reduction.system.parameter, noise_of(reduction.system)
+    edges = [low, *(c.mu for c in rows), high]
+    states = []
+    for a, b in itertools.pairwise(edges):
+        middle = (a + b) / 2
+        states.append((middle, verdict_of(reduction.values(region, {name: middle}), noise)))
+    placed = []
+    for c, (before, after) in zip(rows, itertools.pairwise(states), strict=True):
+        roots = reduction.values(region, {name: c.mu})
+        slower = (roots.imag > 0) & (roots.imag < 2 * math.pi * c.frequency_hz * (1 - 1e-6))
+        changes = _kind(before[1]) != _kind(after[1])
+        mode = 1 + int(np.sum(slower))
+        placed.append(
+            Crossing(
+                c.mu, c.kind, c.direction, c.frequency_hz, c.interval, mode, changes, c.residual
+            )
+        )
+    return tuple(placed), states
+
+
+def _kind(verdict: str) -> str:
+    return verdict if verdict in GROWING else "quiet"
+
+
+def _points(crossings: Sequence[Crossing], verdicts: Sequence[str]) -> tuple[CriticalPoint, ...]:
+    points = []
+    for c, (before, after) in zip(crossings, itertools.pairwise(verdicts), strict=True):
+        if _kind(before) != _kind(after):
+            kind = after if after in GROWING else "restabilised"
+            tight = c.interval[1] - c.interval[0] <= 1e-9 * abs(c.mu)
+            points.append(CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual))
+    return tuple(points)
+
+
+def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Progress) -> bool:
+    """True if the full system has as many growing roots in the region as the reduced one."""
+    name = reduction.system.parameter
+    found = reduction.modes(region, {name: value})
+    growth, size = found.values.real, np.abs(found.values)
+    grows = growth > noise_of(reduction.system) * size
+    least = float(np.min(growth[grows], initial=region.high_real / 2))
+    most = float(np.max(growth[~grows], initial=-least))
+    edge = (least + max(most, 0.0)) / 2
+    growing = Rectangle(edge, region.high_real, region.low_imag, region.high_imag)
+    vectors = reduction.basis.vectors @ found.vectors
+    known = Roots(found.values, vectors, np.full_like(vectors, np.nan))
+    mirrored = Roots(
+        np.concatenate([known.values, known.values.conj()]),
+        np.hstack([known.right, known.right.conj()]),
+        np.hstack([known.left, known.left]),
+    )
+    around = Discs(((region.centre, region.radius),))
+    progress(f"counting growing roots at {name} = {value:.6g}")
+    try:
+        with one_thread():
+            problem = reduction.basis.scaled.at({name: value})
+            count = count_roots(problem, growing, mirrored, around, progress)
+    except ComputationError:
+        return False
+    return count.inside == int(growing.contains(found.values).sum())

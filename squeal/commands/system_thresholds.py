@@ -1,0 +1,128 @@
+"""`squeal critical-friction` of a system from matrices: thresholds in its parameter."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.systems.critical import SystemThresholds, system_thresholds
+from squeal.analysis.systems.sweeps import full_rows, reduced_rows
+from squeal.analysis.systems.wanted import Wanted, check_memory, is_small
+from squeal.commands.base import Answer
+from squeal.commands.numbers import numbers
+from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
+from squeal.commands.systems import basis_row
+from squeal.commands.tables import elided, number
+from squeal.errors import InputError
+from squeal.files.writing import write_table
+from squeal.scene.terms import SystemFile
+from squeal.stability.terms import TermSystem
+
+SHOWN = 121  # values of the parameter in the figure
+
+
+def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
+    """The answer of `squeal critical-friction` for a system."""
+    if given.sensitivity:
+        raise InputError(
+            f"--sensitivity: is not allowed with {given.source.name}, a system of matrices; "
+            "`squeal advise` is"
+        )
+    system, wanted, progress = file.system, wanted_of(given), progress_of(given)
+    high = numbers(given.mu_max, "--max", 1, "a finite number")[0]
+    if not is_small(system):
+        check_memory(system, memory_of(given))
+    found = system_thresholds(system, high, value_in(given.min, "--min"), wanted, progress)
+    if given.table is not None:
+        write_thresholds(given.table, found)
+    if given.figure is not None:
+        draw(given.figure, system, found, wanted)
+    inputs = [given.source.file, *file.inputs]
+    return Answer(lambda: data(system, found), lambda: text(system, found, wanted), inputs)
+
+
+def data(system: TermSystem, found: SystemThresholds) -> dict[str, Any]:
+    """The answer as a JSON object."""
+    return {
+        "name": system.name,
+        "parameter": system.parameter,
+        "parameters": dict(system.parameters),
+        "critical": [dataclasses.asdict(p) | {"interval": list(p.interval)} for p in found.points],
+        "crossings": [
+            dataclasses.asdict(c) | {"interval": list(c.interval)} for c in found.crossings
+        ],
+        "verdict_at_start": found.verdict,
+        "mu_start": found.low,
+        "mu_end": found.high,
+        "end": f"{system.parameter} = {found.high:g} is reached",
+        "certified": found.certified,
+        "unconfirmed": list(found.unconfirmed),
+        "basis": basis_row(found.reduction),
+    }
+
+
+def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
+    """The same for people."""
+    p = system.parameter
+    parts = [f"{system.name}, {wanted.words()} roots; at {p} = {found.low:g}: {found.verdict}"]
+    if found.crossings:
+        rows = [(f"  {p}", "crossing", "frequency, Hz", "mode", "verdict", "error")]
+        for c in found.crossings:
+            change = next((q.kind for q in found.points if q.mu == c.mu), "-")
+            half = (c.interval[1] - c.interval[0]) / 2
+            kind = f"{c.kind} {c.direction}"
+            rows.append(
+                (
+                    f"  {c.mu:.12g}",
+                    kind,
+                    number(c.frequency_hz),
+                    str(c.mode),
+                    change if c.changes_verdict else "-",
+                    number(half, 2),
+                )
+            )
+        parts.append(elided(rows, "--json"))
+    else:
+        parts.append("no crossing of the imaginary axis")
+    parts += [f"not confirmed on the full system: {words}" for words in found.unconfirmed]
+    if found.certified is not None:
+        agrees = "agrees" if found.certified else "does NOT agree"
+        parts.append(f"a count of growing roots between the crossings {agrees}")
+    parts.append(f"searched from {p} = {found.low:.9g} to {found.high:.9g}")
+    return "\n".join(parts)
+
+
+def write_thresholds(path: Path, found: SystemThresholds) -> None:
+    """A row for each crossing of the axis."""
+    names = ("mu", "kind", "direction", "frequency_hz", "low", "high", "mode", "changes_verdict")
+    rows = (
+        (
+            c.mu,
+            c.kind,
+            c.direction,
+            c.frequency_hz,
+            *c.interval,
+            c.mode,
+            int(c.changes_verdict),
+        )
+        for c in found.crossings
+    )
+    write_table(path, dict.fromkeys(names, ""), rows)
+
+
+def draw(path: Path, system: TermSystem, found: SystemThresholds, wanted: Wanted) -> None:
+    """The way of the roots over the range, as a figure."""
+    from squeal.plots.systems import draw_system_sweep
+
+    values = np.linspace(found.low, found.high, SHOWN).tolist()
+    if found.reduction is None:
+        rows = list(full_rows(system, wanted, values))
+    else:
+        region = wanted.rectangle
+        assert region is not None
+        rows = list(reduced_rows(found.reduction, region, system.parameter, values))
+    draw_system_sweep(path, system.name, system.parameter, rows)

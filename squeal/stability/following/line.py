@@ -1,0 +1,255 @@
+"""A system along one parameter as a standard eigenvalue problem A(p) v = z v with its derivative.
+
+Without damping z = s = -lambda^2 in mass-normalised coordinates: what oscillates lies on the
+positive real axis. With damping z = lambda / rate of the first-order form: what oscillates lies on
+the imaginary axis. Off that line something grows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError
+from squeal.stability.matrices import EPS, Array, System, checked, first_order, reduce
+from squeal.stability.terms import TermSystem, is_sparse
+
+ComplexArray = NDArray[np.complex128]
+Slopes = Callable[[float], tuple[Array | None, Array | None, Array | None]]
+DIFFERENCE = 1e-6  # of the range: step of the derivative of a function of one parameter
+INDEPENDENT = 1e-7  # least singular value of the vectors whose inverse gives the left ones
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Roots z (m,) at one value of the parameter with derivatives, vectors and rounding errors.
+
+    `noise` bounds how far rounding moves a root; left^H right = 1 for each.
+    """
+
+    value: float
+    roots: ComplexArray
+    slopes: ComplexArray
+    right: ComplexArray = field(repr=False)  # (N, m)
+    left: ComplexArray = field(repr=False)
+    noise: Array = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How many pairs and how many real roots grow, and the fastest rate of each (1/s)."""
+
+    pairs: int
+    reals: int
+    pair_rate: float
+    real_rate: float
+
+    @property
+    def verdict(self) -> str:
+        """flutter or divergence, whichever grows faster, or quiet."""
+        if not self.pairs and not self.reals:
+            return "quiet"
+        return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
+
+    @property
+    def numbers(self) -> tuple[int, int]:
+        """Growing pairs and growing real roots."""
+        return self.pairs, self.reals
+
+
+class Line:
+    """system(p) -> (M, C, K) between two values of p, M regular."""
+
+    def __init__(self, system: System, low: float, high: float) -> None:
+        self.system, self.low, self.high = system, low, high
+        inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
+        self._terms = _Terms.of(system)
+        self.damped = any(self._matrices(p)[1] is not None for p in inside)
+        self.rate, self.n = 1.0, len(self._matrices(inside[0])[0])
+        if self.damped:
+            (A, B), _, _ = self._parts(inside[2])
+            self.rate = float(first_order(A, B)[1])
+        self._states: dict[float, State] = {}
+        self._last: tuple[float, Array, Array, float] | None = None
+
+    @property
+    def states(self) -> list[State]:
+        """All states so far, by rising value."""
+        return [self._states[p] for p in sorted(self._states)]
+
+    def _matrices(self, p: float) -> tuple[Array, Array | None, Array]:
+        M, C, K = (_full(X) for X in self.system(p))
+        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+            raise InputError(
+                "thresholds: complex matrices (structural damping) are not allowed; damping by "
+                "rayleigh or ratios is"
+            )
+        return checked(np.asarray(M), C, np.asarray(K))
+
+    def _derivatives(self, p: float) -> tuple[Array, Array, Array]:
+        zero = np.zeros((self.n, self.n))
+        if isinstance(self.system, TermSystem):
+            name = self.system.parameter
+            slopes = (_full(X) for X in self.system.derivative(name, {name: p}))
+            M, C, K = (zero if X is None else X for X in slopes)
+            return M, C, K
+        step = DIFFERENCE * (self.high - self.low)
+        a, b = max(self.low, p - step), min(self.high, p + step)
+        pairs = zip(self._matrices(a), self._matrices(b), strict=True)
+        M, C, K = (
+            ((zero if y is None else y) - (zero if x is None else x)) / (b - a) for x, y in pairs
+        )
+        return M, C, K
+
+    def _parts(self, p: float) -> tuple[tuple[Array, Array], tuple[Array, Array], float]:
+        """A, B of z'' + B z' + A z = 0, their derivatives, relative rounding errors of A."""
+        if self._terms is not None:
+            return self._terms.at(p)
+        M, C, K = self._matrices(p)
+        dM, dC, dK = self._derivatives(p)
+        left, right, rounding = _normalising(M)
+        C = np.zeros_like(K) if C is None else C
+        A, B, mass, dA, dB = (left @ X @ right for X in (K, C, dM, dK, dC))
+        return (A, B), (dA - mass @ A, dB - mass @ B), rounding
+
+    def both(self, p: float) -> tuple[Array, Array, float]:
+        """A(p), dA/dp in the same coordinates, and the relative rounding errors of A."""
+        if self._last is None or self._last[0] != p:
+            (A, B), (dA, dB), rounding = self._parts(p)
+            if self.damped:
+                eye, zero = np.eye(self.n), np.zeros((self.n, self.n))
+                A = np.block([[zero, eye], [-A / self.rate**2, -B / self.rate]])
+                dA = np.block([[zero, zero], [-dA / self.rate**2, -dB / self.rate]])
+            self._last = (p, A, dA, rounding)
+        return self._last[1:]
+
+    def at(self, p: float) -> State:
+        """The state at p, computed once."""
+        if p not in self._states:
+            self._states[p] = self._computed(p)
+        return self._states[p]
+
+    def _computed(self, p: float) -> State:
+        A, slope, rounding = self.both(p)
+        roots, right, left = _vectors(A)
+        across = np.sum(left.conj() * right, axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            condition = 1.0 / np.abs(across)
+            slopes = np.sum(left.conj() * (slope @ right), axis=0) / across
+        error = 2 * len(A) * min(rounding, 4 * EPS) / 4
+        noise = norm(A) * np.minimum(error * condition, np.sqrt(error))
+        return State(p, roots, np.nan_to_num(slopes), right, left, noise)
+
+    def growth(self, p: float) -> Growth:
+        """What grows at p by more than rounding."""
+        state = self.at(p)
+        z, noise = state.roots, state.noise
+        if self.damped:
+            grows, oscillates = z.real > noise, np.abs(z.imag) > noise
+            rates = z.real * self.rate
+        else:
+            oscillates = np.abs(z.imag) > noise
+            grows = oscillates | (z.real < -noise)
+            rates = np.abs(np.sqrt(-z + 0j).real)
+        pairs, reals = grows & oscillates & (z.imag > 0), grows & ~oscillates
+        fastest = (float(np.max(rates[w], initial=0.0)) for w in (pairs, reals))
+        return Growth(int(pairs.sum()), int(reals.sum()), *fastest)
+
+    def omega(self, z: complex) -> float:
+        """Angular frequency (rad/s) of a root."""
+        if self.damped:
+            return abs(z.imag) * self.rate
+        return float(abs(np.sqrt(-complex(z)).imag))
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """A system of terms with constant M in mass-normalised coordinates, each term once."""
+
+    system: TermSystem
+    stiffness: list[Array]
+    damping: list[Array]
+    rounding: float
+
+    @staticmethod
+    def of(system: System) -> _Terms | None:
+        if not isinstance(system, TermSystem) or not all(t.constant for t in system.M):
+            return None
+        system = system.simplified()
+        terms = [t.matrix for t in (*system.C, *system.K)]
+        if any(np.iscomplexobj(X) for X in terms):
+            return None
+        M = _full(system.M[0].matrix)
+        assert M is not None
+        left, right, rounding = _normalising(M)
+        C, K = (
+            [np.asarray(left @ np.asarray(_full(t.matrix)) @ right) for t in part]
+            for part in (system.C, system.K)
+        )
+        return _Terms(system, K, C, rounding)
+
+    def at(self, p: float) -> tuple[tuple[Array, Array], tuple[Array, Array], float]:
+        name = self.system.parameter
+        values = self.system.values({name: p})
+        sums, slopes = [], []
+        for matrices, terms in (
+            (self.stiffness, self.system.K),
+            (self.damping, self.system.C),
+        ):
+            zero = np.zeros_like(self.stiffness[0])
+            factors = [t.factor.value_and_slopes(values) for t in terms]
+            sums.append(sum((f * X for X, (f, _) in zip(matrices, factors, strict=True)), zero))
+            slopes.append(
+                sum((d.get(name, 0.0) * X for X, (_, d) in zip(matrices, factors)), zero)  # noqa: B905
+            )
+        return (sums[0], sums[1]), (slopes[0], slopes[1]), self.rounding
+
+
+def _normalising(M: Array) -> tuple[Any, Any, float]:
+    """L, R with L M R = 1 (L = R' if M is symmetric, positive definite) and rounding errors."""
+    try:
+        reduced = reduce(M, None, np.zeros_like(M))
+    except InputError:
+        condition = float(np.linalg.cond(M))
+        if condition * EPS > 1e-3:
+            raise InputError(
+                "M: a regular matrix is required to search for all thresholds; where rows have no "
+                "mass a band is"
+            ) from None
+        return np.linalg.inv(M), np.eye(len(M)), EPS * condition
+    return reduced.T.T, reduced.T, reduced.rounding
+
+
+def norm(A: Array) -> float:
+    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm."""
+    size = np.abs(A)
+    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
+
+
+def _full(X: object) -> Array | None:
+    if X is None:
+        return None
+    return np.asarray(X.toarray() if is_sparse(X) else X)  # type: ignore[attr-defined]
+
+
+def _vectors(A: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Roots, unit right and unit left vectors."""
+    if np.array_equal(A, A.T):
+        values, vectors = np.linalg.eigh(A)
+        return values.astype(complex), vectors.astype(complex), vectors.astype(complex)
+    values, right = (x.astype(complex) for x in np.linalg.eig(A))
+    with np.errstate(all="ignore"):
+        try:
+            left = np.linalg.inv(right).conj().T
+            fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 1 / INDEPENDENT**2)
+        except np.linalg.LinAlgError:
+            fine = False
+    if not fine:
+        from scipy.linalg import eig
+
+        values, left, right = eig(A, left=True)
+    return values, right, left / np.linalg.norm(left, axis=0)

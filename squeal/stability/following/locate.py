@@ -1,0 +1,190 @@
+"""Guesses made exact: on the root itself with its derivative, on the pair where two coalesce."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.stability.following.line import ComplexArray, Line, norm
+from squeal.stability.following.pairs import SURE, pair_at
+from squeal.stability.following.steps import Guess
+from squeal.stability.matrices import EPS
+
+STEPS = 25
+CONVERGED = 4 * EPS
+WAYS = np.geomspace(1e-13, 1.0, 120)  # of the width of a guess
+SLACK = 1.5  # steps beyond the width of a guess before it is given up
+
+
+@dataclass(frozen=True)
+class Located:
+    """A crossing of the line: value of the parameter, rad/s, direction, interval, error."""
+
+    value: float
+    omega: float
+    direction: int  # +1: growth begins with rising value
+    interval: tuple[float, float]
+    residual: float
+    coalesces: bool
+    converged: bool = True
+
+    @property
+    def kind(self) -> str:
+        """flutter for a pair, divergence for a real root."""
+        return "flutter" if self.omega else "divergence"
+
+
+def _refined_vectors(
+    A: np.ndarray, z: complex, right: ComplexArray, left: ComplexArray
+) -> tuple[complex, ComplexArray, ComplexArray]:
+    """The root of A next to z with unit vectors, by inverse iteration and Rayleigh quotients."""
+    from scipy.linalg import lu_factor, lu_solve
+
+    x, y = right, left
+    size = norm(A)
+    for _ in range(3):
+        shift = z + 1e-14 * size * (1 + 1j)
+        factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
+        x = lu_solve(factor, x, check_finite=False)
+        y = lu_solve(factor, y, trans=2, check_finite=False)
+        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+        across = y.conj() @ x
+        if abs(across) < 1e-13:
+            break
+        moved = complex(y.conj() @ (A @ x) / across)
+        if abs(moved - z) <= 4 * EPS * size:
+            z = moved
+            break
+        z = moved
+    return z, x, y
+
+
+def located(line: Line, guess: Guess) -> Located | None:
+    """The crossing next to a guess, None if there is none within its width."""
+    if guess.coalesces:
+        found = _coalescence(line, guess)
+    elif guess.right.ndim == 2:
+        found = _beside(line, guess)
+    else:
+        found = _passing(line, guess)
+    if found is None:
+        return None
+    inside = line.low - 1e-12 * abs(line.low) <= found.value <= line.high * (1 + 1e-12)
+    return found if inside else None
+
+
+def _beside(line: Line, guess: Guess) -> Located | None:
+    """One of two close roots passes the line: zeros of the pair's own model, renewed at each."""
+    p, near = guess.value, guess.root
+    steps = guess.width * np.concatenate([-WAYS[::-1], [0.0], WAYS])
+    for _ in range(STEPS):
+        try:
+            pair = pair_at(line, p, near, guess.right, guess.left)
+        except np.linalg.LinAlgError:
+            return None
+        number = (pair.roots(steps).real > 0.0).sum(axis=1)
+        changes = np.flatnonzero(number[1:] != number[:-1])
+        if not len(changes):
+            return None
+        n = int(changes[np.argmin(np.abs(steps[changes] + steps[changes + 1]))])
+        low, high = float(steps[n]), float(steps[n + 1])
+        while high - low > EPS * abs(p) + 1e-3 * abs(low + high) * EPS:
+            middle = (low + high) / 2
+            if not low < middle < high:
+                break
+            if (pair.roots(np.array(middle)).real > 0.0).sum() == number[n]:
+                low = middle
+            else:
+                high = middle
+        move = (low + high) / 2
+        p, near = p + move, pair.mean + move * pair.mean_slope
+        if abs(p - guess.value) > SLACK * guess.width:
+            return None
+        if abs(move) <= 1e2 * CONVERGED * max(abs(p), 1e-3 * guess.width):
+            roots = pair.roots(np.array(move))
+            z = complex(roots[np.argmin(np.abs(roots.real))])
+            half = (z - near) or 1e-300
+            slope = complex(pair.mean_slope + (pair.d_slope + 2 * move * pair.d_bend) / (2 * half))
+            size = norm(line.both(p)[0])
+            noise = abs(pair.noise / (2 * half)) + EPS * size
+            real = bool(abs(z.imag) <= 1e-9 * float(np.abs(roots).max()))
+            wide = 2 * noise / max(abs(slope.real), 1e-300) + abs(move) + 2 * EPS * abs(p)
+            direction = 1 if slope.real > 0 else -1
+            omega = 0.0 if real else line.omega(z)
+            return Located(p, omega, direction, (p - wide, p + wide), noise / size, False)
+    return None
+
+
+def _passing(line: Line, guess: Guess) -> Located | None:
+    """Newton's method on Re z(p) = 0, with the derivative from left and right vectors."""
+    p, limit = guess.value, SLACK * guess.width
+    z, x, y = guess.root, guess.right, guess.left
+    for _ in range(STEPS):
+        A, derivative, rounding = line.both(p)
+        try:
+            z, x, y = _refined_vectors(A, z, x, y)
+        except (np.linalg.LinAlgError, ValueError):
+            return None
+        across = y.conj() @ x
+        slope = complex(y.conj() @ (derivative @ x) / across) if across else 0j
+        if not slope.real or not np.isfinite(slope):
+            return None
+        entries = float(np.sqrt(np.abs(y) ** 2 @ (A**2 @ np.abs(x) ** 2)))
+        noise = float(SURE * max(rounding, EPS) * entries / abs(across))
+        move = float(-z.real / slope.real)
+        if abs(move) > guess.width:
+            move = math.copysign(guess.width / 2, move)
+        p = float(np.clip(p + move, line.low, line.high))
+        z += move * slope
+        if abs(p - guess.value) > limit:
+            return None
+        if abs(move) <= max(CONVERGED * abs(p), noise / abs(slope.real) / 4):
+            real = not line.damped or abs(z.imag) <= 4 * noise
+            half = float(2 * noise / abs(slope.real) + abs(move) + 2 * EPS * abs(p))
+            direction = 1 if (slope.real > 0) == line.damped else -1
+            rest = A @ x - z * x
+            residual = float(np.linalg.norm(rest) / norm(A))
+            omega = 0.0 if real else line.omega(z)
+            return Located(p, omega, direction, (p - half, p + half), residual, False)
+    return None
+
+
+def _coalescence(line: Line, guess: Guess) -> Located | None:
+    """Newton's method on d(p) = 0 of a pair that meets on the line."""
+    p, limit, near = guess.value, SLACK * guess.width, guess.root
+    right, left = guess.right, guess.left
+    sign = -1.0 if not line.damped else 1.0  # of d where the pair grows
+    for _ in range(STEPS):
+        try:
+            pair = pair_at(line, p, near, right, left)
+        except np.linalg.LinAlgError:
+            return None
+        d, slope, bend = pair.d.real, pair.d_slope.real, pair.d_bend.real
+        # the nearer zero of d + slope h + bend h^2
+        inner = slope * slope - 4 * bend * d
+        if inner >= 0.0 and slope:
+            move = -2 * d / (slope + np.sign(slope) * np.sqrt(inner))
+        elif slope:
+            move = -d / slope
+        else:
+            return None
+        move = float(np.clip(move, -guess.width / 2, guess.width / 2))
+        p = float(np.clip(p + move, line.low, line.high))
+        near = pair.mean + move * pair.mean_slope
+        if abs(p - guess.value) > limit:
+            return None
+        if abs(move) <= max(CONVERGED * abs(p), pair.noise / abs(slope) / 4):
+            half = 2 * pair.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+            direction = int(np.sign(sign * slope))
+            on_zero = abs(pair.mean) <= np.sqrt(abs(pair.noise))
+            omega = 0.0 if line.damped and on_zero else line.omega(pair.mean)
+            grows = not line.damped and pair.mean.real < 0
+            if grows:  # two divergent roots join: nothing crosses
+                return None
+            A = line.both(p)[0]
+            least = np.linalg.svd(A - pair.mean * np.eye(len(A)), compute_uv=False)
+            residual = float(least[-1] / least[0])
+            return Located(p, omega, direction, (p - half, p + half), residual, True)
+    return None

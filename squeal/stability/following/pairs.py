@@ -1,0 +1,80 @@
+"""Two roots that come close: the 2 x 2 problem of their invariant subspace.
+
+Its mean and d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are well conditioned
+there although neither root is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.stability.following.line import Line, norm
+from squeal.stability.matrices import EPS
+
+ROUNDS = 3  # of block inverse iteration
+SURE = 4.0  # standard deviations of rounding that a noise holds
+NUDGE = 1e-7  # of the shift, so that the factorised matrix is regular
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Mean and d at a value of the parameter, with first derivatives and, of d, half the second.
+
+    The second derivative holds where the pair is close, which is where it is used; `noise` is the
+    rounding error of d.
+    """
+
+    value: float
+    mean: complex
+    mean_slope: complex
+    d: complex
+    d_slope: complex
+    d_bend: complex
+    noise: float
+
+    def ds(self, step: np.ndarray) -> np.ndarray:
+        """d at values beyond this one by `step`."""
+        return np.asarray(self.d + step * self.d_slope + step**2 * self.d_bend)
+
+    def roots(self, step: np.ndarray) -> np.ndarray:
+        """Both roots, (..., 2)."""
+        mean, half = self.mean + step * self.mean_slope, np.sqrt(self.ds(step) + 0j)
+        return np.stack([mean - half, mean + half], axis=-1)
+
+
+def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) -> Pair:
+    """The pair of roots next to `near` at p; right, left (N, 2) vectors that it begins from."""
+    from scipy.linalg import lu_factor, lu_solve
+
+    A, derivative, rounding = line.both(p)
+    size = norm(A)
+    shift = near + NUDGE * (abs(near) or size) * (1 + 1j)
+    if not line.damped and abs(near.imag) <= NUDGE * abs(near):
+        shift = shift.real
+        right, left = np.asarray(right.real), np.asarray(left.real)
+    factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
+    X, Y = right, left
+    for _ in range(ROUNDS):
+        X = np.linalg.qr(lu_solve(factor, X, check_finite=False))[0]
+        Y = np.linalg.qr(lu_solve(factor, Y, trans=2, check_finite=False))[0]
+    across = Y.conj().T @ X
+    inverse = np.linalg.inv(across)
+    small = inverse @ (Y.conj().T @ (A @ X))
+    slope = inverse @ (Y.conj().T @ (derivative @ X))
+    mean, mean_slope = np.trace(small) / 2, np.trace(slope) / 2
+    N, S = small - mean * np.eye(2), slope - mean_slope * np.eye(2)
+    # independent roundings in the entries of A; errors of the subspaces enter by their product
+    entries = np.sqrt(np.abs(inverse @ Y.conj().T) ** 2 @ (A**2 @ np.abs(X) ** 2))
+    error = SURE * max(rounding, EPS) * entries
+    return Pair(
+        p,
+        complex(mean),
+        complex(mean_slope),
+        complex(-np.linalg.det(N)),
+        complex(np.trace(N @ S)),
+        complex(np.trace(S @ S) / 2),
+        float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2),
+    )

@@ -1,0 +1,244 @@
+"""All crossings between two values of a parameter, and the proof that none was missed.
+
+What grows is counted halfway between neighbouring crossings. Where the count does not follow from
+the crossings that were located, the range between is searched more finely, and what is still
+missing is bisected by the count. A second count, by the sign function of the matrix and without
+eigenvalues, has to agree.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from squeal.stability.following.line import Growth, Line, norm
+from squeal.stability.following.locate import Located, located
+from squeal.stability.following.sign import count_right
+from squeal.stability.following.steps import Stepper
+from squeal.stability.matrices import System
+
+SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
+STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
+BUDGET = {60: 1500, 150: 400, 10**9: 90}  # states
+CLOSE = 1e-6  # of the range: equal subsystems cross within this
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What grows between two neighbouring crossings, and whether the second count agrees."""
+
+    low: float
+    high: float
+    growth: Growth
+    counted: int | None  # growing roots (two for a pair), without eigenvalues
+
+    @property
+    def certified(self) -> bool:
+        """True if both counts agree."""
+        return self.counted == 2 * self.growth.pairs + self.growth.reals
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Crossings by rising parameter, groups of them at one place, and the stretches between."""
+
+    places: tuple[tuple[Located, ...], ...]
+    stretches: tuple[Stretch, ...]
+    line: Line = field(repr=False)
+
+    @property
+    def certified(self) -> bool:
+        """True if every stretch is certified and what the crossings add up to is what grows."""
+        return all(s.certified for s in self.stretches) and all(
+            _explained(place, a.growth, b.growth)
+            for place, (a, b) in zip(self.places, itertools.pairwise(self.stretches), strict=True)
+        )
+
+
+def _limit(table: dict[int, int], rows: int) -> int:
+    return next(value for most, value in table.items() if rows <= most)
+
+
+def search(system: System, low: float, high: float) -> Searched:
+    """All crossings of the line between growth and decay for low <= p <= high.
+
+    Raises InputError for a singular M and whatever `system` raises.
+    """
+    line = Line(system, low, high)
+    rows = line.n * (2 if line.damped else 1)
+    stepper = Stepper(line, _limit(BUDGET, rows))
+    found: list[Located] = []
+    count = _limit(STARTS, rows)
+    # values that thresholds do not like to lie at
+    inner = [(k + 0.0371 * (1 + k % 3)) / count for k in range(1, count)]
+    for a, b in itertools.pairwise([low, *(low + x * (high - low) for x in inner), high]):
+        stepper.go(a, b)
+    _add(line, stepper, found)
+    for finer in (4, 16):
+        wrong = [
+            (a, b)
+            for place, a, b in _around(line, found)
+            if not _explained(place, line.growth(a), line.growth(b))
+        ]
+        if not wrong:
+            break
+        for a, b in wrong:
+            points = np.linspace(a, b, finer + 1).tolist()
+            for x, y in itertools.pairwise(points):
+                stepper.go(x, y)
+        _add(line, stepper, found)
+    places = _cleaned(line, found)
+    return Searched(tuple(places), tuple(_stretches(line, places)), line)
+
+
+def _add(line: Line, stepper: Stepper, found: list[Located]) -> None:
+    for guess in stepper.guesses:
+        one = located(line, guess)
+        if one is not None and not any(_same(line, one, other) for other in found):
+            found.append(one)
+    stepper.guesses.clear()
+    found.sort(key=lambda c: c.value)
+
+
+def _same(line: Line, one: Located, other: Located) -> bool:
+    near = SAME * (line.high - line.low) + (one.interval[1] - one.interval[0])
+    scale = 1e-6 * max(one.omega, other.omega)
+    return abs(one.value - other.value) <= near and abs(one.omega - other.omega) <= scale
+
+
+def _places(line: Line, found: list[Located]) -> list[list[Located]]:
+    """Crossings by place: neighbours within rounding stand together."""
+    places: list[list[Located]] = []
+    for one in found:
+        if places and one.value - places[-1][-1].value <= 4 * SAME * (line.high - line.low):
+            places[-1].append(one)
+        else:
+            places.append([one])
+    return places
+
+
+def _middles(line: Line, places: list[list[Located]]) -> list[float]:
+    at = [line.low, *(p[0].value for p in places), line.high]
+    middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
+    if places and line.high - places[-1][-1].value <= 1e-9 * abs(line.high):
+        middles[-1] = line.high + 1e-6 * (line.high - line.low)
+    return middles
+
+
+def _around(line: Line, found: list[Located]) -> Iterator[tuple[list[Located], float, float]]:
+    """Each place with values of the parameter below and above; the whole range if there is none."""
+    places = _places(line, found)
+    if not places:
+        yield [], line.low, line.high
+        return
+    middles = itertools.pairwise(_middles(line, places))
+    for place, (a, b) in zip(places, middles, strict=True):
+        yield place, a, b
+
+
+def _explained(place: list[Located] | tuple[Located, ...], a: Growth, b: Growth) -> bool:
+    """True if the crossings of a place add up to the change of what grows."""
+    pairs = sum(c.direction for c in place if c.kind == "flutter")
+    reals = sum(c.direction for c in place if c.kind == "divergence")
+    rise = b.pairs - a.pairs, b.reals - a.reals
+    # two divergent roots join to a growing pair, or come from one, and cross nothing
+    joined = rise[0] - pairs
+    return bool(rise[1] - reals == -2 * joined)
+
+
+def _cleaned(line: Line, found: list[Located]) -> list[tuple[Located, ...]]:
+    """Places whose crossings change what grows; of others nothing, or what bisection tells."""
+    kept = [tuple(place) for place in _places(line, found)]
+    result: list[tuple[Located, ...]] = []
+    for place, a, b in _around(line, found):
+        if _explained(place, line.growth(a), line.growth(b)):
+            result += [tuple(place)] if place else []
+        elif place and (several := _several(line, place, a, b)):
+            result.append(several)
+        else:
+            result += _bisected(line, a, b, place)
+    return result if found or result else kept
+
+
+def _several(line: Line, place: list[Located], a: float, b: float) -> tuple[Located, ...]:
+    """The crossings of equal subsystems, which all lie at one place; empty if that is not so."""
+    first = place[0]
+    wide = max(10 * (first.interval[1] - first.interval[0]), CLOSE * (line.high - line.low))
+    before = line.growth(max(a, first.value - wide))
+    after = line.growth(min(b, place[-1].value + wide))
+    if (before.numbers, after.numbers) != (line.growth(a).numbers, line.growth(b).numbers):
+        return ()
+    rise = after.pairs - before.pairs if first.omega else after.reals - before.reals
+    if any(c.kind != first.kind for c in place) or rise * first.direction <= 0:
+        return ()
+    repeated = (first,) * abs(rise)
+    return repeated if _explained(repeated, before, after) else ()
+
+
+def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tuple[Located, ...]]:
+    """Changes of the count between a and b, located where they are known and bisected if not."""
+    before, after = line.growth(a).numbers, line.growth(b).numbers
+    if before == after:
+        return []
+    low, high = a, b
+    while high - low > max(1e-12 * (line.high - line.low), 4 * np.spacing(abs(high))):
+        middle = (low + high) / 2
+        if line.growth(middle).numbers == before:
+            low = middle
+        else:
+            high = middle
+    near = [c for c in place if abs(c.value - low) <= 1e-6 * (line.high - line.low)]
+    if near:
+        return [(near[0],)]
+    state = line.at(high)
+    k = int(np.argmin(np.abs(state.roots.real)))
+    rise = sum(line.growth(high).numbers) - sum(before)
+    margin = 1e-7 * (line.high - line.low)
+    one = Located(
+        (low + high) / 2,
+        line.omega(complex(state.roots[k])),
+        1 if rise > 0 else -1,
+        (low - margin, high + margin),
+        float("nan"),
+        False,
+        converged=False,
+    )
+    rest = _bisected(line, min(high + margin, b), b, place) if high + margin < b else []
+    return [(one,), *rest]
+
+
+def _stretches(line: Line, places: list[tuple[Located, ...]]) -> Iterator[Stretch]:
+    at = [line.low, *(p[0].value for p in places), line.high]
+    for (low, high), middle in zip(
+        itertools.pairwise(at), _middles(line, [list(p) for p in places]), strict=True
+    ):
+        growth = line.growth(middle)
+        yield Stretch(low, high, growth, _counted(line, middle, growth))
+
+
+def _counted(line: Line, p: float, growth: Growth) -> int | None:
+    """Growing roots by the sign function, of rates above what separates them from rounding."""
+    state = line.at(p)
+    if line.damped:
+        z, noise = state.roots, state.noise
+    else:
+        z = np.sqrt(-state.roots + 0j)
+        z = np.concatenate([z, -z])
+        noise = np.concatenate([state.noise, state.noise])
+        unit = float(np.sqrt(norm(line.both(p)[0]))) or 1.0
+        z, noise = z / unit, noise / unit**2
+    quiet = z.real <= noise if line.damped else np.abs(z.real) <= np.sqrt(noise)
+    quiet |= z.real <= 0
+    least = float(np.min(z.real[~quiet], initial=np.inf))
+    most = max(float(np.max(z.real[quiet], initial=-np.inf)), float(np.max(noise, initial=0.0)))
+    if not np.isfinite(least):
+        least = max(1e3 * most, 1e-6)
+    floor = least / 8 if least > 64 * most else np.sqrt(max(most, 1e-16) * least)
+    A = line.both(p)[0]
+    if not line.damped:
+        n = len(A)
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-A / unit**2, np.zeros((n, n))]])
+    return count_right(A, float(floor))

@@ -1,0 +1,372 @@
+"""Roots matched from one value of the parameter to the next, and where they may cross the line.
+
+A match is accepted if the derivatives at both ends foresee it well enough to say whether the line
+between growth and decay is crossed; two roots that coalesce in between are matched as a pair, by
+mean and squared difference. What is in doubt halves the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.stability.following.line import ComplexArray, Line, State
+from squeal.stability.following.pairs import Pair, pair_at
+from squeal.stability.matrices import Array
+
+DEPTH = 12  # halvings of a step
+DOUBT = 0.25  # of the change: what a prediction may be off by
+NEAR = 1e-3  # of |z|: ... or this, for identity alone
+FINE = 101  # points at which a pair's roots are looked at within a step
+COUPLED = 0.1  # of the real parts: an exchange between two roots that cannot make one grow
+WINDOW = 8.0  # half-widths of a pair's closest approach that are looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A place where the line may be crossed: by one root, or by two that coalesce."""
+
+    value: float
+    root: complex
+    right: ComplexArray  # (N,) or (N, 2)
+    left: ComplexArray
+    coalesces: bool
+    width: float  # of the parameter within which it must lie
+
+
+def _cubic(a: Array, da: Array, b: Array, db: Array) -> Array:
+    """Coefficients (4, ...) by rising powers of t through values and derivatives at 0 and 1."""
+    return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
+
+
+def _zeros(cubic: Array) -> list[float]:
+    """Real zeros in 0 <= t <= 1."""
+    if not np.any(cubic[1:]):
+        return []
+    roots = np.roots(cubic[::-1])
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    return sorted(float(t) for t in real if -1e-12 <= t <= 1 + 1e-12)
+
+
+class Stepper:
+    """Steps along a line with a budget of states."""
+
+    def __init__(self, line: Line, budget: int) -> None:
+        self.line, self.budget = line, budget
+        self.guesses: list[Guess] = []
+        self.unsettled: list[tuple[float, float]] = []
+
+    def go(self, low: float, high: float, depth: int = DEPTH) -> None:
+        """Match all roots from low to high and collect what may cross the line."""
+        a, b = self.line.at(low), self.line.at(high)
+        found = _Step(self.line, a, b).matched()
+        if found.doubt and depth > 0 and len(self.line.states) < self.budget:
+            middle = low + 0.4837 * (high - low)
+            self.go(low, middle, depth - 1)
+            self.go(middle, high, depth - 1)
+            return
+        if found.doubt:
+            self.unsettled.append((low, high))
+        self.guesses += found.guesses
+
+
+@dataclass
+class _Matched:
+    guesses: list[Guess]
+    doubt: bool
+
+
+class _Step:
+    """One step: the roots at both ends and how they belong together."""
+
+    def __init__(self, line: Line, a: State, b: State) -> None:
+        from scipy.optimize import linear_sum_assignment
+
+        self.line, self.a, self.b = line, a, b
+        self.h = b.value - a.value
+        mean = self.h / 2 * (a.slopes[:, None] + b.slopes[None, :])
+        cost = np.abs(b.roots[None, :] - a.roots[:, None] - mean)
+        cost = np.where(np.isfinite(cost), cost, 1e300)
+        _, order = linear_sum_assignment(cost)
+        self.i, self.j = np.arange(len(order)), order
+        za, zb = a.roots, b.roots[order]
+        da, db = self.h * a.slopes, self.h * b.slopes[order]
+        self.noise = np.maximum(a.noise, b.noise[order])
+        self.za, self.zb, self.da, self.db = za, zb, da, db
+        self._coupling: Array | None = None
+        self.off = zb - za - (da + db) / 2
+
+    def matched(self) -> _Matched:
+        line, za, zb = self.line, self.za, self.zb
+        guesses: list[Guess] = []
+        way = np.abs(zb - za)
+        known = np.abs(self.off) <= np.maximum(DOUBT * way, NEAR * np.abs(za)) + 4 * self.noise
+        on_a, on_b = self._on(self.a)[self.i], self._on(self.b)[self.j]
+        first = self.a.value == line.low
+        # what lies on the line at one end alone has met another one, unless it starts there
+        known &= (on_a == on_b) | (first & on_a)
+        clear = self._clear()
+        settled = known & (clear | (on_a & on_b & ~self._real_crossing()))
+        single = known & ~settled & self._monotone()
+        for k in np.flatnonzero(single):
+            guesses += self._singles(int(k), bool(on_a[k]))
+        # off the line for good, whichever of them is which
+        far = self._far()
+        left = np.flatnonzero(~settled & ~single & ~far)
+        taken: set[int] = set()
+        for pair in self._partners(left):
+            if not taken & set(pair):
+                found = self._pair(*pair)
+                if found is not None:
+                    guesses += found
+                    taken |= set(pair)
+        doubtful = sorted({int(k) for k in left} - taken)
+        for single_one in doubtful:  # the best there is if no step can be halved any more
+            guesses += self._singles(single_one, False)
+        guesses += self._windows(np.flatnonzero(settled | single))
+        return _Matched(guesses, bool(doubtful))
+
+    def _on(self, state: State) -> np.ndarray:
+        """Roots on the line, as far as rounding tells."""
+        z = state.roots
+        if self.line.damped:
+            return np.asarray(np.abs(z.real) <= state.noise)
+        return np.asarray((np.abs(z.imag) <= state.noise) & (z.real >= -state.noise))
+
+    def _clear(self) -> np.ndarray:
+        """Roots that surely stay on their side of the line."""
+        if not self.line.damped:
+            # flutter pairs stay such; real ones that do not pass zero
+            apart = np.minimum(np.abs(self.za.imag), np.abs(self.zb.imag))
+            return np.asarray(apart > 2 * np.abs(self.off.imag) + 4 * self.noise) | (
+                self._both_real() & ~self._real_crossing()
+            )
+        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        unsure = 2 * np.abs(self.off.real)
+        return np.asarray((high + unsure < 0.0) | (low - unsure > 0.0))
+
+    def _both_real(self) -> np.ndarray:
+        real = (np.abs(self.za.imag) <= self.noise) & (np.abs(self.zb.imag) <= self.noise)
+        return np.asarray(real)
+
+    def _real_crossing(self) -> np.ndarray:
+        """Undamped: real roots s that may pass zero."""
+        if self.line.damped:
+            return np.zeros(len(self.za), dtype=bool)
+        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        unsure = 2 * np.abs(self.off.real)
+        passes = (low - unsure <= 0.0) & (high + unsure >= 0.0)
+        # a root that is zero at both ends belongs to a rigid body
+        still = (np.abs(self.za) <= self.noise) & (np.abs(self.zb) <= self.noise)
+        return np.asarray(self._both_real() & passes & ~still)
+
+    @staticmethod
+    def _extremes(a: Array, da: Array, b: Array, db: Array) -> tuple[Array, Array]:
+        t = np.linspace(0.0, 1.0, 17)[:, None]
+        c = _cubic(a, da, b, db)
+        values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
+        return values.min(axis=0), values.max(axis=0)
+
+    def _monotone(self) -> np.ndarray:
+        """Crossings that the prediction tells surely: error small beside the way."""
+        return np.asarray(
+            np.abs(self.off.real)
+            <= DOUBT * np.maximum(np.abs(self.zb.real - self.za.real), self._reach())
+        )
+
+    def _reach(self) -> Array:
+        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        return high - low
+
+    def _far(self) -> np.ndarray:
+        """Roots in doubt that lie so far to one side that no reordering reaches the line."""
+        if not self.line.damped:
+            return np.zeros(len(self.za), dtype=bool)
+        way = np.abs(self.off) + np.abs(self.zb - self.za)
+        way = np.maximum(way, np.minimum(np.abs(self.da), np.abs(self.db)))
+        return np.asarray(np.sign(self.za.real) == np.sign(self.zb.real)) & np.asarray(
+            np.minimum(np.abs(self.za.real), np.abs(self.zb.real)) > 2 * way
+        )
+
+    def _singles(self, k: int, starts: bool) -> Iterator[Guess]:
+        z = np.array([self.za[k], self.da[k], self.zb[k], self.db[k]])
+        if not self.line.damped and not self._both_real()[k]:
+            return
+        cubic = _cubic(*z.real)
+        if starts:  # on the line at the very start: what follows is told by the slope
+            cubic[0] = 0.0
+        for t in _zeros(cubic):
+            value = complex(np.polyval(_cubic(*z)[::-1], t))
+            at = self.a if t < 0.5 else self.b
+            index = k if t < 0.5 else self.j[k]
+            yield Guess(
+                self.a.value + t * self.h,
+                value,
+                at.right[:, index],
+                at.left[:, index],
+                False,
+                abs(self.h),
+            )
+
+    def _partners(self, left: np.ndarray) -> list[tuple[int, int]]:
+        """Pairs among roots in doubt, the closest first."""
+        pairs = []
+        for first, k in enumerate(left):
+            for other in left[first + 1 :]:
+                gap = min(abs(self.za[k] - self.za[other]), abs(self.zb[k] - self.zb[other]))
+                pairs.append((float(gap), (int(k), int(other))))
+        return [pair for _, pair in sorted(pairs)]
+
+    def _pair(self, k: int, other: int) -> list[Guess] | None:
+        """What two roots do that coalesce or part in the step; None if mean and d do not fit."""
+        z = np.array([self.za[[k, other]], self.da[[k, other]], self.zb[[k, other]]])
+        db = self.db[[k, other]]
+        mean = [z[0].mean(), z[1].mean(), z[2].mean(), db.mean()]
+        half = [(x[0] - x[1]) / 2 for x in (z[0], z[1], z[2], db)]
+        d = [half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]]
+        for a, da, b, slope, unit in (
+            (*mean, abs(mean[0])),
+            (*d, max(abs(d[0]), abs(d[2]))),
+        ):
+            off = abs(b - a - (da + slope) / 2)
+            if off > DOUBT * max(abs(b - a), 1e-3 * unit):
+                return None
+        means, ds = _cubic(*np.array(mean)), _cubic(*np.array(d))
+        return list(self._along_pair(k, other, means, ds))
+
+    def _along_pair(self, k: int, other: int, means: Array, ds: Array) -> Iterator[Guess]:
+        t = np.linspace(0.0, 1.0, FINE)
+        m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, ds))
+        vectors = [
+            (s.right[:, [p, q]], s.left[:, [p, q]])
+            for s, p, q in (
+                (self.a, k, other),
+                (self.b, int(self.j[k]), int(self.j[other])),
+            )
+        ]
+        on = self._on(self.a)[[k, other]].all(), self._on(self.b)[[k, other]].all()
+        if not self.line.damped or any(on):
+            yield from self._coalescences(t, m, d, vectors)
+        if self.line.damped and not all(on):
+            yield from self._passing(t, m, d, vectors)
+        elif not self.line.damped:
+            product = (m * m - d).real  # of the two roots: one of them passes zero
+            real = d.real >= 0
+            for n in np.flatnonzero((product[1:] * product[:-1] < 0) & real[1:] & real[:-1]):
+                right, left = vectors[int(t[n] > 0.5)]
+                yield Guess(
+                    self.a.value + t[n] * self.h, 0j, right[:, 0], left[:, 0], False, self.h
+                )
+
+    def _coalescences(
+        self, t: Array, m: ComplexArray, d: ComplexArray, vectors: list
+    ) -> Iterator[Guess]:
+        for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0):
+            place = t[n] + (t[n + 1] - t[n]) * abs(d[n]) / (abs(d[n]) + abs(d[n + 1]))
+            right, left = vectors[int(place > 0.5)]
+            yield Guess(self.a.value + place * self.h, complex(m[n]), right, left, True, self.h)
+
+    def _passing(
+        self, t: Array, m: ComplexArray, d: ComplexArray, vectors: list
+    ) -> Iterator[Guess]:
+        half = np.sqrt(d)
+        turned = np.cumprod(np.where((half[1:] * half[:-1].conj()).real < 0, -1, 1))
+        half[1:] *= turned  # a branch that does not jump
+        for sign in (1, -1):
+            z = m + sign * half
+            for n in np.flatnonzero(z.real[1:] * z.real[:-1] < 0):
+                right, left = vectors[int(t[n] > 0.5)]
+                yield Guess(self.a.value + t[n] * self.h, complex(z[n]), right, left, False, self.h)
+
+    def _windows(self, tracks: np.ndarray) -> Iterator[Guess]:
+        """Short stretches of growth where two roots pass each other closely."""
+        line = self.line
+        if line.damped:
+            place_a, place_b = self.za[tracks].imag, self.zb[tracks].imag
+            keep = (place_a >= 0) & (place_b >= 0)
+            low, _ = self._extremes(
+                -np.abs(self.za.real), 0 * self.za.real, -np.abs(self.zb.real), 0 * self.za.real
+            )
+            depth = -low[tracks]
+        else:
+            place_a, place_b = self.za[tracks].real, self.zb[tracks].real
+            keep = self._both_real()[tracks] & (place_a > 0) & (place_b > 0)
+            depth = np.zeros(len(tracks))
+        tracks, place_a, place_b = tracks[keep], place_a[keep], place_b[keep]
+        depth = depth[keep]
+        order = np.argsort(place_a)
+        rank = np.argsort(np.argsort(place_b))
+        for first, x in enumerate(order):
+            for y in order[first + 1 :]:
+                if rank[x] <= rank[y]:
+                    continue
+                gap = abs(place_a[x] - place_a[y]) + abs(place_b[x] - place_b[y])
+                if line.damped and min(depth[x], depth[y]) > gap:
+                    continue
+                k, other = int(tracks[x]), int(tracks[y])
+                if line.damped and not self._interact(k, other):
+                    continue
+                yield from self._window(k, other, place_a, place_b, int(x), int(y))
+
+    def _interact(self, k: int, other: int) -> bool:
+        """False if two damped roots exchange far less of their real parts than these are."""
+        if self._coupling is None:
+            derivative = self.line.both(self.a.value)[1]
+            across = np.sum(self.a.left.conj() * self.a.right, axis=0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                product = self.a.left.conj().T @ (derivative @ self.a.right) / across[:, None]
+            self._coupling = np.abs(product * product.T)
+        exchanged = abs(self.h) * float(np.sqrt(self._coupling[k, other]))
+        ends = self.za.real[[k, other]], self.zb.real[[k, other]]
+        return not exchanged < COUPLED * float(np.abs(ends).min())
+
+    def _window(
+        self, k: int, other: int, place_a: Array, place_b: Array, x: int, y: int
+    ) -> Iterator[Guess]:
+        before, after = place_a[y] - place_a[x], place_b[x] - place_b[y]
+        t = before / (before + after) if before + after > 0 else 0.5
+        p = self.a.value + t * self.h
+        near = complex((1 - t) * (self.za[k] + self.za[other]) + t * (self.zb[k] + self.zb[other]))
+        right, left = self.a.right[:, [k, other]], self.a.left[:, [k, other]]
+        try:
+            pair = pair_at(self.line, p, near / 2, right, left)
+        except np.linalg.LinAlgError:
+            return
+        yield from window_of(self.line, pair, right, left, abs(self.h))
+
+
+def window_of(
+    line: Line, pair: Pair, right: ComplexArray, left: ComplexArray, width: float
+) -> Iterator[Guess]:
+    """Crossings of the line around the closest approach of a pair, if there are any."""
+    bend, slope, d = pair.d_bend, pair.d_slope, pair.d
+    if not line.damped:
+        bend, slope, d = complex(bend.real), complex(slope.real), complex(d.real)
+        if bend.real <= 0.0:
+            return
+        closest = -slope.real / (2 * bend.real)
+        least = d.real - slope.real**2 / (4 * bend.real)
+        if least >= -4 * pair.noise or abs(closest) > width:
+            return
+        half = float(np.sqrt(-least / bend.real))
+        for way in (-half, half):
+            z = pair.mean + (closest + way) * pair.mean_slope
+            yield Guess(pair.value + closest + way, complex(z), right, left, True, 4 * half)
+        return
+    if bend == 0.0:
+        return
+    ends = np.roots([bend, slope, d])
+    centre, half = float(ends.real.mean()), float(np.abs(ends - ends.real.mean()).max())
+    if abs(centre) > width or half == 0.0:
+        return
+    step = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
+    step = step[np.abs(step) < width]
+    if not len(step):
+        return
+    both = pair.roots(step)
+    grows = both.real.max(axis=1) > 0.0
+    for n in np.flatnonzero(grows[1:] != grows[:-1]):
+        fastest = int(np.argmax(both[n].real))
+        yield Guess(pair.value + step[n], complex(both[n, fastest]), right, left, False, 4 * half)

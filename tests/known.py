@@ -1,0 +1,51 @@
+"""Systems of any size with known thresholds, for tests and benchmarks."""
+
+import numpy as np
+
+from squeal.numerics.formula import Formula
+from squeal.stability.terms import Term, TermSystem
+
+
+def known_system(n, rng, damped):
+    """n degrees of freedom in blocks with closed-form thresholds in 0 < mu < 2, mixed.
+
+    Blocks: an oscillator whose damping changes sign; two modes that coalesce; an oscillator whose
+    stiffness passes zero; bystanders. L X R with sparse unit triangular L and R and a permutation
+    leaves nothing symmetric or orthogonal. Returns the system and its thresholds (mu, kind,
+    direction, omega), sorted.
+    """
+    C0, C1, K0, K1 = (np.zeros((n, n)) for _ in range(4))
+    expected = []
+    i = 0
+    while i < n:
+        kind, w, at = rng.random(), rng.uniform(1, 10), rng.uniform(0.05, 1.95)
+        K0[i, i] = w * w
+        if damped and kind < 0.15:
+            rate = rng.choice([-1, 1]) * rng.uniform(0.01, 0.5)
+            C0[i, i], C1[i, i] = rate * at, -rate
+            expected.append((at, "flutter", "up" if rate > 0 else "down", w))
+        elif kind < 0.25 and i + 1 < n:
+            gap = rng.uniform(0.2, 3)
+            a, mean = gap / 2 / at, w * w + gap / 2
+            K0[i, i], K0[i + 1, i + 1] = w * w + gap, w * w
+            K1[i, i + 1], K1[i + 1, i] = a, -a
+            c = rng.uniform(0.01, 0.2) if damped else 0.0
+            C0[i, i] = C0[i + 1, i + 1] = c
+            at = np.sqrt(c * c * mean + gap * gap / 4) / a
+            if at < 2.0:
+                expected.append((at, "flutter", "up", np.sqrt(mean)))
+            i += 1
+        elif kind < 0.3:
+            K1[i, i], C0[i, i] = -w * w / at, rng.uniform(0.01, 0.5) * damped
+            expected.append((at, "divergence", "up", 0.0))
+        else:
+            K1[i, i], C0[i, i] = rng.uniform(-0.2, 0.2), rng.uniform(0.005, 0.5) * damped
+        i += 1
+    sparse = [rng.random((n, n)) < 3 / n for _ in range(2)]
+    left, right = (rng.uniform(-0.5, 0.5, (n, n)) * kept for kept in sparse)
+    left, right = np.eye(n) + np.tril(left, -1), np.eye(n) + np.triu(right, 1)
+    order = rng.permutation(n)
+    M, C0, C1, K0, K1 = ((left @ X @ right)[order][:, order] for X in (np.eye(n), C0, C1, K0, K1))
+    mu = Formula("mu")
+    C = (Term(C0), Term(C1, mu)) if damped else ()
+    return TermSystem((Term(M),), C, (Term(K0), Term(K1, mu))), sorted(expected)

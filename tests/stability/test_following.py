@@ -1,0 +1,112 @@
+"""Thresholds of larger systems: known blocks under non-orthogonal transformations, both counts."""
+
+import numpy as np
+import pytest
+
+from squeal.errors import InputError
+from squeal.numerics.formula import Formula
+from squeal.stability import thresholds
+from squeal.stability.following.search import search
+from squeal.stability.following.sign import count_right
+from squeal.stability.terms import Term, TermSystem
+from tests.known import known_system
+
+SEEDS = range(30)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_known_threshold_is_found_and_none_invented(seed):
+    rng = np.random.default_rng(seed)
+    system, expected = known_system(int(rng.integers(4, 32)), rng, damped=bool(seed % 2))
+    found = thresholds(system, 2.0)
+    assert found.certified
+    crossings = sorted((c.mu, c) for c in found.crossings)
+    assert len(crossings) == len(expected)
+    for (mu, c), (at, kind, direction, omega) in zip(crossings, expected, strict=True):
+        assert (c.kind, c.direction) == (kind, direction)
+        assert mu == pytest.approx(at, rel=1e-9)
+        assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
+        assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-7, abs=1e-7)
+
+
+def rotor(discs, speed):
+    """A flexible shaft with internal damping: it whirls from a known speed on.
+
+    In complex coordinates r = x + i y: m r'' + (c_e + c_i) r' + (k - i speed c_i) r = 0 with the
+    chain's modes, so that each is lost at speed = w (1 + c_e / c_i), Jeffcott's formula.
+    """
+    k = 1e6 * (2 * np.eye(discs) - np.eye(discs, k=1) - np.eye(discs, k=-1))
+    internal, external = 1e-4 * k, 3.0 * np.eye(discs)
+    zero = np.zeros((discs, discs))
+    C = np.block([[internal + external, zero], [zero, internal + external]])
+    K = np.block([[k, speed * internal], [-speed * internal, k]])
+    return np.eye(2 * discs), C, K
+
+
+def test_a_rotor_is_lost_at_the_speeds_of_jeffcotts_formula():
+    n = 15
+    found = thresholds(lambda speed: rotor(n, speed), 1500.0)
+    squares = 1e6 * (2 - 2 * np.cos(np.pi * np.arange(1, n + 1) / (n + 1)))
+    lost = np.sqrt(squares) * (1 + 3.0 / (1e-4 * squares))
+    lost = np.sort(lost[lost < 1500.0])
+    assert len(lost) > 5
+    assert [c.mu for c in found.crossings] == pytest.approx(lost, rel=1e-11)
+    assert all(c.direction == "up" for c in found.crossings)
+    assert found.certified
+    (first,) = found.points
+    assert first.converged
+    assert first.mu == pytest.approx(lost[0], rel=1e-11)
+
+
+def test_two_modes_that_hardly_couple_flutter_in_a_short_window():
+    """s = 4 + mu and 5 with K12 K21 = -eps^2: flutter for |1 - mu| < 2 eps, far below a step."""
+    eps = 1e-5
+    M = np.eye(5)
+    K0 = np.diag([4.0, 5.0, 11.0, 12.0, 13.0])
+    K0[0, 1], K0[1, 0] = eps, -eps
+    K1 = np.diag([1.0, 0, 0, 0, 0])
+    found = thresholds(lambda mu: (M, None, K0 + mu * K1), 2.0)
+    assert [c.direction for c in found.crossings] == ["up", "down"]
+    assert [c.mu for c in found.crossings] == pytest.approx([1 - 2 * eps, 1 + 2 * eps], abs=1e-12)
+    K0[1, 0] = eps  # veering instead
+    assert thresholds(lambda mu: (M, None, K0 + mu * K1), 2.0).crossings == []
+
+
+def test_weak_damping_does_not_blur_the_threshold_of_coupled_modes():
+    """With equal damping c: flutter from (mu a)^2 = (e / 2)^2 + c^2 s on, s the mean square."""
+    for c in (1e-2, 1e-5, 1e-8):
+        K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
+        K1[0, 1], K1[1, 0] = 1.0, -1.0
+        terms = (Term(K0), Term(K1, Formula("mu")))
+        found = thresholds(TermSystem((Term(np.eye(4)),), (Term(c * np.eye(4)),), terms), 2.0)
+        (crossing,) = found.crossings
+        assert crossing.mu == pytest.approx(np.sqrt(0.25 + 4 * c * c), rel=1e-10)
+
+
+def test_a_root_hidden_from_the_search_fails_the_count(monkeypatch):
+    from squeal.stability.following import search as module
+
+    system, _ = known_system(12, np.random.default_rng(5), damped=True)
+    assert search(system, 0.0, 2.0).certified
+    monkeypatch.setattr(module, "count_right", lambda A, x: (count_right(A, x) or 0) + 1)
+    assert not search(system, 0.0, 2.0).certified
+
+
+def test_the_sign_function_counts_eigenvalues(rng):
+    for n in (3, 20, 61):
+        A = rng.standard_normal((n, n))
+        values = np.linalg.eigvals(A)
+        for x in (0.0, -0.7):
+            assert count_right(A, x) == int(np.sum(values.real > x))
+    assert count_right(np.diag([1.0, 0.0])) is None
+
+
+def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
+    K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
+    K1[0, 1], K1[1, 0] = 1.0, -1.0
+    mixed = np.eye(4) + np.triu(np.full((4, 4), 0.3), 1)
+    terms = (Term(mixed @ K0), Term(mixed @ K1, Formula("mu")))
+    found = thresholds(TermSystem((Term(mixed),), (), terms), 2.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5], rel=1e-10)
+    with pytest.raises(InputError, match="regular"):
+        thresholds(lambda mu: (np.diag([1.0, 1, 1, 0]), None, K0 + mu * K1), 2.0)
