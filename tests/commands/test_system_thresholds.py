@@ -1,4 +1,4 @@
-"""`critical-friction` of systems from matrices: known thresholds, dense and sparse, and refusals."""
+"""`critical-friction` of systems from matrices: known thresholds, dense and sparse; refusals."""
 
 import json
 
