@@ -103,13 +103,15 @@ def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
     """What grows; of a small system whose roots are all known with the onset of each."""
     at = system.parameters[system.parameter]
     real = not any(np.iscomplexobj(X) for X in system.at() if X is not None)
-    if real and at > 0.0 and len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE:
-        own = plain_arrays(system)
-        try:
-            return unstable_modes(own, at, crossings(own, at))
-        except InputError:  # a mass matrix that is not symmetric and definite, or factors without
-            pass  # a value at 0
-    return growing(roots)
+    grow = growing(roots)
+    whole = len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE
+    if not (grow and real and at > 0.0 and whole):
+        return grow
+    own = plain_arrays(system)
+    try:
+        return unstable_modes(own, at, crossings(own, at))
+    except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
+        return grow
 
 
 def _swept(
