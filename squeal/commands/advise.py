@@ -116,7 +116,8 @@ def _cells(lever: Lever, outcome: Outcome, k: int, advice: Advice) -> tuple[str,
     if change is None:
         return "no such pad", "-"
     at = f"> {advice.mu_max:g}" if outcome.critical is None else number(outcome.critical)
-    return at, f"{change if gap is None else 100 * gap:+.3g}"
+    moved = change if gap is None else 100 * gap
+    return at, f"{moved:+.3g}" if moved else "0"
 
 
 def text(advice: Advice) -> str:

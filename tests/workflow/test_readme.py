@@ -16,19 +16,36 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def pad(tmp_path, monkeypatch):
     (tmp_path / "pad.yaml").write_text(re.search(r"```yaml\n(.*?)```", README, re.S)[1])
     monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def printed(command):
+    out = io.StringIO()
+    with redirect_stdout(out):
+        assert main(command.split()) == 0
+    return out.getvalue()
 
 
 def test_console_blocks_show_what_the_commands_print(pad):
-    block = next(b for b in re.findall(r"```console\n(.*?)```", README, re.S) if "squeal " in b)
-    parts = re.split(r"^\$ \.venv/bin/squeal (.*)\n", block, flags=re.M)[1:]
-    assert len(parts) == 4
-    for command, shown in zip(parts[::2], parts[1::2], strict=True):
-        out = io.StringIO()
-        with redirect_stdout(out):
-            assert main(command.split()) == 0
+    blocks = [b for b in re.findall(r"```console\n(.*?)```", README, re.S) if "/squeal " in b]
+    parts = [re.split(r"^\$ \.venv/bin/squeal (.*)\n", b, flags=re.M)[1:] for b in blocks]
+    pairs = [pair for part in parts for pair in zip(part[::2], part[1::2], strict=True)]
+    assert [command.split()[0] for command, _ in pairs] == [
+        "critical-friction", "eigenvalues", "eigenvalues", "advise"
+    ]  # fmt: skip
+    for command, shown in pairs:
+        out = printed(command)
+        if not shown:  # what is shown of it is the picture
+            assert (pad / command.split()[-1]).read_bytes().startswith(b"\x89PNG")
+            continue
         # numbers of rounding size (the discriminant's bound) may differ between machines
-        told = [re.sub(r"\(rounding .*?\)", "", text).split() for text in (shown, out.getvalue())]
+        told = [re.sub(r"\(rounding .*?\)", "", text).split() for text in (shown, out)]
         assert told[0] == told[1]
+
+
+def test_pictures_are_there():
+    for name in re.findall(r"\]\((figures/.*?)\)", README):
+        assert (ROOT / name).is_file()
 
 
 def test_python_example_runs(pad, capsys):
