@@ -6,39 +6,36 @@ each path for a final error of at most 1e-10, as such and as a multiple of the d
 
 from __future__ import annotations
 
-import subprocess
-import sys
+from dataclasses import replace
 from pathlib import Path
 
-from squeal.article.precision.peers import peers
+from benchmarks.peers import peers
+from squeal.article.figures.precision import draw
+from squeal.article.precision.paths import DEFAULT
 from squeal.article.report.precision import ERROR, OURS
-from squeal.article.results.precision import Precision, time_at
-from squeal.article.studies.precision import MORE, STEMS
-from squeal.files.writing import write_text
+from squeal.article.results.precision import time_at
+from squeal.article.studies.precision import STEMS, compared
+from squeal.files.provenance import provenance
+from squeal.files.writing import to_json, write_text
+from squeal.plots.style import save
 
 ROOT = Path(__file__).resolve().parent.parent
+PATIENCE = 5.0  # s
 RESULTS, FIGURE = ROOT / "results" / "benchmark.json", ROOT / "figures" / "benchmark.pdf"
 
 
 def main() -> None:
     """Measure, write, draw, print."""
-    print(f"peers beside SciPy: {', '.join(name for name, _ in peers()) or 'none installed'}")
-    scenes = [str(ROOT / f"workflow/scenes/{name}.yaml") for name in (*STEMS, *MORE, "b3")]
-    program = [sys.executable, "-m", "squeal.article.studies"]
-    command = [*program, "precision", *scenes, "--peers"]
-    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    others = dict(peers())
+    print(f"peers beside SciPy: {', '.join(others) or 'none installed'}")
+    stems = (*STEMS, "b1-b", "b2-b")
+    scenes = [ROOT / f"workflow/scenes/{name}.yaml" for name in (*stems, "b3")]
+    found = compared(scenes, stems, DEFAULT | others, PATIENCE, order=True)
+    found = replace(found, provenance=provenance(scenes, "squeal.article.studies.precision"))
     RESULTS.parent.mkdir(exist_ok=True)
-    write_text(RESULTS, text)
-    draw = [
-        sys.executable,
-        "-m",
-        "squeal.article.figures.precision",
-        str(RESULTS),
-        "--pdf",
-        str(FIGURE),
-    ]
-    subprocess.run(draw, check=True)
-    points = Precision.read(RESULTS).points
+    write_text(RESULTS, to_json(found.to_dict()) + "\n")
+    save(draw(found), FIGURE)
+    points = found.points
     for case in dict.fromkeys(p.case for p in points):
         print(f"{case}: ms for an error of {ERROR:g}, multiple of ours, contact changes missed")
         own = time_at(points, case, OURS, ERROR)

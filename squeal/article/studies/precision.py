@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,28 +12,36 @@ from squeal.article.precision.linear import DIGITS, sweep_timings, threshold_tim
 from squeal.article.precision.maps import FINEST, map_timings
 from squeal.article.precision.measure import NEAR, PATIENCE, measure
 from squeal.article.precision.paths import DEFAULT
-from squeal.article.precision.peers import peers as others
+from squeal.article.precision.paths import Path as Way
 from squeal.article.results.precision import Precision
 from squeal.article.scenes import read_scenes
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 
 STEMS = ("b1-c", "b2-c")
-MORE = ("b1-b", "b2-b")  # in the benchmark
 STIFF = 1e6  # k3, k4 over k1
-LONG = 5.0  # s: the patience of the benchmark
 
 
-def study(files: Sequence[Path], *, peers: bool = False) -> Precision:
-    """Measure all paths; `peers`: on more cases, with more patience, other libraries too."""
-    scenes = read_scenes(files, (*STEMS, *MORE * peers), "simulate")
+def study(files: Sequence[Path]) -> Precision:
+    """Measure all paths."""
+    return compared(files, STEMS, DEFAULT)
+
+
+def compared(
+    files: Sequence[Path],
+    stems: Sequence[str],
+    paths: Mapping[str, Way],
+    patience: float = PATIENCE,
+    order: bool = False,
+) -> Precision:
+    """Measure some paths on some scenes; for patience (s) and order see `measure`."""
+    scenes = read_scenes(files, stems, "simulate")
     cases = {title(name): replace(scene, outputs=()) for name, scene in scenes.items()}
     cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
-    paths = DEFAULT | (dict(others()) if peers else {})
     fig13 = read_scenes(files, ["b3"])["b3"]
     linear = (*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13))
     given = (STIFF, NEAR, FINEST, DIGITS)
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} has no compiled equations to compare integrators by."
         return Precision((), (), linear, *given, why)
-    points, checks = measure(cases, paths, LONG if peers else PATIENCE, peers)
+    points, checks = measure(cases, paths, patience, order)
     return Precision(tuple(points), tuple(checks), linear, *given)
