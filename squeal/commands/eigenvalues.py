@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
-from squeal.analysis.modes import PAD_COORDINATES, ModeShape, mode_shapes, shapes_of_pad
+from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
@@ -21,6 +20,8 @@ from squeal.commands.sweep import (
     draw,
     eigenvalue_rows,
     eigenvalue_table,
+    plain_shape_rows,
+    shape_rows,
     sweep,
     sweep_rows,
     sweep_text,
@@ -141,8 +142,6 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
             draw(given.figure, name, system, mus[0], mus[-1], None if given.at is None else at)
         else:
             save_modes(given.figure, name, eigenvalue_figure(values), values)
-    names = [f"q{i}" for i in range(1, system.n + 1)]
-    shapes = mode_shapes(spectrum)
     found = {
         "name": system.name,
         system.parameter: at,
@@ -154,7 +153,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
             for row, e in zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
         ],
         "unstable": unstable_rows(listed),
-        "mode_shapes": shape_rows(shapes, names, "largest entry 1"),
+        "mode_shapes": plain_shape_rows(spectrum),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
         "certified": len(spectrum) == 2 * system.n,
@@ -231,24 +230,6 @@ def write_tables(given: argparse.Namespace, spectrum: Spectrum, steps: list[Step
             write_sweep(given.table, steps)
         else:
             write_eigenvalues(given.table, spectrum)
-
-
-def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
-    """Mode shapes as a JSON object."""
-    return {
-        "coordinates": list(names),
-        "normalisation": rule,
-        "shapes": [
-            {
-                "mode": one.number,
-                "frequency_hz": one.frequency_hz,
-                "growth_rate": one.growth_rate,
-                "real": one.shape.real.tolist(),
-                "imag": one.shape.imag.tolist(),
-            }
-            for one in shapes
-        ],
-    }
 
 
 def run(given: argparse.Namespace) -> Answer:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
-from squeal.analysis.modes import sweep_modes
+from squeal.analysis.modes import ModeShape, mode_shapes, sweep_modes
 from squeal.commands.tables import elided, number
 from squeal.files.writing import write_table
 from squeal.scene import PlainSystem, Scene
@@ -66,6 +66,31 @@ def eigenvalue_table(spectrum: Spectrum) -> str:
     for i, row in enumerate(eigenvalue_rows(spectrum), 1):
         rows.append((f"  {i}", *(number(value) for value in row.values())))  # type: ignore[arg-type]
     return elided(rows, "--json or --csv")
+
+
+def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
+    """Mode shapes as a JSON object."""
+    return {
+        "coordinates": list(names),
+        "normalisation": rule,
+        "shapes": [
+            {
+                "mode": one.number,
+                "frequency_hz": one.frequency_hz,
+                "growth_rate": one.growth_rate,
+                "real": one.shape.real.tolist(),
+                "imag": one.shape.imag.tolist(),
+            }
+            for one in shapes
+        ],
+    }
+
+
+def plain_shape_rows(spectrum: Spectrum) -> dict[str, Any]:
+    """Mode shapes of a system whose coordinates have no names."""
+    shapes = mode_shapes(spectrum)
+    names = [f"q{i}" for i in range(1, 1 + (len(shapes[0].shape) if shapes else 0))]
+    return shape_rows(shapes, names, "largest entry 1")
 
 
 def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:

@@ -23,6 +23,7 @@ from squeal.analysis.systems.sweeps import (
 from squeal.analysis.systems.wanted import check_memory, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import spaced
+from squeal.commands.sweep import plain_shape_rows
 from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
 from squeal.commands.tables import elided, in_words, number, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
@@ -31,13 +32,13 @@ from squeal.files.journal import Journal
 from squeal.files.matrices import fingerprint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
-from squeal.stability import UnstableMode, crossings, unstable_modes
+from squeal.stability import Spectrum, UnstableMode, crossings, unstable_modes
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 
-SHOWN_ROWS = 100  # matrices of larger systems are not printed
+SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,8 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "method": method,
             "basis": basis_row(swept.reduction),
         }
+        if system.n <= SHOWN_ROWS:
+            found["mode_shapes"] = plain_shape_rows(Spectrum(roots.eigenvalues, False, 0))
         if values:
             found["sweep"] = [sweep_row(row) for row in swept.rows]
         return found

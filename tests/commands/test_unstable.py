@@ -101,6 +101,11 @@ def test_mode_shapes_and_pictures(capsys, pad, tmp_path):
     drum = SYSTEMS / "drum_brake.yaml"
     found = json.loads(run(capsys, drum, "--json")[1])["mode_shapes"]
     assert found["coordinates"] == ["q1", "q2"]
+    # the same from the general form, which --modes asks for
+    terms = json.loads(run(capsys, drum, "--modes", "2", "--json")[1])["mode_shapes"]
+    assert [s["frequency_hz"] for s in terms["shapes"]] == pytest.approx(
+        [s["frequency_hz"] for s in found["shapes"]]
+    )
     for source in (pad, drum):
         for option, begin in (("--png", b"\x89PNG"), ("--svg", b"<?xml"), ("--pdf", b"%PDF")):
             picture = tmp_path / f"p.{option[2:]}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path as File
 from typing import Any
 
@@ -72,7 +71,10 @@ def branch(scene: Scene) -> Branch | Missing:
         fold=path.fold,
         end=path.end,
         verdict_at_zero=critical.at_zero,
-        thresholds=tuple(Threshold(**asdict(point)) for point in critical.points),
+        thresholds=tuple(
+            Threshold(p.mu, p.kind, p.frequency_hz, p.interval, p.converged)
+            for p in critical.points
+        ),
     )
 
 
