@@ -101,6 +101,8 @@ def result(name: str) -> Result:
         given["ratio"] = given["sweeps"]["b1-d"][0].ratio
         given["thresholds"] = {"b1-d": 0.7, "b2-c-mean": None, "b2-c-integral": 0.7}
         given["cycles"] = filled(typing.get_args(types_of["cycles"])[0], name="b1-d")
+    elif name == "spectra":
+        given["scenes"] = by("scenes", ("b1-d",))
     elif name == "accuracy":
         given["scenes"] = by("scenes", HISTORY_FIGURES)
     elif name == "angles":

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from squeal.article.figures import onset as figure
 from squeal.article.report.onset import exponents_table, generated, lasting_table
 from squeal.article.results.onset import (
     CyclePoint,
@@ -17,9 +18,12 @@ from squeal.article.results.onset import (
     Sweep,
     Way,
 )
+from squeal.article.results.spectra import Heard, Spectra
 from squeal.article.studies import onset as study
+from squeal.article.studies import spectra
 from squeal.equilibrium.damping import damped_model
 from squeal.files.records import Missing
+from squeal.numerics.oscillation import line
 from squeal.scene import read_scene
 from tests.conftest import ROOT, needs_heyoka
 
@@ -105,7 +109,7 @@ def made(
     ],
 )
 def test_sentences_follow_the_numbers(given, key, words):
-    values, _ = generated(made(**given))
+    values, _ = generated(made(**given), Spectra(scenes={}, ratio=0.005))
     assert words in values[f"onset.{key}"]
 
 
@@ -123,5 +127,67 @@ def test_tables_tell_what_is_kept_lost_and_not_settled():
 
 def test_without_a_cycle_the_reason_is_given():
     found = dataclasses.replace(made(), cycles=Missing("the motion does not return to itself"))
-    values, _ = generated(found)
+    values, _ = generated(found, Spectra(scenes={}, ratio=0.005))
     assert "does not return" in values["onset.cycle"]
+
+
+def test_share_of_the_power_at_multiples_of_a_frequency():
+    """Two harmonics and a line between them, whose share of the power is by hand."""
+    t = 0.01 * np.arange(5000)  # ms
+    signal = 2.0 * np.sin(2 * np.pi * 5.0 * t) + 1.0 * np.sin(2 * np.pi * 10.0 * t + 1.0)
+    assert spectra.tonal(signal, 0.01, 5.0) == pytest.approx(1.0, abs=1e-6)
+    both = signal + np.sqrt(5.0) * np.sin(2 * np.pi * 7.3 * t)
+    assert spectra.tonal(both, 0.01, 5.0) == pytest.approx(0.5, abs=1e-3)
+
+
+@needs_heyoka
+def test_hammering_sounds_at_the_frequency_of_its_cycle_and_growth_at_that_of_its_mode():
+    """Shooting and the linearisation against the spectrum of a simulation."""
+    scene = study.damped(read_scene(SCENES / "b1-d.yaml", "simulate"), study.RATIO)
+    one = spectra.heard(scene)
+    assert one is not None
+    assert one.onset is not None
+    t, force, _ = spectra.contact_force(scene)
+    early = (t > 0.3 * one.onset) & (t < 0.9 * one.onset)
+    first, _ = line(force[early, None], float(t[1]))
+    assert first == pytest.approx(one.growing, rel=5e-3)
+    assert one.tonal > 0.99
+    pad = study.shooting(scene, study.RATIO)
+    own = pad.units.to_scaled(np.array(scene.initial))
+    state = pad.motion(own, study.LATE * scene.stop / pad.units.time, scene.pad.mu)
+    found = study.cycles("b1-d", scene, pad.units.to_si(state))
+    assert isinstance(found, Cycles)
+    assert one.strongest * found.own.period == pytest.approx(1.0, rel=1e-4)
+
+
+def sounds(strongest: float, tonal: float) -> Spectra:
+    heard = Heard((5.0,), 5.0, 0.1, 1.0, strongest, tonal, (), (), (), (), ())
+    return Spectra(scenes={"b1-d": heard}, ratio=0.005)
+
+
+@pytest.mark.parametrize(
+    ("strongest", "tonal", "period", "words"),
+    [
+        (5.0, 0.99, 0.2, ("at that of its", "a tone", "has the same frequency")),
+        (4.5, 0.5, 0.2, (r"10.0\,\% below", "no tone", "has another frequency")),
+        (5.5, 0.5, 0.2, (r"10.0\,\% above", "no tone", "has another frequency")),
+    ],
+)
+def test_the_sentence_on_pitch_follows_the_spectrum(strongest, tonal, period, words):
+    found = made()
+    assert isinstance(found.cycles, Cycles)
+    own = dataclasses.replace(found.cycles.own, period=period)
+    cycles = dataclasses.replace(found.cycles, name="b1-d", own=own)
+    found = dataclasses.replace(found, cycles=cycles)
+    values, _ = generated(found, sounds(strongest, tonal))
+    for part in words:
+        assert part in values["onset.pitch"]
+
+
+def test_without_heyoka_the_reason_is_drawn_and_told():
+    why = "No heyoka on this machine simulates no batches of pads."
+    none = Onset({}, 0.05, {}, {}, {}, {}, Missing(why), 0.005, 40, why)
+    values, tables = generated(none, Spectra(scenes={}, ratio=0.005))
+    assert why.rstrip(".") in values["onset.cycle"]
+    assert set(tables) == {"lasting", "exponents"}
+    assert figure.draw(none).alternative == why

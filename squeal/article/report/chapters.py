@@ -149,8 +149,8 @@ _PARTS = (
     Chapter(
         "onset",
         tables=("lasting", "exponents"),
-        studies=(Study("onset", _scenes(*HISTORY_FIGURES)),),
-        figures=(Figure("onset", "onset", _results("onset")),),
+        studies=tuple(Study(name, _scenes(*HISTORY_FIGURES)) for name in ("onset", "spectra")),
+        figures=tuple(Figure(name, name, _results(name)) for name in ("onset", "spectra")),
     ),
     Chapter(
         "identification",

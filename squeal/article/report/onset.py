@@ -12,6 +12,7 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset
+from squeal.article.results.spectra import Spectra
 from squeal.files.records import Missing
 
 CONFIDENCE = 0.95  # of the intervals, as `squeal.simulation.batch.neighbours` makes them
@@ -168,9 +169,41 @@ def _exponents(found: Onset) -> str:
     return "; ".join(f"{words[sign]} {in_words(names)}" for sign, names in by.items())
 
 
-def generated(found: Onset) -> Generated:
+TONAL = 0.9  # of the power: more than that at multiples of one frequency is a tone
+OFF = 0.01  # of a frequency: nearer are the same
+
+
+def _sound(found: Spectra, cycles: Cycles | Missing) -> dict[str, str]:
+    """What the spectra say of pitch and tone."""
+    if not found.scenes:
+        return {"onset.pitch": "No equilibrium of the scenes flutters with damping."}
+    parts = []
+    for name, one in found.scenes.items():
+        model, _, case = name.partition("-")
+        own = f"{model.upper()} ({case})"
+        lower = one.strongest / one.growing - 1.0
+        pitch = (
+            f"at that of its growing mode, {number(one.growing, 4)}\\,kHz"
+            if abs(lower) < OFF
+            else f"{percent(abs(lower))} {'below' if lower < 0 else 'above'} that of its growing "
+            f"mode, {number(one.growing, 4)}\\,kHz"
+        )
+        tone = "a tone" if one.tonal > TONAL else "no tone"
+        parts.append(
+            f"The strongest line of {own} lies at {number(one.strongest, 4)}\\,kHz, {pitch}; "
+            f"{percent(one.tonal, 0)} of the power lies at its multiples: {tone}."
+        )
+        if isinstance(cycles, Cycles) and cycles.name == name:
+            apart = abs(one.strongest * cycles.own.period - 1.0)
+            word = "The cycle found by shooting has the same frequency"
+            other = "The cycle found by shooting has another frequency"
+            parts.append(f"{word if apart < OFF else other}, to {number(apart, 1)} of it.")
+    return {"onset.pitch": " ".join(parts)}
+
+
+def generated(found: Onset, spectra: Spectra) -> Generated:
     """Values and tables of the chapter."""
-    values = _lasting(found) | _shot(found)
+    values = _lasting(found) | _shot(found) | _sound(spectra, found.cycles)
     values["onset.hysteresis"] = _hysteresis(found)
     values["onset.confidence"] = percent(CONFIDENCE, 0)
     values["onset.signs"] = _exponents(found) or "none was measured"

@@ -37,6 +37,7 @@ def on_springs(scene: Scene, count: int) -> Scene:
 def _run(scene: Scene, count: int) -> Simulation | Missing:
     wanted = dataclasses.replace(
         on_springs(scene, count),
+        pad=scene.pad.replace(V=None),  # sliding is not asked for
         outputs=("events", "shares", "extrema", "history"),
         samples=SAMPLES,
     )
