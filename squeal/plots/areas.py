@@ -29,8 +29,15 @@ def angle_axes_of_pi(axes: Axes) -> None:
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
 
-def mark(axes: Axes, marks: Mapping[str, tuple[float, float]], unit: float = 1.0) -> None:
-    """Names in rings at their places, coordinates over `unit`."""
+def mark(
+    axes: Axes,
+    marks: Mapping[str, tuple[float, float]],
+    unit: float = 1.0,
+    size: float = 7,
+    **ring: Any,
+) -> None:
+    """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
+    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
     for name, (x, y) in marks.items():
         axes.text(
             x / unit,
@@ -38,8 +45,8 @@ def mark(axes: Axes, marks: Mapping[str, tuple[float, float]], unit: float = 1.0
             name,
             ha="center",
             va="center",
-            fontsize=7,
-            bbox={"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6},
+            fontsize=size,
+            bbox=box,
             clip_on=False,
             zorder=5,
         )

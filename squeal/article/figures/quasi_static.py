@@ -5,53 +5,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from squeal.article.cases import CASES
 from squeal.article.results.quasi_static import QuasiStatic
-from squeal.numerics.outline import Outline
 from squeal.plots import areas
-from squeal.plots.areas import angle_axes_of_pi
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
 
-def _region(axes: Axes, found: Outline, marks: Marks, title: str) -> None:
-    """The region within its traced boundary, in black as in the article, with cases marked."""
-    areas.draw(axes, found, ("white", "black"), np.pi)
-    for case, (a, b) in marks.items():
-        axes.text(
-            a / np.pi,
-            b / np.pi,
-            case,
-            ha="center",
-            va="center",
-            bbox={
-                "boxstyle": "circle,pad=0.2",
-                "facecolor": "white",
-                "edgecolor": "#C8380E",
-                "linewidth": 1.0,
-            },
-            zorder=5,
-            clip_on=False,
-        )
-    axes.set_title(title, pad=9.0)
-    angle_axes_of_pi(axes)
-
-
 def quasi_static_figure(found: QuasiStatic, marks: Marks) -> Figure:
-    """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed."""
+    """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed.
+
+    The regions are black as in the article, within their traced boundaries.
+    """
     told = ("(a) as printed", "(b) signs followed")
+    ring = {"boxstyle": "circle,pad=0.2", "ec": "#C8380E", "lw": 1.0}
     with style():
         figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
         panels = figure.subplots(1, 2)
         for axes, name, title in zip(panels, ("as_printed", "sign_aware"), told, strict=True):
+            areas.draw(axes, getattr(found, name), ("white", "black"), np.pi)
+            areas.mark(axes, marks, np.pi, 8, **ring)
             share = f"{100 * getattr(found.share, name):.1f} % of the map"
-            _region(axes, getattr(found, name), marks, f"{title}: {share}")
+            axes.set_title(f"{title}: {share}", pad=9.0)
+            areas.angle_axes_of_pi(axes)
         panels[1].set_ylabel("")
     return figure
 
