@@ -115,9 +115,3 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
         )
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
-
-
-def save_png(drawing: Drawing, path: Path) -> None:
-    """Write the figure as a picture for the screen."""
-    with style():
-        drawing.figure.savefig(path, dpi=110, metadata={"Software": "squeal"})

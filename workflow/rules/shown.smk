@@ -41,7 +41,7 @@ rule picture:
         module=lambda wildcards: FIGURES[wildcards.name].module,
         arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
     shell:
-        "python -m squeal.article.figures {params.module} {params.arguments} --svg {output} 2> {log}"
+        "python -m squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
 
 
 rule screen_table:

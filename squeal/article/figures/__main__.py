@@ -1,4 +1,4 @@
-"""`python -m squeal.article.figures MODULE ARGUMENT ... --pdf FILE`: draws one figure.
+"""`python -m squeal.article.figures MODULE ARGUMENT ... --out FILE`: draws one figure.
 
 Beside the PDF stands a text file with the figure's alternative text, in ASCII since LaTeX reads it.
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 from squeal.article import figures
 from squeal.errors import InputError
 from squeal.files.records import call
-from squeal.plots.style import save, save_png
+from squeal.plots.style import save
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")
 
@@ -25,10 +25,9 @@ def main(given: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Draw a figure of the report.")
     parser.add_argument("module", choices=NAMES, metavar="MODULE", help=", ".join(NAMES))
     parser.add_argument("arguments", nargs="*", metavar="ARGUMENT", help="what it is drawn from")
-    wanted = parser.add_mutually_exclusive_group(required=True)
-    wanted.add_argument("--pdf", type=Path, metavar="FILE", help="and its alternative text")
-    wanted.add_argument("--svg", type=Path, metavar="FILE", help="the same for a page")
-    wanted.add_argument("--png", type=Path, metavar="FILE", help="for the screen")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="PDF (with a text), SVG or PNG"
+    )
     chosen = parser.parse_args(given)
     draw = import_module(f"{figures.__name__}.{chosen.module}").draw
     try:
@@ -37,12 +36,7 @@ def main(given: Sequence[str] | None = None) -> int:
         print(f"{chosen.module}: {error}", file=sys.stderr)
         return 2
     drawing.alternative.encode("ascii")
-    if chosen.pdf is not None:
-        save(drawing, chosen.pdf)
-    elif chosen.svg is not None:
-        save(drawing, chosen.svg, text=False)
-    else:
-        save_png(drawing, chosen.png)
+    save(drawing, chosen.out, text=chosen.out.suffix == ".pdf")
     return 0
 
 
