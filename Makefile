@@ -4,6 +4,7 @@
 # make site     documentation, docs/_build/html/index.html
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
+# make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -13,6 +14,7 @@ ENVIRONMENT := .venv/environment.stamp
 LINTERS := .venv/linters.stamp
 PEERS := .venv/peers.stamp
 CITE := .venv/cite/stamp
+CLUSTER := .venv/cluster.stamp
 DOCS := .venv/docs.stamp
 RELEASE := .venv/archive/stamp
 ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
@@ -24,7 +26,7 @@ EPOCH := SOURCE_DATE_EPOCH=1609459200
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: report test test-without-heyoka lint benchmark page page-test site dist archive \
-	metadata codecheck cite-check lock clean distclean
+	cluster cluster-test metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -73,6 +75,12 @@ archive: $(RELEASE) report site dist
 codecheck: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck --check
 
+cluster: $(CLUSTER)
+
+cluster-test: $(CLUSTER)
+	@workflow/cluster/node.sh start
+	@nice -n 10 $(BIN)/python workflow/cluster/prove.py; status=$$?; workflow/cluster/node.sh stop; exit $$status
+
 metadata: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codemeta > codemeta.json
 	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
@@ -87,6 +95,7 @@ lock: $(ENVIRONMENT)
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
+	$(UV_COMPILE) --group cluster -c requirements/environment.txt -o requirements/cluster.txt
 	$(UV_COMPILE) --group cite -o requirements/cite.txt
 	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
@@ -110,6 +119,10 @@ $(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
 
 $(LINTERS): $(ENVIRONMENT) requirements/lint.txt
 	@workflow/setup/environment.sh lint
+	@touch $@
+
+$(CLUSTER): $(ENVIRONMENT) requirements/cluster.txt
+	@workflow/setup/environment.sh cluster
 	@touch $@
 
 $(DOCS): $(ENVIRONMENT) requirements/docs.txt

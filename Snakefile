@@ -6,6 +6,8 @@ import os
 import sys
 from pathlib import Path
 
+import yaml
+
 sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
@@ -27,6 +29,7 @@ os.environ.update(
 localrules:
     all,
     everything_but_pdf,
+    gathered,
 
 
 rule all:
@@ -39,3 +42,4 @@ include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/shown.smk"
+include: "workflow/rules/chunks.smk"

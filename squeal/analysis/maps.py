@@ -37,8 +37,9 @@ COUNT = Whole(1, 100_000)
 class Axis:
     """One parameter of a map: n values at the middles of n equal cells between low and high.
 
-    log: the cells are equal in the logarithm. Raises InputError for an unknown parameter or for
-    values that it may not take.
+    log: the cells are equal in the logarithm; part: only the values with numbers from the first to
+    below the second, for a map in parts. Raises InputError for an unknown parameter or for values
+    that it may not take.
     """
 
     name: str
@@ -46,15 +47,17 @@ class Axis:
     high: float
     n: int
     log: bool = False
+    part: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         check_axis(self.name, self.low, self.high, self.n, Place("Axis"), self.log)
 
     @property
     def values(self) -> np.ndarray:
-        """The n values."""
+        """The n values, or those of the part."""
         low, high = self.even(self.low), self.even(self.high)
-        return np.asarray(self.uneven(low + (high - low) * (np.arange(self.n) + 0.5) / self.n))
+        numbers = np.arange(*(self.part or (0, self.n)))
+        return np.asarray(self.uneven(low + (high - low) * (numbers + 0.5) / self.n))
 
     def even(self, value: Any) -> Any:
         """Values as the cells are equal in them: themselves or their logarithms."""

@@ -1,0 +1,78 @@
+"""`python -m squeal.commands.parts JOB.yaml --part 3-of-8 --out FILE`: a job in parts.
+
+That writes the table of one part; `--gather PART ... --out FILE` writes the whole from the parts'.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import re
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+from squeal.commands.jobs import read_job
+from squeal.errors import ComputationError, InputError
+from squeal.files.place import Place
+
+
+def cut(given: str, size: int) -> tuple[int, int]:
+    """First unit and the one after the last of the part "3-of-8" of a job. Raises InputError."""
+    match = re.fullmatch(r"([1-9]\d*)-of-([1-9]\d*)", given, re.ASCII)
+    number, parts = map(int, match.groups()) if match else (1, 0)
+    if not number <= parts <= size:
+        raise Place("--part").must_be(given, f"such as 3-of-8, one of at most {size} parts")
+    return (number - 1) * size // parts, number * size // parts
+
+
+def _write(task: tuple[Path, Path, int, int]) -> Path:
+    file, out, start, stop = task
+    read_job(file).write(out, start, stop)
+    return out
+
+
+def compute(file: Path, out: Path, start: int, stop: int, workers: int = 1) -> None:
+    """Write the units of a job from start to stop, in so many processes."""
+    workers = min(workers, stop - start)
+    if workers == 1:
+        _write((file, out, start, stop))
+        return
+    ends = [start + (stop - start) * i // workers for i in range(workers + 1)]
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        ProcessPoolExecutor(workers, get_context("spawn")) as pool,
+    ):
+        tasks = [
+            (file, Path(folder, f"{low}.csv"), low, high) for low, high in itertools.pairwise(ends)
+        ]
+        read_job(file).gather(out, list(pool.map(_write, tasks)))
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Write a part or the whole; 2 for what is refused, 1 for what cannot be computed."""
+    parser = argparse.ArgumentParser(description="Compute a job in parts.")
+    parser.add_argument("job", type=Path, metavar="JOB.yaml")
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--part", metavar="I-of-N")
+    wanted.add_argument("--gather", nargs="+", type=Path, metavar="PART")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes of a part")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE")
+    chosen = parser.parse_args(given)
+    try:
+        job = read_job(chosen.job)
+        if chosen.part is None:
+            job.gather(chosen.out, chosen.gather)
+        else:
+            compute(chosen.job, chosen.out, *cut(chosen.part, job.size), chosen.workers)
+    except (InputError, ComputationError) as error:
+        print(f"{chosen.job.stem}: {error}", file=sys.stderr)
+        return 2 if isinstance(error, InputError) else 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
