@@ -18,32 +18,18 @@ from squeal.files.writing import write_text, write_whole
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
 
+# fmt: off
 RC: Any = {
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "legend.fontsize": 8.0,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "lines.linewidth": 0.9,
-    "lines.solid_capstyle": "butt",
-    "lines.solid_joinstyle": "round",
-    "legend.frameon": False,
-    "legend.handlelength": 1.8,
-    "legend.borderaxespad": 0.0,
-    "hatch.linewidth": 0.5,
-    "pdf.fonttype": 42,
+    "font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 8.0,
+    "axes.titlesize": 8.0, "axes.labelsize": 8.0, "xtick.labelsize": 8.0, "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0, "axes.linewidth": 0.6, "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6, "xtick.direction": "in", "ytick.direction": "in", "xtick.top": True,
+    "ytick.right": True, "lines.linewidth": 0.9, "lines.solid_capstyle": "butt",
+    "lines.solid_joinstyle": "round", "legend.frameon": False, "legend.handlelength": 1.8,
+    "legend.borderaxespad": 0.0, "hatch.linewidth": 0.5, "pdf.fonttype": 42,
     "figure.constrained_layout.use": True,
 }
+# fmt: on
 
 
 def style() -> AbstractContextManager[None]:

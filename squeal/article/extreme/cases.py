@@ -38,19 +38,12 @@ class Case:
     text: str = ""
 
 
+# fmt: off
 _PAD: dict[str, Any] = {
-    "m": 1.0,
-    "w": 1.0,
-    "h": 0.35,
-    "k1": 1.0,
-    "k2": 1.3,
-    "L1": 20.0,
-    "L2": 20.0,
-    "alpha1": 0.75 * math.pi,
-    "alpha2": 0.75 * math.pi,
-    "mu": 0.6,
-    "F_n": 0.0057,
+    "m": 1.0, "w": 1.0, "h": 0.35, "k1": 1.0, "k2": 1.3, "L1": 20.0, "L2": 20.0,
+    "alpha1": 0.75 * math.pi, "alpha2": 0.75 * math.pi, "mu": 0.6, "F_n": 0.0057,
 }
+# fmt: on
 _CONTACT: dict[Model, dict[str, float]] = {"B1": {"k3": 0.43, "k4": 0.43}, "B2": {"k_c": 0.5}}
 BOTH: tuple[Model, ...] = ("B1", "B2")
 

@@ -55,36 +55,18 @@ BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for 
 
 # Pads that earlier searches found, by the sign of the reaction's moment; every third start of a
 # search sets out from near one.
+# fmt: off
 START = {
-    "h": 0.362824,
-    "inertia": 0.988005,
-    "k2": 1.12395,
-    "k3": 0.440564,
-    "k4": 0.462401,
-    "k_c": 0.560735,
-    "L": 23.6471,
-    "mu": 0.743608,
-    "F_n": 0.000316408,
-    "preload": 3.52991,
-    "lift": 1.39419,
-    "tilt": 0.0,
-    "first_y": 0.861211,
+    "h": 0.362824, "inertia": 0.988005, "k2": 1.12395, "k3": 0.440564, "k4": 0.462401,
+    "k_c": 0.560735, "L": 23.6471, "mu": 0.743608, "F_n": 0.000316408, "preload": 3.52991,
+    "lift": 1.39419, "tilt": 0.0, "first_y": 0.861211,
 }
 START_REVERSED = {
-    "h": 0.21314,
-    "inertia": 0.66764,
-    "k2": 0.65464,
-    "k3": 0.26385,
-    "k4": 0.18361,
-    "k_c": 0.1486,
-    "L": 1.0908,
-    "mu": 0.468,
-    "F_n": 0.0097776,
-    "preload": 1.872,
-    "lift": 0.0,
-    "tilt": -1.63,
+    "h": 0.21314, "inertia": 0.66764, "k2": 0.65464, "k3": 0.26385, "k4": 0.18361, "k_c": 0.1486,
+    "L": 1.0908, "mu": 0.468, "F_n": 0.0097776, "preload": 1.872, "lift": 0.0, "tilt": -1.63,
     "first_y": 0.708,
 }
+# fmt: on
 STARTS = {"+": START, "-": START_REVERSED}
 
 

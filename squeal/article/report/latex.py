@@ -11,42 +11,22 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+# fmt: off
 _SYMBOLS = {
-    "theta0": r"\theta_0",
-    "theta": r"\theta",
-    "delta": r"\delta",
-    "alpha1": r"\alpha_1",
-    "alpha2": r"\alpha_2",
-    "mu": r"\mu",
-    "F_n": "F_n",
-    "Rn": "R_n",
-    "F3": "F_{s,3}",
-    "F4": "F_{s,4}",
-    "K11": "K_{11}",
-    "K21": "K_{21}",
-    "K31": "K_{31}",
-    "K33": "K_{33}",
-    "k_c": "k_c",
-    "y0": "y_0",
-    "x0": "x_0",
-    "pi": r"\pi",
+    "theta0": r"\theta_0", "theta": r"\theta", "delta": r"\delta", "alpha1": r"\alpha_1",
+    "alpha2": r"\alpha_2", "mu": r"\mu", "F_n": "F_n", "Rn": "R_n", "F3": "F_{s,3}",
+    "F4": "F_{s,4}", "K11": "K_{11}", "K21": "K_{21}", "K31": "K_{31}", "K33": "K_{33}",
+    "k_c": "k_c", "y0": "y_0", "x0": "x_0", "pi": r"\pi",
 } | {f"{s}{i}": f"{s}_{i}" for s in "kL" for i in "1234"}
+# fmt: on
 _LETTERS = {"w", "h", "m", "I", "V", "K"}  # single letters that are always symbols
+# fmt: off
 _MARKS = {
-    "%": r"\%",
-    "&": r"\&",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
-    "$": r"\$",
-    "^": r"\^{}",
-    "~": r"\~{}",
-    "\\": r"\textbackslash{}",
-    "<": "$<$",
-    ">": "$>$",
+    "%": r"\%", "&": r"\&", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}", "$": r"\$",
+    "^": r"\^{}", "~": r"\~{}", "\\": r"\textbackslash{}", "<": "$<$", ">": "$>$",
     "|": r"\textbar{}",
 }
+# fmt: on
 _TOKEN = re.compile(
     r"(?P<id>B[123]-[\w-]+)"
     r"|(?P<number>(?<![\w.])[-+]?\d+(?:\.\d+)?e[-+]?\d+)"

@@ -6,21 +6,13 @@ from typing import Annotated
 
 from squeal.files.records import Record, Result
 
+# fmt: off
 SYMBOLS = {
-    "h": "$h/w$",
-    "inertia": "$I$",
-    "k2": "$k_2/k_1$",
-    "k3": "$k_3/k_1$",
-    "k4": "$k_4/k_1$",
-    "k_c": "$k_c/k_1$",
-    "L": "$L/w$",
-    "mu": r"$\mu$",
-    "F_n": "$F_n/(k_1 w)$",
-    "preload": "B2 preload",
-    "lift": "B2 lift",
-    "tilt": r"$\theta_0$",
-    "first_y": "B1 preload",
+    "h": "$h/w$", "inertia": "$I$", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$", "k4": "$k_4/k_1$",
+    "k_c": "$k_c/k_1$", "L": "$L/w$", "mu": r"$\mu$", "F_n": "$F_n/(k_1 w)$",
+    "preload": "B2 preload", "lift": "B2 lift", "tilt": r"$\theta_0$", "first_y": "B1 preload",
 }
+# fmt: on
 """Symbols of the searched numbers as LaTeX and figures set them."""
 
 
