@@ -11,16 +11,30 @@ from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.modes import ModeSweep
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
+from squeal.simulation import Simulation
 from squeal.stability import Spectrum
 
 
 def to_records(result: Any) -> list[dict[str, Any]]:
     """The rows of a result: eigenvalues, thresholds, levers, samples, or records in a sequence.
 
-    Takes an Analysis or Spectrum (a row an eigenvalue), a CriticalFriction (a threshold), an
-    Advice (a parameter), a Scatter (a sample), a ModeSweep (a value of the parameter and a mode),
-    or a sequence of records such as unstable modes. Raises InputError for anything else.
+    Takes an Analysis or Spectrum (a row an eigenvalue), what sweep_mu gives (a mu and an
+    eigenvalue), a CriticalFriction (a threshold), an Advice (a parameter), a Scatter (a sample), a
+    ModeSweep (a value of the parameter and a mode), a Simulation with a history (a time), or a
+    sequence of records such as unstable modes. Raises InputError for anything else.
     """
+    if isinstance(result, Simulation):
+        if result.history is None:
+            raise InputError("to_records: history: missing; the scene's outputs must name it")
+        columns = {name: values.tolist() for name, values in result.history.items()}
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    if isinstance(result, list) and result and all(map(_of_sweep, result)):
+        return [
+            {"mu": mu, "verdict": one.judgement.verdict} | row
+            for mu, one in result
+            if one is not None
+            for row in to_records(one)
+        ]
     if isinstance(result, Analysis):
         return to_records(result.spectrum)
     if isinstance(result, Spectrum):
@@ -65,8 +79,15 @@ def to_records(result: Any) -> list[dict[str, Any]]:
         return [asdict(one) for one in result]
     raise InputError(
         f"to_records: {type(result).__name__} is not allowed; it must be an Analysis, Spectrum, "
-        "CriticalFriction, Advice, Scatter, ModeSweep or a sequence of records"
+        "CriticalFriction, Advice, Scatter, ModeSweep, Simulation, what sweep_mu gives or a "
+        "sequence of records"
     )
+
+
+def _of_sweep(entry: Any) -> bool:
+    """True for a pair of mu and its analysis, None where the branch does not reach."""
+    pair = isinstance(entry, tuple) and len(entry) == 2
+    return pair and (entry[1] is None or isinstance(entry[1], Analysis))
 
 
 def to_dataframe(result: Any) -> Any:

@@ -51,3 +51,44 @@ def test_data_frames_where_pandas_is(scene, monkeypatch):
 def test_anything_else_is_refused(wrong):
     with pytest.raises(InputError, match=r"^to_records: .* must be an Analysis"):
         squeal.to_records(wrong)
+
+
+def test_rows_of_a_history_and_of_a_sweep():
+    scene = squeal.read_scene(SCENES / "b2-c.yaml", "simulate")
+    run = squeal.simulate(scene.replace(outputs=("history",), samples=7, stop=1e-3))
+    assert run.history is not None
+    rows = squeal.to_records(run)
+    assert [row["t"] for row in rows] == run.history["t"].tolist()
+    assert [row["state"] for row in rows] == run.history["state"].tolist()
+    assert set(rows[0]) == set(run.history)
+    short = squeal.simulate(scene.replace(outputs=("shares",), stop=1e-3))
+    with pytest.raises(InputError, match=r"^to_records: history: missing"):
+        squeal.to_records(short)
+    sweep = squeal.sweep_mu(scene, [0.1, 0.4])
+    rows = squeal.to_records(sweep)
+    assert [row["mu"] for row in rows] == [0.1] * 6 + [0.4] * 6
+    assert sweep[1][1] is not None
+    assert [complex(r["real"], r["imag"]) for r in rows[6:]] == list(sweep[1][1].spectrum.values)
+
+
+def test_pandas_takes_them():
+    pandas = pytest.importorskip("pandas")
+    scene = squeal.read_scene(SCENES / "b2-c.yaml", "simulate")
+    run = squeal.simulate(scene.replace(outputs=("history",), samples=7, stop=1e-3))
+    frame = squeal.to_dataframe(run)
+    assert isinstance(frame, pandas.DataFrame)
+    assert run.history is not None
+    assert frame["Rn"].to_numpy().tobytes() == run.history["Rn"].tobytes()
+
+
+def test_scenes_change_in_place_of_files():
+    scene = squeal.read_scene(SCENES / "b2-c.yaml", "simulate")
+    damping = squeal.Damping(ratios=(0.01, 0.01, 0.01))
+    changed = scene.replace(mu=0.2, stop=1e-3, samples=11, start="equilibrium", damping=damping)
+    assert (changed.pad.mu, changed.stop, changed.samples) == (0.2, 1e-3, 11)
+    assert (changed.start, changed.damping) == ("equilibrium", damping)
+    assert scene.pad.mu != 0.2
+    with pytest.raises(InputError, match="Scene: speed: unknown key"):
+        scene.replace(speed=1.0)
+    with pytest.raises(InputError, match="samples"):
+        scene.replace(samples=1)
