@@ -98,36 +98,20 @@ def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
     L2 = w if pad.L2 is None else pad.L2
     # h (1 - cos theta0) without cancellation
     lift = pad.y0 + 2 * h * ops.sin(pad.theta0 / 2) ** 2
+    # fmt: off
     return Coefficients(
-        m=pad.m,
-        I=pad.I,
-        w=w,
-        h=h,
-        mu=pad.mu,
-        F_n=0.0 if pad.F_n is None else pad.F_n,
-        x0=pad.x0,
-        k1=pad.k1,
-        k2=pad.k2,
-        L1=L1,
-        L2=L2,
-        D1x=-L1 * ops.cos(pad.alpha1),
-        D1y=-L1 * ops.sin(pad.alpha1),
-        D2x=L2 * ops.cos(pad.alpha2),
-        D2y=-L2 * ops.sin(pad.alpha2),
-        r1x=r1[0],
-        r1y=r1[1],
-        r2x=r2[0],
-        r2y=r2[1],
-        rlx=rl[0],
-        rly=rl[1],
-        rtx=rt[0],
-        rty=rt[1],
+        m=pad.m, I=pad.I, w=w, h=h, mu=pad.mu, F_n=0.0 if pad.F_n is None else pad.F_n, x0=pad.x0,
+        k1=pad.k1, k2=pad.k2, L1=L1, L2=L2,
+        D1x=-L1 * ops.cos(pad.alpha1), D1y=-L1 * ops.sin(pad.alpha1),
+        D2x=L2 * ops.cos(pad.alpha2), D2y=-L2 * ops.sin(pad.alpha2),
+        r1x=r1[0], r1y=r1[1], r2x=r2[0], r2y=r2[1], rlx=rl[0], rly=rl[1], rtx=rt[0], rty=rt[1],
         gap_l=lift - w * sin0 if absolute_gap else 0.0,
         gap_t=lift + w * sin0 if absolute_gap else 0.0,
         k3=0.0 if pad.k3 is None else pad.k3,
         k4=0.0 if pad.k4 is None else pad.k4,
         k_c=0.0 if pad.k_c is None else pad.k_c,
     )
+    # fmt: on
 
 
 class Pose(NamedTuple):
