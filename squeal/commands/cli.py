@@ -26,12 +26,14 @@ COMMANDS = {
     "identify": "search for the pad that reproduces most of the article's statements",
     "cite": "BibTeX for the article, this software and what a result was computed with",
     "take": "a figure, table or number of the report, with its data, caption and references",
+    "export": "matrices of a pad or a reduced system as files with a system file",
+    "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
     "map": "verdict over alpha1 and alpha2, or over any two parameters",
 }
 
 
 OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite", "take")
-WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "terms")
 
 
 def _help() -> str:

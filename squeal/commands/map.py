@@ -21,6 +21,13 @@ from squeal.analysis.maps import (
 )
 from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
+from squeal.commands.system_chart import chart_of
+from squeal.commands.system_options import (
+    band_option,
+    refuse_options,
+    system_of,
+    work_options,
+)
 from squeal.commands.tables import table
 from squeal.files.document import scalar
 from squeal.files.place import Place
@@ -34,7 +41,9 @@ MOST_POINTS = 4000
 
 def options(parser: Parser) -> None:
     """Options of `squeal map`."""
-    parser.add_argument("--n", metavar="N", default="200", help="points a side (200 if left out)")
+    parser.add_argument(
+        "--n", metavar="N", help="points a side (200 if left out; 41 for a system from matrices)"
+    )
     for name, default in (("first", "alpha1"), ("second", "alpha2")):
         parser.add_argument(
             f"--{name}",
@@ -46,6 +55,8 @@ def options(parser: Parser) -> None:
         metavar="NAME",
         help=f"contours of a number beside the verdicts: {', '.join(QUANTITIES)}",
     )
+    band_option(parser)
+    work_options(parser)
     file_options(parser, table="write the verdicts to FILE", figure="draw the map into FILE")
 
 
@@ -69,8 +80,8 @@ def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
 
 def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
     """The two axes that the options name. Raises InputError."""
-    at = Place(f"--n {given.n}")
-    n = Whole(2, MOST_POINTS).read(scalar(given.n), at)
+    number = "200" if given.n is None else given.n
+    n = Whole(2, MOST_POINTS).read(scalar(number), Place(f"--n {number}"))
     first, second = angle_axes(n)
     if given.first:
         first = _axis(given.first, "--first", scene, n)
@@ -128,6 +139,10 @@ def _span(shown: Field) -> str:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, compute the map, write what is asked."""
+    matrices = system_of(given)
+    if matrices is not None:
+        return chart_of(given, matrices)
+    refuse_options(given, ("band",))
     scene = given.source.scene()
     wanted = axes(given, scene)
     shown = None if given.quantity is None else field(scene, wanted, given.quantity)

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from squeal.plots.areas import VERDICT_COLOURS
@@ -137,6 +139,50 @@ def _named(axes, at: np.ndarray, khz: np.ndarray, growth: np.ndarray) -> None:  
                 fontsize=7,
                 color=GROWING,
             )
+
+
+def chart_figure(
+    names: tuple[str, str], sides: tuple[np.ndarray, np.ndarray], codes: np.ndarray
+) -> Figure:
+    """A stability chart: verdict codes (n1, n2) over the values of two parameters."""
+    figure = Figure(figsize=(SINGLE, 3.0))
+    axes = figure.add_subplot()
+    x, y = (_edges(values) for values in sides)
+    colours = ListedColormap(VERDICT_COLOURS[: len(VERDICTS)])
+    axes.pcolormesh(
+        x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(VERDICTS) - 0.5, rasterized=True
+    )
+    axes.set_xlabel(names[0])
+    axes.set_ylabel(names[1])
+    seen = [k for k in range(len(VERDICTS)) if np.any(codes == k)]
+    patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=VERDICTS[k]) for k in seen]
+    figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
+    return figure
+
+
+def _edges(values: np.ndarray) -> np.ndarray:
+    half = (values[1] - values[0]) / 2
+    return np.concatenate([values - half, values[-1:] + half])
+
+
+def draw_chart(
+    path: Path,
+    name: str,
+    names: tuple[str, str],
+    sides: tuple[np.ndarray, np.ndarray],
+    codes: np.ndarray,
+) -> None:
+    """Save a stability chart as PDF, SVG or PNG."""
+    shares = ", ".join(
+        f"{verdict} on {100 * np.mean(codes == k):.1f} %"
+        for k, verdict in enumerate(VERDICTS)
+        if np.any(codes == k)
+    )
+    text = f"Stability chart of {name} over {names[0]} and {names[1]}: {shares} of the points."
+    with style():
+        figure = chart_figure(names, sides, codes)
+    title = f"Stability chart of {name}"
+    save(Drawing(figure, text, title, origin(_MODULE)), path, text=False)
 
 
 def draw_roots(path: Path, name: str, values: np.ndarray) -> None:

@@ -139,23 +139,29 @@ def full_rows(
         yield SweepRow(value, roots, residuals, found.verdict)
 
 
+def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
+    """The wanted ones of all roots of a small system, by rising frequency, values alone."""
+    M, C, K = (None if X is None else dense(X) for X in system.at(changes))
+    assert M is not None
+    assert K is not None
+    roots = dense_values(M, C, K)
+    if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+        roots = roots[roots.imag >= 0.0]
+    if wanted.band is not None:
+        low, high = (2 * np.pi * f for f in wanted.band)
+        roots = roots[(roots.imag >= low) & (roots.imag <= high)]
+    elif wanted.region is not None:
+        roots = roots[wanted.region.contains(roots)]
+    roots = roots[ordered(roots)]
+    if wanted.modes is not None:
+        roots = roots[roots.imag >= 0.0][: wanted.modes]
+    return roots
+
+
 def _all_rows(system: TermSystem, wanted: Wanted, values: Sequence[float]) -> Iterator[SweepRow]:
-    region, noise = wanted.rectangle, noise_of(system)
+    noise = noise_of(system)
     for value in values:
-        M, C, K = (None if X is None else dense(X) for X in system(value))
-        assert M is not None
-        assert K is not None
-        roots = dense_values(M, C, K)
-        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
-            roots = roots[roots.imag >= 0.0]
-        if wanted.band is not None:
-            low, high = (2 * np.pi * f for f in wanted.band)
-            roots = roots[(roots.imag >= low) & (roots.imag <= high)]
-        elif region is not None:
-            roots = roots[region.contains(roots)]
-        roots = roots[ordered(roots)]
-        if wanted.modes is not None:
-            roots = roots[roots.imag >= 0.0][: wanted.modes]
+        roots = roots_of_all(system, wanted, {system.parameter: value})
         yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict_of(roots, noise))
 
 

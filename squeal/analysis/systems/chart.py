@@ -1,0 +1,90 @@
+"""Stability charts: the verdict on a system over two of its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
+from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.errors import InputError
+from squeal.stability import VERDICTS
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.reduction import Reduction
+from squeal.stability.terms import TermSystem
+
+SAMPLES = 5  # values a side at which a reduced system has to be good
+
+
+@dataclass(frozen=True)
+class Side:
+    """A parameter of a chart: n values at the middles of n equal cells between low and high."""
+
+    name: str
+    low: float
+    high: float
+    n: int
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The n values."""
+        return self.low + (self.high - self.low) * (np.arange(self.n) + 0.5) / self.n
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Verdict codes (n1, n2), indices into VERDICTS, and the largest growth rates (1/s)."""
+
+    sides: tuple[Side, Side]
+    codes: NDArray[np.int8] = field(repr=False)
+    growth: NDArray[np.float64] = field(repr=False)  # largest real part
+    reduction: Reduction | None = field(default=None, repr=False)
+
+    @property
+    def share(self) -> dict[str, float]:
+        """Share of the points for each verdict."""
+        return {name: float(np.mean(self.codes == k)) for k, name in enumerate(VERDICTS)}
+
+
+def system_chart(
+    system: TermSystem,
+    sides: tuple[Side, Side],
+    wanted: Wanted | None = None,
+    progress: Progress = quiet,
+) -> Chart:
+    """The verdict on the wanted roots over two parameters.
+
+    A large system is reduced once for the whole rectangle. Raises InputError for a parameter that
+    it has not, and for a large system without a band or region.
+    """
+    wanted = wanted or Wanted()
+    first, second = sides
+    for side in sides:
+        system.values({side.name: 0.0})
+    if first.name == second.name:
+        raise InputError(f"{first.name}: is not allowed twice; a chart has two parameters")
+    reduction, region = None, wanted.rectangle
+    if not is_small(system):
+        corners = [
+            {first.name: float(a), second.name: float(b)}
+            for a in np.linspace(first.low, first.high, SAMPLES)
+            for b in np.linspace(second.low, second.high, SAMPLES)
+        ]
+        reduction, region = reduced_for(system, wanted, corners, progress=progress)
+    codes = np.zeros((first.n, second.n), dtype=np.int8)
+    growth = np.zeros((first.n, second.n))
+    noise = noise_of(system)
+    with one_thread():
+        for i, a in enumerate(first.values):
+            progress(f"{first.name} = {a:.6g}")
+            for j, b in enumerate(second.values):
+                changes = {first.name: float(a), second.name: float(b)}
+                if reduction is not None and region is not None:
+                    roots = reduction.values(region, changes)
+                else:
+                    roots = roots_of_all(system, wanted, changes)
+                codes[i, j] = VERDICTS.index(verdict_of(roots, noise))
+                growth[i, j] = roots.real.max() if len(roots) else np.nan
+    return Chart(sides, codes, growth, reduction)

@@ -1,0 +1,149 @@
+"""`squeal export`: the matrices of a pad or of a (reduced) system as files that can be read again.
+
+They are written with a system file that names them, so that every query takes them back.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.systems.sweeps import reduced_for
+from squeal.analysis.systems.wanted import check_memory
+from squeal.commands.base import Answer, Parser
+from squeal.commands.numbers import spaced
+from squeal.commands.system_options import (
+    memory_of,
+    progress_of,
+    refuse_options,
+    system_of,
+    wanted_of,
+    work_options,
+)
+from squeal.commands.tables import table
+from squeal.errors import InputError
+from squeal.files.matrices import fingerprint, write_matrix
+from squeal.files.writing import write_text
+from squeal.stability.terms import Term, TermSystem
+
+FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
+VALUES = 9  # at which a reduced system has to be good, if no sweep names them
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal export`."""
+    parser.add_argument(
+        "--output", metavar="FOLDER", type=Path, required=True, help="a new or empty folder"
+    )
+    parser.add_argument(
+        "--format", metavar="NAME", default="mtx", help=f"one of {', '.join(FORMATS)} (mtx)"
+    )
+    parser.add_argument(
+        "--method", metavar="NAME", help="systems only: full (left out), reduced or modal"
+    )
+    parser.add_argument("--band", metavar="LOW:HIGH", help="of a reduced system, Hz")
+    parser.add_argument("--region", metavar="RE0:RE1:IM0:IM1", help="of a reduced system")
+    parser.add_argument(
+        "--sweep", metavar="A:B:N", help="values of the parameter that it has to serve"
+    )
+    work_options(parser)
+
+
+def run(given: argparse.Namespace) -> Answer:
+    """Write the matrices and the system file."""
+    if given.format not in FORMATS:
+        raise InputError(
+            f"--format {given.format}: is not allowed; it must be one of {', '.join(FORMATS)}"
+        )
+    folder: Path = given.output
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"--output {folder}: is not empty; a new or empty folder is allowed")
+    file = system_of(given)
+    if file is None:
+        refuse_options(given, ("method", "band", "region", "sweep"))
+        plain = given.source.system()
+        system = _of_scene(given) if plain is None else plain.terms()
+        inputs = [given.source.file]
+    else:
+        system, inputs = file.system, [given.source.file, *file.inputs]
+        if given.method not in (None, "full"):
+            system = _reduced(given, system)
+    rows = write_system(folder, system, given.format)
+    return Answer(
+        lambda: {"folder": str(folder), "rows": system.n, "files": rows},
+        lambda: "\n".join(
+            [
+                f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}",
+                table([(f"  {r['file']}", r["part"], r["factor"]) for r in rows], right=False),
+            ]
+        ),
+        inputs,
+    )
+
+
+def _of_scene(given: argparse.Namespace) -> TermSystem:
+    """The linearisation of a pad at its friction."""
+    found = analyse(given.source.scene()).matrices
+    damping = (Term(found.C),) if np.any(found.C) else ()
+    name = Path(given.source.name).stem
+    return TermSystem((Term(found.M),), damping, (Term(found.K),), {}, "mu", name)
+
+
+def _reduced(given: argparse.Namespace, system: TermSystem) -> TermSystem:
+    if given.method not in ("reduced", "modal"):
+        raise InputError(
+            f"--method {given.method}: is not allowed; it must be one of full, reduced, modal"
+        )
+    wanted = wanted_of(given)
+    if wanted.rectangle is None:
+        raise InputError("--band: is missing; a reduced system needs --band or --region")
+    check_memory(system, memory_of(given))
+    own = system.parameters[system.parameter]
+    values = spaced(given.sweep, "--sweep") if given.sweep else [own]
+    changes = [{system.parameter: v} for v in values[:: max(1, len(values) // VALUES)]]
+    reduction, _ = reduced_for(system, wanted, changes, given.method, progress_of(given))
+    return reduction.system
+
+
+def write_system(folder: Path, system: TermSystem, suffix: str) -> list[dict[str, Any]]:
+    """Write the terms of a system and a system file into a folder; a row for each matrix.
+
+    Raises InputError for complex matrices, which the formats do not hold.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    lines = [f"name: {_quoted(system.name)}"]
+    own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
+    lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
+    for part in ("M", "C", "K"):
+        terms = getattr(system, part)
+        if terms:
+            lines.append(f"{part}:")
+        for i, term in enumerate(terms):
+            if np.iscomplexobj(term.matrix):
+                raise InputError(
+                    f"{part}: is complex (structural damping) and cannot be written; damping by "
+                    "rayleigh or ratios can"
+                )
+            name = f"{part}{i}.{suffix}"
+            write_matrix(folder / name, term.matrix, part)
+            text = term.factor.text
+            lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
+            rows.append(
+                {
+                    "part": part,
+                    "file": name,
+                    "factor": text,
+                    "fingerprint": fingerprint(term.matrix),
+                }
+            )
+    write_text(folder / "system.yaml", "\n".join(lines) + "\n")
+    return rows
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

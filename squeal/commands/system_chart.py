@@ -1,0 +1,100 @@
+"""`squeal map` of a system from matrices: its stability chart over two named parameters."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.systems.chart import Chart, Side, system_chart
+from squeal.analysis.systems.wanted import check_memory, is_small
+from squeal.commands.base import Answer
+from squeal.commands.numbers import numbers, whole
+from squeal.commands.system_options import memory_of, progress_of, wanted_of
+from squeal.commands.systems import basis_row
+from squeal.commands.tables import table
+from squeal.errors import InputError
+from squeal.files.writing import write_table
+from squeal.scene.terms import SystemFile
+from squeal.stability import VERDICTS
+from squeal.stability.terms import TermSystem
+
+POINTS = 41  # a side, if left out
+MOST_POINTS = 4000
+
+
+def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
+    """The answer of `squeal map` for a system."""
+    system = file.system
+    if given.quantity is not None:
+        raise InputError(f"--quantity {given.quantity}: is not allowed with a system of matrices")
+    n = POINTS if given.n is None else whole(given.n, "--n", 2, MOST_POINTS)
+    sides = (
+        _side(given.first, "--first", system, n),
+        _side(given.second, "--second", system, n),
+    )
+    if not is_small(system):
+        check_memory(system, memory_of(given))
+    found = system_chart(system, sides, wanted_of(given), progress_of(given))
+    if given.table is not None:
+        _write(given, found)
+    if given.figure is not None:
+        from squeal.plots.systems import draw_chart
+
+        names = (sides[0].name, sides[1].name)
+        values = (sides[0].values, sides[1].values)
+        draw_chart(given.figure, system.name, names, values, found.codes)
+    inputs = [given.source.file, *file.inputs]
+    return Answer(lambda: _data(found), lambda: _text(found), inputs)
+
+
+def _side(given: str | None, option: str, system: TermSystem, n: int) -> Side:
+    names = ", ".join(sorted(system.parameters))
+    words = f"NAME:LOW:HIGH with LOW < HIGH, NAME one of {names}"
+    if given is None:
+        raise InputError(f"{option}: is missing; a system of matrices needs {words}")
+    name, _, ends = given.partition(":")
+    if name not in system.parameters:
+        raise InputError(f"{option} {given}: is not allowed; it must be {words}")
+    try:
+        low, high = numbers(ends, option, 2, words, lambda a, b: a < b)
+    except InputError:
+        raise InputError(f"{option} {given}: is not allowed; it must be {words}") from None
+    return Side(name, low, high, n)
+
+
+def _data(found: Chart) -> dict[str, Any]:
+    return {
+        "share": found.share,
+        "n": found.sides[0].n,
+        "axes": [{"name": s.name, "low": s.low, "high": s.high} for s in found.sides],
+        "verdicts": [[VERDICTS[k] for k in row] for row in found.codes],
+        "basis": basis_row(found.reduction),
+    }
+
+
+def _text(found: Chart) -> str:
+    first, second = found.sides
+    head = f"{first.name} x {second.name}, {first.n} x {second.n} points"
+    rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
+    parts = [f"share of the area: {head}", table(rows)]
+    if found.reduction is not None:
+        r = found.reduction
+        parts.append(
+            f"basis of {r.size} vectors, {len(r.samples)} full solutions; worst residual in the "
+            f"full problem {r.worst:.2g}"
+        )
+    return "\n".join(parts)
+
+
+def _write(given: argparse.Namespace, found: Chart) -> None:
+    first, second = found.sides
+    rows = (
+        (float(a), float(b), VERDICTS[found.codes[i, j]], float(found.growth[i, j]))
+        for i, a in enumerate(first.values)
+        for j, b in enumerate(second.values)
+        if np.isfinite(found.growth[i, j])
+    )
+    heads = {first.name: "", second.name: "", "verdict": "", "largest_real": "1/s"}
+    write_table(given.table, heads, rows)

@@ -1,0 +1,140 @@
+"""`export`, `terms` and `map` of systems from matrices: round trips, closed forms, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csc_array, random_array
+
+from squeal.commands import cli
+from squeal.files.matrices import read_matrix
+from squeal.scene.terms import read_system
+from tests import large
+from tests.conftest import SCENES
+
+
+def command(capsys, *arguments):
+    code = cli.main([str(a) for a in arguments])
+    return code, *capsys.readouterr()
+
+
+def answer(capsys, *arguments):
+    code, out, err = command(capsys, *arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def _values(found):
+    values = [complex(e["real"], e["imag"]) for e in found["eigenvalues"]]
+    return np.array(sorted(values, key=lambda v: (v.imag, v.real)))
+
+
+@pytest.mark.parametrize("suffix", ["mtx", "mat", "npz", "hb", "inp"])
+def test_a_pad_comes_back(suffix, tmp_path, capsys):
+    folder = tmp_path / "out"
+    answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder, "--format", suffix)
+    pad = answer(capsys, "eigenvalues", SCENES / "b1-c.yaml")
+    file = read_system(folder / "system.yaml")
+    M, _, K = file.system.at()
+    assert np.array_equal(M, pad["M"])
+    assert np.array_equal(K, pad["K"])
+    assert np.allclose(_values(answer(capsys, "eigenvalues", folder / "system.yaml")), _values(pad))
+
+
+def test_a_reduced_system_has_the_roots_of_the_full_one(tmp_path, capsys):
+    system = large.disc_and_pad(3)
+    for name, term in zip("mckf", (*system.M, *system.C, *system.K), strict=True):
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(term.matrix))
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "parameters: {mu: 0.3}\nM: {file: m.mtx}\nC: {file: c.mtx}\n"
+        "K: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
+    )
+    folder = tmp_path / "reduced"
+    options = ("--method", "reduced", "--band", "200:2000", "--sweep", "0:0.6:5")
+    answer(capsys, "export", path, "--output", folder, *options)
+    one = answer(capsys, "eigenvalues", path, "--band", "200:2000")
+    other = answer(capsys, "eigenvalues", folder / "system.yaml", "--band", "200:2000")
+    assert other["rows"] < one["rows"] / 3
+    assert np.allclose(_values(one), _values(other), rtol=1e-8)
+    code, _, err = command(capsys, "export", path, "--output", folder)
+    assert code == 2
+    assert "is not empty" in err
+
+
+def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    K0, K1 = (csc_array(random_array((40, 40), density=0.1, rng=rng)) for _ in range(2))
+    for k, mu in enumerate((0.1, 0.4, 0.7)):
+        mmwrite(tmp_path / f"k{k}.mtx", K0 + mu * K1)
+    given = [f"{mu}:{tmp_path / f'k{k}.mtx'}" for k, mu in enumerate((0.1, 0.4, 0.7))]
+    found = answer(capsys, "terms", *given, "--output", tmp_path / "K.mtx")
+    assert found["checked"]
+    assert found["error"] < 1e-14
+    assert [t["file"] for t in found["terms"]] == ["K0.mtx", "K1.mtx"]
+    for name, matrix in (("K0", K0), ("K1", K1)):
+        assert abs(read_matrix(tmp_path / f"{name}.mtx").matrix - matrix).max() < 1e-14
+    assert found["terms"][1]["nonzeros"] == K1.nnz
+    mmwrite(tmp_path / "k2.mtx", K0 + 0.71 * K1)
+    code, _, err = command(capsys, "terms", *given)
+    assert code == 1
+    assert "is not linear in mu" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("0.1:a.mtx",), "2 or 3"),
+        (("x:a.mtx", "1:b.mtx"), "VALUE:FILE"),
+        (("1:a.mtx", "2:b.mtx"), "cannot be read"),
+    ],
+)
+def test_terms_refuses(arguments, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = command(capsys, "terms", *arguments)
+    assert (code, out) == (2, "")
+    assert words in err
+
+
+CHART = """\
+parameters: {mu: 0.3, gap: 0.5}
+M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+K:
+  - {matrix: [[4, 0, 0, 0], [0, 4, 0, 0], [0, 0, 20, 0], [0, 0, 0, 30]]}
+  - {matrix: [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], factor: gap}
+  - {matrix: [[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], factor: mu}
+"""
+
+
+def test_a_chart_over_two_parameters(tmp_path, capsys):
+    """Flutter exactly where mu exceeds the gap."""
+    path, table, figure = (tmp_path / name for name in ("system.yaml", "t.csv", "f.svg"))
+    path.write_text(CHART)
+    axes = ("--first", "mu:0:1", "--second", "gap:0:1", "--n", "21")
+    found = answer(capsys, "map", path, *axes, "--csv", table, "--pdf", figure)
+    at = (np.arange(21) + 0.5) / 21
+    for i, mu in enumerate(at):
+        for j, gap in enumerate(at):
+            if abs(mu - gap) > 1e-9:
+                assert found["verdicts"][i][j] == ("flutter" if mu > gap else "marginal")
+    assert found["share"]["flutter"] == pytest.approx(0.5, abs=0.03)
+    assert len(table.read_text().splitlines()) == 1 + 21 * 21
+    assert "</svg>" in figure.read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--first", "mu:0:1"), "--second: is missing"),
+        (("--first", "nu:0:1", "--second", "gap:0:1"), "NAME one of gap, mu"),
+        (("--first", "mu:1:0", "--second", "gap:0:1"), "LOW < HIGH"),
+        (("--first", "mu:0:1", "--second", "mu:0:1"), "not allowed twice"),
+    ],
+)
+def test_map_refuses(options, words, tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(CHART)
+    code, out, err = command(capsys, "map", path, *options)
+    assert (code, out) == (2, "")
+    assert words in err
