@@ -122,6 +122,7 @@ ANSWERS = {
     "advise": [B3],
     "sliding": [B2],
     "map": [B3, "--n", "10"],
+    "export": [B2, "--output", "matrices"],
     "cite": [],
 }
 NEEDS = {
@@ -129,6 +130,7 @@ NEEDS = {
     "findings": ([], "repository"),
     "identify": (["--scenes", "none"], "existing folder"),
     "take": (["fig11"], "repository"),
+    "terms": (["0:a.mtx", "1:b.mtx"], "matrix file"),
 }
 
 
@@ -141,7 +143,7 @@ def test_a_command_answers_in_an_empty_folder(installed, tmp_path, command):
     code, out, err = run(installed, tmp_path, command, *ANSWERS[command], "--json")
     assert code == 0
     assert_warns(err, json.loads(out))
-    assert os.listdir(tmp_path) == []
+    assert os.listdir(tmp_path) == (["matrices"] if command == "export" else [])
 
 
 @pytest.mark.parametrize("command", NEEDS)
