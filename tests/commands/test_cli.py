@@ -80,7 +80,9 @@ def test_every_command_has_help(capsys, command):
     assert f"usage: squeal {command}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - {"identify", "cite", "take", "export", "terms"}))
+@pytest.mark.parametrize(
+    "command", sorted(set(COMMANDS) - {"identify", "cite", "take", "export", "terms"})
+)
 def test_every_query_prints_a_table(capsys, command):
     scene = (
         [] if command in ("claims", "findings") else [B3 if command in ("map", "advise") else B2]
