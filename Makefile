@@ -1,5 +1,6 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make lint     style and types                         make lock   pin newer dependencies
+# make ensembles  search all formulations anew, for hours; goes on where it stopped
 # make benchmark  speed against other programs       make cite-check  citation files
 # make site     documentation, docs/_build/html/index.html
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
@@ -25,11 +26,19 @@ EPOCH := SOURCE_DATE_EPOCH=1609459200
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test test-without-heyoka lint benchmark page page-test site dist archive \
+.PHONY: report ensembles test test-without-heyoka lint benchmark page page-test site dist archive \
 	cluster cluster-test metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
+
+ensembles: $(ENVIRONMENT)
+	$(BIN)/python -m squeal.article.ensembles.draw searched/ensembles
+	$(BIN)/python -m squeal.article.ensembles.draw searched/ensembles-b2 --models B2 --seeds 1 2 3 \
+		--formulations integral-centre-plus mean-centre-plus --stages 60
+	$(BIN)/python -m squeal.article.ensembles.gather searched/ensembles searched/ensembles-b2 \
+		> searched/ensembles.npz
+	mv searched/ensembles.npz workflow/ensembles.npz
 
 test: $(ENVIRONMENT)
 	@$(BIN)/pytest

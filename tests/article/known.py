@@ -11,17 +11,20 @@ import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS
 from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.results import record_of
+from squeal.article.results.ensembles import Kept, Pad, Range, Seed
 from squeal.article.results.precision import Point, Timing
+from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts
 from squeal.article.results.verify import Switches
 from squeal.files.provenance import Provenance, provenance
 from squeal.files.records import Plain, Result
 from squeal.files.writing import to_json, write_text
-from squeal.model.contact import Formulation
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.numerics.outline import outline
 from tests.conftest import ROOT
 
@@ -66,6 +69,44 @@ def kinds(name: str) -> dict[str, type[Result]]:
     return typing.get_type_hints(record) | {"": record}
 
 
+def ensembles(entry: Any) -> dict[str, Any]:
+    """Ensembles of all formulations, of which one search has kept more and longer than the rest."""
+    kept = Kept(20, 18, 12)
+    share = Share(0.2, (0.1, 0.3))
+    shares = dict.fromkeys(IDS, share)
+    seed = Seed(kept, 9.5, -5.0, 0.0, ("B2-d-trailing",))
+    horizons = dict.fromkeys(("1", "3", "10", "40"), kept)
+    numbers = {d.name: d.low for d in DIMENSIONS}
+    pads = {
+        name: Pad(numbers, horizons, ("B2-d-trailing",), 3.0 + i, 1.5, 0.5)
+        for i, name in enumerate(("consistent", "printed force"))
+    }
+    spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
+    words = [switches(f) for f in FORMULATIONS]
+    one = filled(entry("ensembles"), chance=shares, seeds=(seed,) * 5, best_pads=shares)
+    one = dataclasses.replace(one, horizons=horizons)
+    front = filled(entry("fronts"), together=(40, 30, 20, 10), most=(9, 10, 11, 11))
+    return {
+        "ensembles": tuple(dataclasses.replace(one, formulation=f) for f in words),
+        "fronts": tuple(dataclasses.replace(front, formulation=f) for f in words),
+        "windows": (1, 3, 10, 40),
+        "total": Kept(33, 29, 21),
+        "informative": tuple(c.id for c in CLAIMS if c.informative),
+        "contrasts": tuple(
+            filled(entry("contrasts"), switch=switch, levels={a: 9.0, b: 9.5}, p=p)
+            for (switch, (a, b)), p in zip(
+                FORMULATION_CHOICES.items(), (0.9, 0.5, 1e-4), strict=True
+            )
+        ),
+        "ranges": dict.fromkeys(pads, spans),
+        "samples": dict.fromkeys(pads, ((0.5,) * len(DIMENSIONS),)),
+        "names": ("B2-a-leading", "B2-c-hammer", "B2-d-trailing"),
+        "total_b2": 12,
+        "rival": pads,
+        "chosen": pads,
+    }
+
+
 def result(name: str) -> Result:
     """A result of a study; where the report names scenes, claims or programs, under these names."""
     types_of = kinds(name)
@@ -85,6 +126,8 @@ def result(name: str) -> Result:
         given["scenes"] = by("scenes", B2)
     elif name == "energy":
         given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))
+    elif name == "ensembles":
+        given = ensembles(entry)
     elif name == "map_ranges":
         given = {"sweeps": by("sweeps", ("h/w", "k2/k1", "mu")), "members": by("members", CASES)}
     elif name == "line_springs":

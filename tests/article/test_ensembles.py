@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import fields
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ import pytest
 from squeal.article.claims.measures import friction_raises
 from squeal.article.ensembles import distance, population
 from squeal.article.ensembles.distance import COUNTED, NO_LEVELS, Judgement, judge, price
-from squeal.article.ensembles.draw import main, read_stage, stage_file, write_stage
+from squeal.article.ensembles.draw import SEEDS, main, read_stage, stage_file, write_stage
+from squeal.article.ensembles.gather import counts, gather, read_kept, undominated
 from squeal.article.ensembles.population import Stage, advance
 from squeal.article.ensembles.space import (
     DIMENSIONS,
@@ -21,11 +23,14 @@ from squeal.article.ensembles.space import (
     starts,
 )
 from squeal.article.identify.space import LENGTH, MASS
+from squeal.article.report.chapters import ENSEMBLES
 from squeal.equilibrium import sliding_equilibrium
+from squeal.errors import InputError
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
+from tests.conftest import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +132,59 @@ def test_stages_can_be_taken_up_again(tmp_path, monkeypatch):
     # all eight in one process, as the program does it
     assert main([str(tmp_path), "--stages", "0", "--seeds", "1", "--workers", "1"]) == 0
     assert not stage_file(tmp_path, FORMULATIONS[0], 1, 0).exists()
+
+
+def test_a_front_is_what_no_other_row_surpasses():
+    rows = np.random.default_rng(2).integers(0, 4, (60, 3)).astype(float)
+    front = {tuple(r) for r in rows[undominated(rows)]}
+    for row in rows:
+        beaten = any((o >= row).all() and (o > row).any() for o in rows)
+        assert (tuple(row) in front) != beaten
+
+
+def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
+    monkeypatch.setattr(population, "POPULATION", 16)
+    for f, seed in product(FORMULATIONS, SEEDS):
+        now = None
+        for stage in range(3):
+            now = pretended(f, seed, stage)
+            write_stage(stage_file(tmp_path, f, seed, stage), now)
+    kept = gather(tmp_path)
+    np.savez_compressed(tmp_path / "kept.npz", **vars(kept))
+    again = read_kept(tmp_path / "kept.npz")
+    assert int(again.stages) == 3
+    assert np.all(again.effort[:, :, 0] == 3 * 16)
+    assert np.all(again.random == [2 * 16, 2 * 16])
+    margins = np.array([s.margins for s in map(read_stage, sorted(tmp_path.glob("*/*.npz")))])
+    whole = counts(margins.reshape(-1, 33))
+    assert again.best.max(axis=(0, 1)) == pytest.approx(whole.max(axis=1))
+    assert again.random_counts[:, 0].sum() == 8 * 5 * 2 * 16
+    assert again.shares[0, 0, -1] == pytest.approx(math.log(0.5**2), rel=1e-6)
+    with pytest.raises(InputError, match="make ensembles"):
+        read_kept(tmp_path / "integral-centre-plus-1" / "stage-000.npz")
+    (tmp_path / "mean-frame-minus-5" / "stage-002.npz").unlink()
+    with pytest.raises(InputError, match="2 stages"):
+        gather(tmp_path)
+
+
+def pretended(formulation, seed, stage):
+    """A stage of 16 pads of which no motion was simulated."""
+    random = np.random.default_rng([FORMULATIONS.index(formulation), seed, stage])
+    points = random.uniform(size=(16, len(DIMENSIONS))).astype(np.float32).astype(float)
+    partial = random.uniform(5.0, 9.0, (16, distance.STEPS)).cumsum(axis=1)
+    yes = np.ones(16, dtype=bool)
+    margins = random.normal(size=(16, 33)).astype(np.float32)
+    share = 0.5 if stage else 1.0
+    return Stage(points, yes, margins, yes, points, partial, NO_LEVELS, share, 1.0, 128, 9000, 0.5)
+
+
+def test_stored_ensembles_are_of_equal_effort():
+    kept = read_kept(ROOT / ENSEMBLES)
+    pads = kept.effort[:, :, 0]
+    assert pads.shape == (8, 5)
+    assert pads.max() <= 1.05 * pads.min()
+    assert np.all(np.isfinite(kept.levels[:, :, -1]))
+    assert np.all(np.diff(kept.shares, axis=-1) <= 0.0)
 
 
 def test_shares_multiply_to_a_known_volume(monkeypatch):

@@ -64,8 +64,11 @@ def price(claim: Claim, margin: float, load: float) -> float:
 class _Judging:
     """The judging of n pads while their scenes come in."""
 
-    def __init__(self, numbers: Numbers, formulation: Formulation, counted: Counted) -> None:
+    def __init__(
+        self, numbers: Numbers, formulation: Formulation, counted: Counted, stop: float
+    ) -> None:
         self.numbers, self.formulation, self.counted = numbers, formulation, counted
+        self.stop = stop
         count = len(numbers["h"])
         self.margins = np.full((count, len(CLAIMS)), np.nan)
         self.prices = np.zeros((count, len(CLAIMS)))
@@ -109,7 +112,7 @@ class _Judging:
             model,
             stack.pad,
             first,
-            STOP,
+            self.stop,
             SEARCH_TOLERANCE,
             self.formulation,
             measured=True,
@@ -144,15 +147,16 @@ def judge(
     formulation: Formulation,
     levels: np.ndarray = NO_LEVELS,
     models: tuple[Model, ...] = ("B1", "B2"),
+    stop: float = STOP,
 ) -> Judgement:
     """Judge n pads over one horizon; a pad is left as soon as a partial sum exceeds its level.
 
-    levels (STEPS,): for the partial sums. With one model only, its scenes alone are simulated and
-    its claims counted.
+    levels (STEPS,): for the partial sums; stop: the horizon. With one model only, its scenes alone
+    are simulated and its claims counted.
     """
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))
-    judging = _Judging(numbers, formulation, counted)
+    judging = _Judging(numbers, formulation, counted, stop)
     alive = np.arange(len(numbers["h"]))
     partial = np.full((len(alive), STEPS), np.nan)
     for step, pair in enumerate((*ORDER, None)):

@@ -109,11 +109,13 @@ class _Searches:
 
 
 def work(
-    folder: Path, stages: int, models: tuple[Model, ...], seeds: Sequence[int], turn: int, of: int
+    folder: Path,
+    stages: int,
+    models: tuple[Model, ...],
+    tasks: Sequence[tuple[Formulation, int]],
 ) -> None:
-    """Draw every `of`-th of all searches, a stage of each in turn."""
-    searches = _Searches(folder, models)
-    mine = [(f, seed) for seed in seeds for f in FORMULATIONS][turn::of]
+    """Draw some searches (formulation, seed), a stage of each in turn."""
+    searches, mine = _Searches(folder, models), tasks
     for stage, key in product(range(min(stages, FIRST)), mine):
         searches.stage(*key, stage)
     for part, key in product(range(PARTS if len(models) == 2 else 0), mine):
@@ -124,18 +126,21 @@ def work(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the ensembles in a few processes."""
+    names = {name_of(f): f for f in FORMULATIONS}
     parser = argparse.ArgumentParser(description="Draw the ensembles of pads.")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--stages", type=int, default=STAGES)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(SEEDS))
+    parser.add_argument("--formulations", nargs="+", default=list(names), choices=list(names))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--models", nargs="+", default=["B1", "B2"], choices=["B1", "B2"])
     given = parser.parse_args(arguments)
     context = get_context("spawn")
+    searches = [(names[name], seed) for seed in given.seeds for name in given.formulations]
     tasks = [
         context.Process(
             target=work,
-            args=(given.folder, given.stages, tuple(given.models), given.seeds, i, given.workers),
+            args=(given.folder, given.stages, tuple(given.models), searches[i :: given.workers]),
         )
         for i in range(given.workers)
     ]

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 
 IDENTIFIED = "workflow/identified.json"
+ENSEMBLES = "workflow/ensembles.npz"
 
 
 def scene_file(name: str) -> str:
@@ -157,6 +158,14 @@ _PARTS = (
         tables=("formulations", "ranges"),
         studies=_SEARCHED,
         figures=(Figure("robustness", "robustness", _results("robustness")),),
+    ),
+    Chapter(
+        "ensembles",
+        tables=("ensembles", "ensemble-ranges", "ensemble-pad"),
+        studies=(Study("ensembles", (ENSEMBLES,)),),
+        figures=tuple(
+            Figure(name, name, _results("ensembles")) for name in ("ensembles", "corner")
+        ),
     ),
     Chapter(
         "statements",

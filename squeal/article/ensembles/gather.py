@@ -1,0 +1,248 @@
+"""What is kept of finished searches: `python -m squeal.article.ensembles.gather OUT B2-OUT > FILE`.
+
+Of millions of judged pads the counts are kept, and as exact points only the best of each search, a
+sample of its last population and the front of the three statements that hinder each other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.distance import INDEX
+from squeal.article.ensembles.draw import SEEDS, chance_file, read_stage, stage_file
+from squeal.article.ensembles.population import RANDOM_STAGES, Stage
+from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
+from squeal.errors import InputError
+from squeal.model.contact import Formulation
+
+SAMPLE = 40  # pads kept of each last population
+INFORMATIVE = np.array([c.informative for c in CLAIMS])
+TAUTOLOGIES = np.array([c.follows is not None and c.follows.kind == "tautology" for c in CLAIMS])
+LISTED = np.array([c.listed for c in CLAIMS])
+FRONT = ("B2-a-leading", "B2-c-hammer", "B2-d-trailing")
+B2 = np.array([all(s.startswith("b2") for s in c.scenes) for c in CLAIMS])
+"""Claims on the scenes of model B2 alone."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The stored form, F formulations and S seeds, in the order of `FORMULATIONS` and `SEEDS`.
+
+    effort (F, S, 4): pads, motions, integration steps, CPU seconds; stages: that all searches
+    have; random (F, S, 2): random pads, and those whose eight motions reach the end; random_holds
+    (F, S, claims): how many of them keep each claim; random_counts (F, 3, claims + 1): how many
+    keep so many of all claims, of the listed ones and of the informative ones; best (F, S, 3): the
+    most kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance
+    levels and logarithms of the share of the ranges within; points (F, S, dimensions), margins
+    (F, S, claims): the pad of each search that keeps the most informative claims, of equals the
+    most of all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads
+    of the last populations; seen (F,): pads with all three margins of `FRONT`; together (F, 4):
+    how many keep so many of the three; most (F, 4): the most B2 claims that one of them keeps;
+    front (n, dimensions), front_margins (n, 3), front_of (n,): pads whose three margins no other
+    pad surpasses, and their formulation.
+    """
+
+    effort: np.ndarray
+    stages: np.ndarray
+    random: np.ndarray
+    random_holds: np.ndarray
+    random_counts: np.ndarray
+    best: np.ndarray
+    levels: np.ndarray
+    shares: np.ndarray
+    points: np.ndarray
+    margins: np.ndarray
+    sample: np.ndarray
+    sampled: np.ndarray
+    seen: np.ndarray
+    together: np.ndarray
+    most: np.ndarray
+    front: np.ndarray
+    front_margins: np.ndarray
+    front_of: np.ndarray
+
+
+def read_kept(file: Path) -> Kept:
+    """What `main` stored. Raises InputError where the file is none of its own."""
+    try:
+        with np.load(file) as arrays:
+            return Kept(**{f.name: arrays[f.name] for f in fields(Kept)})
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            f"{file}: {error}; a file written by `make ensembles` is allowed"
+        ) from None
+
+
+def counts(margins: np.ndarray) -> np.ndarray:
+    """How many claims hold (3, n): of all, of the listed and of the informative ones.
+
+    Tautologies are not judged in searches, and hold.
+    """
+    holds = (margins > 0.0) | TAUTOLOGIES
+    return np.array([holds.sum(1), holds[:, LISTED].sum(1), holds[:, INFORMATIVE].sum(1)])
+
+
+def undominated(margins: np.ndarray) -> np.ndarray:
+    """Indices of the rows (n, 3) that no other row surpasses in one number and meets in all."""
+    order = np.argsort(-margins.sum(axis=1), kind="stable")  # no row is surpassed by a later one
+    front: list[int] = []
+    for i in order.tolist():
+        rows = margins[front]
+        if not len(front) or not np.any((rows >= margins[i]).all(axis=1)):
+            front.append(i)
+    return np.array(sorted(front), dtype=int)
+
+
+class _Front:
+    """The three margins over all pads of a formulation that come by."""
+
+    def __init__(self) -> None:
+        self.seen = 0
+        self.together = np.zeros(4, dtype=int)
+        self.most = np.zeros(4, dtype=int)
+        self.points = np.empty((0, len(DIMENSIONS)))
+        self.margins = np.empty((0, 3))
+
+    def add(self, stage: Stage) -> None:
+        three = stage.margins[:, [INDEX[name] for name in FRONT]]
+        known = np.isfinite(three).all(axis=1)
+        three, points = three[known], stage.points[known]
+        held = (three > 0.0).sum(axis=1)
+        b2 = ((stage.margins[known] > 0.0) & B2).sum(axis=1)
+        self.seen += len(three)
+        self.together += np.bincount(held, minlength=4)
+        for n in range(4):
+            self.most[n] = max(self.most[n], *b2[held == n], 0)
+        # what has ample room gains no more
+        room = np.array([CLAIMS[INDEX[name]].ample for name in FRONT])
+        load = decode(points)["F_n"]
+        scaled = three / room / np.column_stack([load, np.ones((len(load), 2))])
+        margins = np.concatenate([self.margins, np.clip(scaled, -5.0, 1.0)])
+        points = np.concatenate([self.points, points])
+        kept = undominated(margins)
+        self.points, self.margins = points[kept], margins[kept]
+
+
+def _stages(folder: Path, formulation: Formulation, seed: int, count: int) -> Iterator[Stage]:
+    for stage in range(count):
+        yield read_stage(stage_file(folder, formulation, seed, stage))
+
+
+def _there(folder: Path, formulation: Formulation, seed: int) -> int:
+    stage = 0
+    while stage_file(folder, formulation, seed, stage).exists():
+        stage += 1
+    return stage
+
+
+def gather(folder: Path, more: Path | None = None) -> Kept:
+    """Gather the stages of all searches, as many as all of them have; `more`: searches of model B2
+    alone, for the front."""
+    count = min(_there(folder, f, seed) for f in FORMULATIONS for seed in SEEDS)
+    if count <= RANDOM_STAGES:
+        raise InputError(f"{folder}: searches of {count} stages are not allowed; draw more")
+    found: dict[str, list[Any]] = {f.name: [] for f in fields(Kept)}
+    for number, formulation in enumerate(FORMULATIONS):
+        front = _Front()
+        rows: dict[str, list[Any]] = {name: [] for name in found}
+        of_random = np.zeros((3, len(CLAIMS) + 1), dtype=int)
+        for seed in SEEDS:
+            part, drawn = 0, []
+            while (file := chance_file(folder, formulation, seed, part)).exists():
+                drawn.append(read_stage(file))
+                part += 1
+            stages = list(_stages(folder, formulation, seed, count))
+            everything = stages + drawn
+            for stage in everything:
+                front.add(stage)
+            drawn += stages[:RANDOM_STAGES]
+            margins = np.concatenate([s.margins[s.whole] for s in drawn])
+            for row, kept in zip(of_random, counts(margins), strict=True):
+                row += np.bincount(kept, minlength=len(row))
+            rows["random"].append([sum(len(s.points) for s in drawn), len(margins)])
+            rows["random_holds"].append((margins > 0.0).sum(axis=0))
+            rows["effort"].append(
+                [
+                    sum(len(s.points) for s in everything),
+                    *(
+                        sum(getattr(s, n) for s in everything)
+                        for n in ("motions", "steps", "seconds")
+                    ),
+                ]
+            )
+            shares = [s.share for s in stages[RANDOM_STAGES - 1 :]]
+            rows["levels"].append([s.levels[-1] for s in stages])
+            rows["shares"].append(
+                np.concatenate([np.zeros(RANDOM_STAGES - 1), np.cumsum(np.log(shares))])
+            )
+            _best(stages, rows)
+            last, random = stages[-1], np.random.default_rng([number, seed])
+            own = _of_population(stages, last)
+            some = random.permutation(len(own[0]))[:SAMPLE]
+            some = np.resize(some, SAMPLE)
+            rows["sample"].append(own[0][some])
+            rows["sampled"].append(own[1][some])
+            if more is not None:
+                for stage in _stages(more, formulation, seed, _there(more, formulation, seed)):
+                    front.add(stage)
+        rows["random_counts"] = of_random.tolist()
+        for name in rows:
+            if rows[name]:
+                found[name].append(rows[name])
+        found["seen"].append(front.seen)
+        found["together"].append(front.together)
+        found["most"].append(front.most)
+        found["front"].append(front.points)
+        found["front_margins"].append(front.margins)
+        found["front_of"].append(np.full(len(front.points), number))
+    joined = {name: np.concatenate(found[name]) for name in found if name.startswith("front")}
+    found["stages"] = count  # type: ignore[assignment]
+    short = {"points", "margins", "sample", "sampled", "front", "front_margins", "levels", "shares"}
+    arrays = {name: np.asarray(joined.get(name, value)) for name, value in found.items()}
+    return Kept(**{n: v.astype(np.float32) if n in short else v for n, v in arrays.items()})
+
+
+def _best(stages: Sequence[Stage], rows: dict[str, list[Any]]) -> None:
+    """The pad of a search that keeps most, and the most kept in each way of counting."""
+    points = np.concatenate([s.points[s.whole] for s in stages])
+    margins = np.concatenate([s.margins[s.whole] for s in stages])
+    everything, listed, informative = counts(margins)
+    at = np.lexsort([-everything, -informative])[0]
+    rows["best"].append([everything.max(), listed.max(), informative.max()])
+    rows["points"].append(points[at])
+    rows["margins"].append(margins[at])
+
+
+def _of_population(stages: Sequence[Stage], last: Stage) -> tuple[np.ndarray, np.ndarray]:
+    """The different pads of the last population with their margins."""
+    points = np.concatenate([s.points[s.whole] for s in stages])
+    margins = np.concatenate([s.margins[s.whole] for s in stages])
+    where = {point.tobytes(): i for i, point in enumerate(points)}
+    at = sorted({where[point.tobytes()] for point in last.population})
+    return points[at], margins[at]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the stored form of finished searches."""
+    parser = argparse.ArgumentParser(description="Gather the stages of finished searches.")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("b2", type=Path, nargs="?", help="searches of model B2 alone")
+    given = parser.parse_args(arguments)
+    buffer = io.BytesIO()
+    kept: dict[str, Any] = vars(gather(given.folder, given.b2))
+    np.savez_compressed(buffer, **kept)
+    sys.stdout.buffer.write(buffer.getvalue())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Where the numbers of the pads lie that the last populations hold: a corner plot of two laws."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from squeal.article.results.ensembles import SYMBOLS, Ensembles
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+SHOWN = ("h", "k2", "k3", "k4", "k_c", "mu", "preload", "lift")
+COLOURS = ("#3498DB", "#C8380E")
+
+
+def draw(found: Ensembles) -> Drawing:
+    """The figure, ready to be saved."""
+    searched = next(iter(found.ranges.values()))
+    names = list(searched)
+    ends = {name: [f"{end:g}" for end in searched[name].searched] for name in SHOWN}
+    points = {law: np.array(rows) for law, rows in found.samples.items()}
+    size = len(SHOWN)
+    with style():
+        figure = Figure(figsize=(DOUBLE, DOUBLE))
+        grid = figure.subplots(size, size, squeeze=False)
+        for row, below in enumerate(SHOWN):
+            for column, across in enumerate(SHOWN):
+                axes = grid[row, column]
+                if column > row:
+                    axes.set_axis_off()
+                    continue
+                x, y = names.index(across), names.index(below)
+                for (law, values), colour in zip(points.items(), COLOURS, strict=True):
+                    if row == column:
+                        axes.hist(
+                            values[:, x],
+                            bins=np.linspace(0.0, 1.0, 16),
+                            histtype="step",
+                            color=colour,
+                            label=law if row == 0 else None,
+                        )
+                    else:
+                        axes.plot(values[:, x], values[:, y], ".", color=colour, ms=1.5, mew=0)
+                        axes.set_ylim(0.0, 1.0)
+                axes.set_xlim(0.0, 1.0)
+                axes.set_yticks([])
+                axes.set_xticks([0.0, 1.0], ends[across] if row == size - 1 else ["", ""])
+                if row == size - 1:
+                    axes.set_xlabel(SYMBOLS[across], labelpad=1.0)
+                if column == 0 and row:
+                    axes.set_yticks([0.0, 1.0], ends[below])
+                    axes.set_ylabel(SYMBOLS[below], labelpad=1.0)
+        figure.legend(loc="upper right", bbox_to_anchor=(0.98, 0.98))
+    widths = {
+        law: ", ".join(f"{name} {100 * ranges[name].width:.0f} %" for name in SHOWN)
+        for law, ranges in found.ranges.items()
+    }
+    words = "; ".join(f"{law}: {text}" for law, text in widths.items())
+    text = (
+        "Corner plot of the numbers of the pads in the last populations of two laws. Width of the "
+        f"middle nine tenths over the searched range, {words}."
+    )
+    title = "Numbers of the pads that keep most"
+    return Drawing(figure, text, title, origin(__name__, found.provenance))

@@ -1,0 +1,157 @@
+"""Ensembles of pads for all formulations: what their pads keep, and what that tells."""
+
+from __future__ import annotations
+
+from squeal.article.results.robustness import SYMBOLS as ROBUSTNESS
+from squeal.article.results.robustness import Share
+from squeal.article.results.verify import Switches
+from squeal.files.records import Record, Result
+
+SYMBOLS = {
+    **ROBUSTNESS,
+    "first_x": r"$x(0)$",
+    "x0": "$x_0/w$",
+    "start": "start",
+}
+"""Symbols of the numbers as LaTeX and figures set them."""
+
+
+class Kept(Record):
+    """How many statements a pad keeps: of all, of those first listed, of the informative ones."""
+
+    everything: int
+    listed: int
+    informative: int
+
+
+class Seed(Record):
+    """One search: the most kept by one pad of it in each way of counting, the distance level that
+    it reached, the logarithm (base 10) of the share of the ranges within that level, and the
+    informative statements that its best pad does not keep; standing: share of its last population
+    that starts at rest on a disc that begins to slide."""
+
+    most: Kept
+    level: float
+    log_share: float
+    standing: float
+    failing: tuple[str, ...]
+
+
+class Ensemble(Record):
+    """The ensemble of one formulation.
+
+    pads, motions, steps, seconds: effort of its searches, the last in CPU time; random: pads drawn
+    at random, ran: those whose motions reach the end; chance: the shares of random pads that keep
+    each statement; median, best: kept by the median random pad that ran, and the most by one;
+    seeds: its searches; best_pads: shares of their best pads that keep each statement; horizons:
+    what the best of them keeps over so many windows, None where a motion leaves the model.
+    """
+
+    formulation: Switches
+    pads: int
+    motions: int
+    steps: int
+    seconds: float
+    random: int
+    ran: int
+    chance: dict[str, Share]
+    median: Kept
+    best: Kept
+    seeds: tuple[Seed, ...]
+    best_pads: dict[str, Share]
+    horizons: dict[str, Kept | None]
+
+
+class Contrast(Record):
+    """One switch of the formulation: the mean level reached with either choice, and the
+    probability of a difference as large by chance (Mann-Whitney, Holm's correction)."""
+
+    switch: str
+    levels: dict[str, float]
+    p: float
+
+
+class Range(Record):
+    """Where one number of the pads of the last populations lies: the ends between which it was
+    searched, 5 and 95 % quantiles, their distance over the searched range, and the spread of the
+    searches' medians over it."""
+
+    searched: tuple[float, float]
+    low: float
+    high: float
+    width: float
+    between: float
+
+
+class Pad(Record):
+    """One pad under one law: its numbers, what it keeps over so many windows, the informative
+    statements that it does not keep over one, the least speed of the surface (m/s) at which
+    sliding holds, and the share of pads with all numbers off by one per cent that keep as much.
+
+    distance: of the statements, as the ensembles have it.
+    """
+
+    numbers: dict[str, float]
+    horizons: dict[str, Kept | None]
+    failing: tuple[str, ...]
+    distance: float
+    least_speed: float
+    steady: float
+
+
+class Front(Record):
+    """Three statements on model B2 that hinder each other.
+
+    pads: judged on all three; together: how many keep none to all of them; most: the most of the
+    statements on B2 that one of those keeps, of `total`; points: margins over ample ones of the
+    pads that no other surpasses.
+    """
+
+    formulation: Switches
+    pads: int
+    together: tuple[int, ...]
+    most: tuple[int, ...]
+    points: tuple[tuple[float, float, float], ...]
+
+
+class Check(Record):
+    """Stored pads judged afresh: how many, how many statements, and how many verdicts differ."""
+
+    pads: int
+    statements: int
+    different: int
+
+
+class Ensembles(Result):
+    """All ensembles; the windows of the horizons; what distinguishes formulations.
+
+    informative: the statements whose verdict is no consequence of others; names: of the three
+    statements of the fronts; total: statements on model B2 alone; rival: the
+    pad found elsewhere that keeps 27 listed statements, by law; rival_level: the level that all
+    searches of the consistent law reached; ranges: of the numbers, by law.
+    """
+
+    ensembles: tuple[Ensemble, ...]
+    stages: int
+    windows: tuple[int, ...]
+    confidence: float
+    total: Kept
+    informative: tuple[str, ...]
+    contrasts: tuple[Contrast, ...]
+    ranges: dict[str, dict[str, Range]]
+    samples: dict[str, tuple[tuple[float, ...], ...]]
+    names: tuple[str, ...]
+    total_b2: int
+    fronts: tuple[Front, ...]
+    rival: dict[str, Pad]
+    rival_level: float
+    chosen: dict[str, Pad]
+    chosen_from: str
+    candidates: int
+    check: Check
+
+    @property
+    def wrong(self) -> str:
+        """Stored pads that are judged otherwise today."""
+        many = self.check.different > 0.02 * self.check.statements
+        return f"{self.check.different} verdicts on stored pads differ" if many else ""
