@@ -31,6 +31,7 @@ from squeal.stability import Spectrum, complex_eigenvalues
 
 Progress = Callable[[int, int], None]
 ROUNDING = 1e-12  # relative: a smaller change is none
+AT_ONCE = 1e-9  # friction: what grows from here on grows from the start
 STEP = 0.02  # of a parameter, in rad of an angle
 
 
@@ -223,9 +224,11 @@ def _outcome(
     mu, first = found.stable_to(mu_max), found.first
     if mu is None:
         return Outcome(value)
+    if mu <= AT_ONCE:
+        return Outcome(value, 0.0, found.at_zero if first is None or not mu else first.kind)
     if first is not None and first.mu == mu:
         return Outcome(value, mu, first.kind, first.frequency_hz)
-    return Outcome(value, mu, found.at_zero if mu == 0.0 else "end of the branch")
+    return Outcome(value, mu, "end of the branch")
 
 
 def _with_gap(subject: Subject, outcome: Outcome, changes: dict[str, float]) -> Outcome:

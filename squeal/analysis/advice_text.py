@@ -33,7 +33,7 @@ def _where(advice: Advice) -> str:
     if nominal.critical is None:
         return f"No threshold lies below {name} = {advice.mu_max:.3g}."
     if nominal.critical == 0.0:
-        return f"Already at {name} = 0 it grows ({nominal.kind})."
+        return f"It grows from {name} = 0 on ({nominal.kind})."
     side = "above" if nominal.critical > advice.mu else "below"
     hertz = f" at {nominal.frequency_hz:.0f} Hz" if nominal.frequency_hz else ""
     grows = nominal.kind in GROWING
@@ -65,7 +65,7 @@ def _what_helps(advice: Advice) -> list[str]:
         move = _move(lever, word)
         how = "brings a threshold to" if nominal.critical is None else "lowers it most, to"
         found.append(f"{move[0].upper()}{move[1:]} {how} {advice.name} = {after.critical:.3g}.")
-    return found
+    return found or ["No change tried moves that."]
 
 
 def scene_in_words(scene: Scene) -> str:

@@ -13,6 +13,7 @@ from squeal.stability.eigen import Eigenvalue, complex_eigenvalues
 from squeal.stability.family import Family
 from squeal.stability.matrices import System, check_system
 
+AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 STEPS = 24  # in which several growing modes are followed from one crossing to the next
 
 
@@ -77,7 +78,7 @@ def unstable_modes(
 def _onsets(system: System, mu: float, crossings: Sequence[Crossing]) -> list[float | None]:
     """The onset of what grows at mu, carried along from crossing to crossing."""
     below = [c for c in crossings if 0.0 <= c.mu < mu]
-    starts = [c.mu for c in below if c.direction == "up"]
+    starts = [c.mu for c in below if c.direction == "up" and c.mu > AT_ONCE * mu]
     stops = sorted({0.0, mu, *(c.mu for c in below)})
     onsets: list[float | None] = []
     before: list[Eigenvalue] = []

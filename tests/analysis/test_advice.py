@@ -10,6 +10,7 @@ from squeal.analysis.advice import Tolerance, advise
 from squeal.analysis.advice_text import advice_in_words
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.unstable import growing_modes
 from squeal.errors import ComputationError, InputError
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
@@ -136,6 +137,20 @@ def test_a_system_with_named_parameters_against_its_closed_form():
     high = advise(coupled(values), {"b": Tolerance(0.3, relative=False)}, mu_max=1.01)
     out = lever(high, "b").lowered
     assert (out.critical, lever(high, "b").changes[0]) == (None, pytest.approx(0.01))
+
+
+def test_what_grows_at_once_has_no_threshold_to_move():
+    # friction that falls with speed drives an undamped pad from the least friction on
+    values = {name: value for name, value in VALUES.items() if name != "mu"}
+    falling = Scene("B1", Pad(**values, mu_s=0.5, mu_k=0.3, v_ref=1.0, V=2.0))
+    advice = advise(falling)
+    assert (advice.nominal.critical, advice.nominal.kind) == (0.0, "flutter")
+    assert all(found.changes == (0.0, 0.0) for found in advice.levers)
+    assert advice_in_words(advice) == (
+        "It grows from mu = 0 on (flutter). No change tried moves that."
+    )
+    (mode,) = growing_modes(falling, analyse(falling))
+    assert mode.onset is None
 
 
 def test_refusals():
