@@ -9,6 +9,7 @@ import pytest
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
 from squeal.article.equations import Bounds, bounds
+from squeal.article.figures import starts as starts_figure
 from squeal.article.report.physics import energy_table, generated
 from squeal.article.results.energy import Energy, Motion, Stay
 from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
@@ -173,6 +174,14 @@ def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
     assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
 
 
+@pytest.mark.parametrize(("outside", "words"), [(0.0, "the same for all"), (0.3, "not a property")])
+def test_where_a_case_lies_is_no_property_of_its_angles_if_it_moves(outside, words):
+    found = known_of(MapRanges)
+    case = dataclasses.replace(found.members["c"], inside=0.5, outside=outside)
+    values = chapter(ranges=dataclasses.replace(found, members=found.members | {"c": case}))
+    assert words in values["physics.map.angles"]
+
+
 @pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
 def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
     ranges = known_of(MapRanges)
@@ -300,3 +309,11 @@ def test_sentences_on_starts_follow_the_maps(one, other, words):
     values = chapter(starts=found)
     for key, part in zip(("keeps", "hammers", "later"), words, strict=True):
         assert part in values[f"physics.starts.{key}"]
+
+
+def test_without_heyoka_the_reason_stands_in_place_of_the_maps():
+    why = Missing("No heyoka on this machine simulates no batches of pads.")
+    none = Starts(scenes={"b1-c": why, "b2-c": why}, reach=1.0)
+    values = chapter(starts=none)
+    assert "simulates no batches" in values["physics.starts.keeps"]
+    assert starts_figure.draw(none).alternative == why.reason

@@ -29,7 +29,7 @@ def starts_figure(found: Starts) -> Figure:
                 codes = np.array([[int(digit) for digit in row] for row in part.rows])
                 edges = np.linspace(-found.reach, found.reach, len(codes) + 1)
                 axes.pcolormesh(
-                    edges, edges, codes, cmap=colours, norm=norm, edgecolors="face", linewidth=0.1
+                    edges, edges, codes, cmap=colours, norm=norm, edgecolors="face", linewidth=0.4
                 )
                 axes.plot(0.0, 0.0, "+", color="k", ms=4, mew=0.8)
                 axes.plot(1.0, 0.0, "o", mfc=COLOURS[part.own], mec="k", ms=4, mew=0.8)

@@ -46,7 +46,7 @@ def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
         "changes": lambda one: str(one[1].changes),
         "CPU time, ms": lambda one: number(1e3 * one[1].run_time, 2),
         "growth": lambda one: number(one[1].growth, 3),
-        "exponent, 1/ms": lambda one: number(1e-3 * one[1].exponent, 2),
+        "rate, 1/ms": lambda one: number(1e-3 * one[1].exponent, 2),
         "horizon, ms": lambda one: number(one[1].horizon and 1e3 * one[1].horizon, 3),
     }
     head, rows = cells(columns, scenes.items())

@@ -102,6 +102,12 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
     widest = max(spread, key=lambda name: spread[name])
     of = found.off_branch
+    case = found.members[HAMMERS]
+    angles = (
+        "Where a case lies in the map is thus not a property of its angles."
+        if case.inside > 0.0 and case.outside > 0.0
+        else "Where this case lies in the map is the same for all these pads."
+    )
     other = (
         "so that the equilibrium ceases there for the branch only"
         if of.kept
@@ -111,6 +117,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
         "physics.map.widest": f"${_SYMBOLS[widest]}$",
+        "physics.map.angles": angles,
         "physics.map.other": other,
     }
 
@@ -219,21 +226,19 @@ MOST = 0.5  # of a map
 def starts_table(found: Starts) -> str:
     """What becomes of each scene's own start, and shares of the maps."""
     times = sorted({part.windows for one in _scenes(found).values() for part in one.maps})
-    head = [""]
-    for words in ("own,", "no loss,", "hammers,"):
-        head += [f"{words} {n}" for n in times]
+    head = ["", *(f"own start, {n}" for n in times), "no loss, \\%", "hammering, \\%"]
     groups: dict[str, list[list[str]]] = {}
     for name, one in found.scenes.items():
         model, _, case = name.partition("-")
         row = [f"{model.upper()} ({case})"]
         if isinstance(one, Missing):
-            row.append(rf"\multicolumn{{{3 * len(times)}}}{{l}}{{{typeset(one.reason)}}}")
+            row.append(rf"\multicolumn{{{len(head) - 1}}}{{l}}{{{typeset(one.reason)}}}")
         else:
             row += [KINDS[part.own] for part in one.maps]
             for kind in (LOSSLESS, HAMMERING):
-                row += [percent(part.share[kind], 0) for part in one.maps]
+                row.append(", ".join(f"{100 * part.share[kind]:.0f}" for part in one.maps))
         groups.setdefault(name[:2], []).append(row)
-    return tabular("l" + "l" * len(times) + "r" * 2 * len(times), head, list(groups.values()))
+    return tabular("l" * (1 + len(times)) + "rr", head, list(groups.values()))
 
 
 def _scenes(found: Starts) -> dict[str, SceneStarts]:
