@@ -102,10 +102,10 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
     widest = max(spread, key=lambda name: spread[name])
     of = found.off_branch
-    case = found.members[HAMMERS]
+    hammers = found.members[HAMMERS]
     angles = (
         "Where a case lies in the map is thus not a property of its angles."
-        if case.inside > 0.0 and case.outside > 0.0
+        if hammers.inside > 0.0 and hammers.outside > 0.0
         else "Where this case lies in the map is the same for all these pads."
     )
     other = (
