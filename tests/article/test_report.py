@@ -283,7 +283,8 @@ def test_a_switch_turns_over_and_back(scenes):
 
 
 def test_a_verdict_turns_with_the_results_behind_it():
-    held = {"B2-c-hammer": True, "B2-only-c": True, "B1-all-separate": True, "B3-singular": True}
+    hammering = ("B2-c-hammer", "B2-only-c", "B12-c-severe")
+    held = dict.fromkeys((*hammering, "B1-all-separate", "B12-more-loss", "B3-singular"), True)
     assert verdicts.hammering(held) == verdicts.exaggeration(held) == "holds for one pad"
     lost = held | {"B2-only-c": False}
     assert verdicts.hammering(lost) == verdicts.exaggeration(lost) == "not reproduced"

@@ -16,15 +16,15 @@ SMALL = 0.25  # of the map, as in the statement B3-small-region
 
 
 def hammering(held: dict[str, bool]) -> str:
-    """Case (c) alone hammers with the line contact."""
-    if held["B2-c-hammer"] and held["B2-only-c"]:
+    """Case (c) alone hammers with the line contact, and most severely with both."""
+    if held["B2-c-hammer"] and held["B2-only-c"] and held["B12-c-severe"]:
         return "holds for one pad"
     return "not reproduced"
 
 
 def exaggeration(held: dict[str, bool]) -> str:
-    """Point contacts lose contact in each case, the line contact in one only."""
-    if held["B1-all-separate"] and held["B2-only-c"]:
+    """Point contacts lose contact in each case and for longer, the line contact in one only."""
+    if held["B1-all-separate"] and held["B2-only-c"] and held["B12-more-loss"]:
         return "holds for one pad"
     return "not reproduced"
 
@@ -60,6 +60,7 @@ def generated(claims: Claims, angles: Angles, printed: QuasiStatic, loci: Loci) 
         "verdict.exaggeration": exaggeration(held),
         "verdict.region": region(angles, printed),
         "verdict.singular": singular(held, angles),
+        "verdict.raised": "holds for one pad" if held["B2-b-raised"] else "not reproduced",
         "verdict.settles": "cannot fail" if held["B3-none"] else "not reproduced",
         "verdict.directions": "supported" if differ else "not supported",
     }
