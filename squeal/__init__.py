@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
     from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
-    from squeal.simulation import Event, Simulation, simulate
+    from squeal.simulation import Event, Response, Simulation, simulate
     from squeal.stability import (
         CriticalPoint,
         Crossing,
@@ -82,7 +82,7 @@ _HOME = {
     "squeal.model.linear": "Linearisation",
     "squeal.model.pad": "Pad",
     "squeal.scene": "Damping PlainSystem Scene read_plain read_scene",
-    "squeal.simulation": "Event Simulation simulate",
+    "squeal.simulation": "Event Response Simulation simulate",
     "squeal.stability": (
         "CriticalPoint Crossing Eigenvalue FrictionLoop Judgement LoopAnswer LoopThreshold "
         "Spectrum TrackedModes UnstableMode complex_eigenvalues critical_points crossings "
@@ -95,9 +95,9 @@ __all__ = [
     "Advice", "Analysis", "Axis", "ComputationError", "CriticalFriction", "CriticalPoint",
     "Crossing", "Damping", "Eigenvalue", "Equilibrium", "Event", "Formulation", "FrictionLoop",
     "InputError", "Judgement", "Lever", "Linearisation", "LoopAnswer", "LoopThreshold",
-    "ModeShape", "ModeSweep", "Outcome", "Pad", "PlainSystem", "Quantile", "Scatter", "Scene",
-    "Simulation", "Spectrum", "Spread", "SpreadFile", "StabilityMap", "Tolerance", "TrackedModes",
-    "UnstableMode", "advise", "analyse", "angle_axes", "article_linearisation",
+    "ModeShape", "ModeSweep", "Outcome", "Pad", "PlainSystem", "Quantile", "Response", "Scatter",
+    "Scene", "Simulation", "Spectrum", "Spread", "SpreadFile", "StabilityMap", "Tolerance",
+    "TrackedModes", "UnstableMode", "advise", "analyse", "angle_axes", "article_linearisation",
     "complex_eigenvalues", "critical_friction", "critical_points", "crossings",
     "eigenvalue_sensitivities", "friction_loop", "friction_plant", "growing_modes", "judge",
     "judged_equilibria", "mode_shapes", "read_plain", "read_scene", "read_spreads", "scatter",

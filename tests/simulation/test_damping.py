@@ -12,7 +12,7 @@ from squeal.analysis.fields import most_unstable
 from squeal.analysis.points import points_at
 from squeal.analysis.work import contact_work
 from squeal.equilibrium.damping import damped_model, damping_matrix
-from squeal.model.contact import CONSISTENT, contact_law
+from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
 from squeal.scene import Damping, Scene, read_scene
@@ -202,3 +202,18 @@ def test_a_damped_pad_of_upright_springs_in_closed_form():
     t, sag = found.history["t"], F / (4 * k)
     y = -sag + sag * np.exp(-d * t) * (np.cos(turn * t) + d / turn * np.sin(turn * t))
     assert np.abs(found.history["y"] - y).max() < 1e-12 * sag * 10
+
+
+@pytest.mark.parametrize("falling", [False, True])
+def test_springs_along_the_face_are_damped_alike(falling):
+    # one code serves all contact states there, with its own places for the numbers of the terms
+    one = scene("b2-c", model="BN", formulation=Formulation(springs=5), tolerance=1e-12)
+    one = dataclasses.replace(one, stop=0.3 * one.stop, outputs=("shares",))
+    if falling:
+        one = one.replace(mu=None, V=40.0, mu_s=0.9, mu_k=0.3, v_ref=30.0)
+    ours, theirs = simulate(one, "heyoka"), simulate(one, "scipy")
+    undamped = simulate(dataclasses.replace(one, damping=None), "heyoka")
+    assert ours.contact_changes == theirs.contact_changes > 0
+    scale = np.abs(theirs.final[1:]).max()
+    assert ours.final[1:] == pytest.approx(theirs.final[1:], abs=1e-7 * scale)
+    assert np.abs(np.subtract(undamped.final, ours.final)).max() > 1e-3 * scale
