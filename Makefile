@@ -6,6 +6,7 @@
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
+# make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/systems.md)
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -58,6 +59,9 @@ benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.batch
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
+
+brake: $(ENVIRONMENT)
+	@$(BIN)/python -m benchmarks.published_brake $(DATA)
 
 page: $(ENVIRONMENT)
 	@$(BIN)/python -m page.build

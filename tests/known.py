@@ -5,8 +5,13 @@ import numpy as np
 from squeal.numerics.formula import Formula
 from squeal.stability.terms import Term, TermSystem
 
+Threshold = tuple[float, str, str, float]
+"""mu, kind, direction, omega."""
 
-def known_system(n, rng, damped):
+
+def known_system(
+    n: int, rng: np.random.Generator, damped: bool
+) -> tuple[TermSystem, list[Threshold]]:
     """n degrees of freedom in blocks with closed-form thresholds in 0 < mu < 2, mixed.
 
     Blocks: an oscillator whose damping changes sign; two modes that coalesce; an oscillator whose
@@ -15,7 +20,7 @@ def known_system(n, rng, damped):
     direction, omega), sorted.
     """
     C0, C1, K0, K1 = (np.zeros((n, n)) for _ in range(4))
-    expected = []
+    expected: list[Threshold] = []
     i = 0
     while i < n:
         kind, w, at = rng.random(), rng.uniform(1, 10), rng.uniform(0.05, 1.95)

@@ -1,0 +1,230 @@
+"""A published brake (4669 degrees of freedom) under the three definitions that are in print.
+
+`make brake DATA=folder` reads the eight matrices of Graebner, Mehrmann, Quraishi, Schroeder and von
+Wagner (ZAMM 96, 2016, doi 10.1002/zamm.201500217) from a folder and tells which definition squeals,
+which one the article's figures come from, the error of reduced systems against their dimension,
+and what each way to the roots costs.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError
+from squeal.files.matrices import read_matrix
+from squeal.numerics.formula import Formula
+from squeal.stability.sparse.dense import dense_values
+from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.modes import Modes, modes_in
+from squeal.stability.sparse.reduction import Basis, reduce_system
+from squeal.stability.sparse.region import Rectangle
+from squeal.stability.sparse.scaled import ScaledSystem
+from squeal.stability.terms import Term, TermSystem
+
+REGION = Rectangle(-50.0, 1000.0, -1.0, 20000.0)
+SPEED = 4 * np.pi
+SPEEDS = np.linspace(2 * np.pi, 8 * np.pi, 13)
+FILES = ("BMLL", "BDLL", "BYLL", "BDIWLL", "BHLL", "BKLL", "BKQLL", "BWLL")
+REFERENCE = "1/1600"
+TWO_PI = "1/(2*3.141592653589793*1600)"
+# factors of D1, DG, DR, D4 and of K1, KR, KGEO
+DEFINITIONS = {
+    "article": (("1", "W", "1/W", REFERENCE), ("1", "1", "W**2")),
+    "program": (("1", "W", "1/W - 1", TWO_PI), ("1", "1", "W**2 - 1")),
+    "mixed": (("1", "W", "1/W", TWO_PI), ("1", "1", "W**2")),
+}
+DIMENSIONS = (20, 40, 60, 80, 100, 150, 200, 250, 300)
+SNAPSHOTS = (3, 5, 9)
+
+ComplexArray = NDArray[np.complex128]
+
+
+def read_definitions(folder: Path) -> dict[str, TermSystem]:
+    """The three systems. Raises InputError if a matrix is missing."""
+    M, *rest = (read_matrix(folder / f"{name}.mat").matrix for name in FILES)
+    systems = {}
+    for name, (damping, stiffness) in DEFINITIONS.items():
+        C = tuple(Term(X, Formula(f)) for X, f in zip(rest[:4], damping, strict=True))
+        K = tuple(Term(X, Formula(f)) for X, f in zip(rest[4:], stiffness, strict=True))
+        systems[name] = TermSystem((Term(M),), C, K, {"W": SPEED}, "W", name)
+    return systems
+
+
+@dataclass(frozen=True)
+class Timed:
+    """What a call gave, and its CPU seconds."""
+
+    value: Any
+    seconds: float
+
+
+def timed(call: Callable[[], Any]) -> Timed:
+    """Run once on one thread."""
+    with one_thread():
+        start = time.process_time()
+        value = call()
+        return Timed(value, time.process_time() - start)
+
+
+def errors(exact: ComplexArray, found: ComplexArray) -> float:
+    """Largest relative distance of an exact root to the nearest one that was found."""
+    if not len(found):
+        return float("inf")
+    distance = np.abs(exact[:, None] - found[None, :]).min(axis=1)
+    return float((distance / np.abs(exact)).max())
+
+
+def projected(scaled: ScaledSystem, vectors: NDArray[np.float64], speed: float) -> ComplexArray:
+    """All roots of the system projected onto orthonormal columns, at one speed."""
+    problem = scaled.at({"W": speed})
+    M, C, K = (vectors.T @ (X @ vectors) for X in (problem.M, problem.C, problem.K))
+    return dense_values(M, C, K)
+
+
+def real_modes(scaled: ScaledSystem, count: int) -> NDArray[np.float64]:
+    """The lowest real modes of M and K1 by rising frequency, in the scaled coordinates."""
+    from scipy.sparse.linalg import eigsh
+
+    M, K = scaled.terms("M")[0], scaled.terms("K")[0]
+    K = (K + K.T) / 2
+    shift = -1e-6 * float(abs(K).max() / abs(M).max())
+    squares, vectors = eigsh(K, k=count, M=M, sigma=shift)
+    return np.asarray(vectors[:, np.argsort(squares)])
+
+
+def by_hand(scaled: ScaledSystem, modes: int = 60) -> ComplexArray:
+    """SciPy's eigs on the companion form, as one would write it: one shift, nothing certified."""
+    from scipy.sparse import block_array, eye_array
+    from scipy.sparse.linalg import eigs
+
+    problem = scaled.at({"W": SPEED})
+    rate, eye = 1e4, eye_array(scaled.n)
+    A = block_array([[None, eye], [-problem.K / rate**2, -problem.C / rate]], format="csc")
+    B = block_array([[eye, None], [None, problem.M]], format="csc")
+    values = eigs(A, k=modes, M=B, sigma=REGION.centre / rate, return_eigenvectors=False)
+    return np.asarray(values * rate)
+
+
+def modal_table(systems: dict[str, TermSystem]) -> None:
+    """Error of real modes over their number, under each definition."""
+    print("\nerror of the region's roots with d real modes (relative, largest), W = 4 pi")
+    print("d         " + "".join(f"{d:10d}" for d in DIMENSIONS))
+    for name, system in systems.items():
+        scaled = ScaledSystem(system)
+        exact = modes_in(scaled.at(), REGION, left=False, certify=False).values
+        vectors = real_modes(scaled, DIMENSIONS[-1])
+        row = []
+        for d in DIMENSIONS:
+            basis = np.linalg.qr(vectors[:, :d])[0]
+            row.append(errors(exact, projected(scaled, basis, SPEED)))
+        print(f"{name:10s}" + "".join(f"{e:10.2g}" for e in row))
+
+
+def judgement_table(systems: dict[str, TermSystem]) -> dict[str, Modes]:
+    """Growing roots at W = 4 pi under each definition, certified."""
+    print("roots of -50 < Re < 1000, -1 < Im < 20000 at W = 4 pi")
+    found = {}
+    for name, system in systems.items():
+        problem = ScaledSystem(system).at()
+        run = timed(functools.partial(modes_in, problem, REGION))
+        modes: Modes = run.value
+        found[name] = modes
+        growing = [e for e in modes.eigenvalues if e.value.real > 1e-3]
+        listed = ", ".join(f"{e.frequency_hz:.1f} Hz ({e.value.real:+.3g} 1/s)" for e in growing)
+        proof = "certified" if modes.certified else "NOT certified"
+        print(f"  {name:8s} {len(modes.eigenvalues)} roots, {proof}, {run.seconds:.1f} s CPU")
+        print(f"           growing: {listed or 'none'}")
+    return found
+
+
+def snapshot_basis(scaled: ScaledSystem, count: int) -> Basis:
+    """Right modes at so many speeds, as in proper orthogonal decomposition."""
+    basis = Basis(scaled)
+    for speed in np.linspace(SPEEDS[0], SPEEDS[-1], count):
+        modes = modes_in(scaled.at({"W": float(speed)}), REGION, left=False, certify=False)
+        columns = [e.right / scaled.scale for e in modes.eigenvalues]
+        basis.extend(np.array([c / np.linalg.norm(c) for c in columns]).T)
+    return basis
+
+
+def cost_table(system: TermSystem) -> None:
+    """Seconds, size, error over all speeds and roots missed for each way to the roots."""
+    scaled = ScaledSystem(system)
+    exact = {
+        float(w): modes_in(scaled.at({"W": float(w)}), REGION, left=False, certify=False).values
+        for w in SPEEDS
+    }
+    print("\ncost, CPU seconds on one thread, 13 speeds from 2 pi to 8 pi")
+    print(f"{'way':34s}{'size':>6s}{'once':>8s}{'each':>8s}{'error':>10s}{'missed':>8s}")
+
+    def show(way: str, size: int, once: float, each: float, worst: float, missed: int) -> None:
+        print(f"{way:34s}{size:6d}{once:8.2f}{each:8.3f}{worst:10.1g}{missed:8d}")
+
+    def judged(values: Callable[[float], ComplexArray]) -> tuple[float, float, int]:
+        run = timed(lambda: {w: values(w) for w in exact})
+        worst = max(errors(e, run.value[w]) for w, e in exact.items())
+        missed = sum(
+            int(np.sum(np.abs(e[:, None] - run.value[w][None, :]).min(axis=1) > 1e-3 * np.abs(e)))
+            for w, e in exact.items()
+        )
+        return run.seconds / len(exact), worst, missed
+
+    direct = timed(lambda: modes_in(scaled.at(), REGION))
+    show("region, certified", scaled.n, 0.0, direct.seconds, 0.0, 0)
+    hand = timed(lambda: by_hand(scaled))
+    at = exact[min(exact, key=lambda w: abs(w - SPEED))]
+    missed = int(np.sum(np.abs(at[:, None] - hand.value[None, :]).min(axis=1) > 1e-3 * abs(at)))
+    show("eigs by hand, 60 roots, one shift", scaled.n, 0.0, hand.seconds, float("nan"), missed)
+    modal = timed(lambda: np.linalg.qr(real_modes(scaled, DIMENSIONS[-1]))[0])
+    show(
+        "real modes",
+        DIMENSIONS[-1],
+        modal.seconds,
+        *judged(lambda w: projected(scaled, modal.value, w)),
+    )
+    for count in SNAPSHOTS:
+        run = timed(functools.partial(snapshot_basis, scaled, count))
+        reduced = run.value.system()
+        show(
+            f"right modes at {count} speeds",
+            run.value.size,
+            run.seconds,
+            *judged(lambda w, r=reduced: dense_values(*r.at({"W": w}))),  # type: ignore[misc]
+        )
+    own = timed(lambda: reduce_system(scaled, REGION, [{"W": float(w)} for w in SPEEDS]))
+    reduction = own.value
+    show(
+        f"right and left, where worst ({len(reduction.samples)})",
+        reduction.size,
+        own.seconds,
+        *judged(lambda w: reduction.values(REGION, {"W": w})),
+    )
+
+
+def main() -> int:
+    """Read the folder that is named and print the tables."""
+    if len(sys.argv) != 2:
+        print("usage: python -m benchmarks.published_brake FOLDER", file=sys.stderr)
+        return 2
+    try:
+        systems = read_definitions(Path(sys.argv[1]))
+    except InputError as error:
+        print(f"published_brake: {error}", file=sys.stderr)
+        return 2
+    judgement_table(systems)
+    modal_table(systems)
+    cost_table(systems["program"])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
