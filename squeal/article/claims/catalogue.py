@@ -1,6 +1,7 @@
 """What the article says of its results, one checkable statement an entry, in our words.
 
-Times count from the first contact; an instant of zero length at the start does not count.
+Times count from the first contact. A signal that is zero at the start must have the right sign at
+each later time; its margin is taken from its first turning point on.
 """
 
 from __future__ import annotations

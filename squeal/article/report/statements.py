@@ -32,7 +32,12 @@ def agreement(claims: Sequence[JudgedClaim], model: str, case: str) -> str:
 
 def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
     """Values told by the claims: counts, each verdict and measure, agreement by figure."""
-    values = {"claims.total": str(len(claims))}
+    informative = [c for c in claims if c.kind == "informative"]
+    values = {
+        "claims.total": str(len(claims)),
+        "claims.informative": str(len(informative)),
+        "claims.informative-reproduced": str(sum(c.holds for c in informative)),
+    }
     for verdict in ("reproduced", "not reproduced", "contradicted"):
         count = sum(c.verdict == verdict for c in claims)
         values[f"claims.{verdict.replace(' ', '-')}"] = str(count)
@@ -44,6 +49,13 @@ def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
     return values
 
 
+def follows(claim: JudgedClaim) -> str:
+    """Why a verdict says nothing of its own, to be put after it."""
+    if claim.kind == "informative":
+        return ""
+    return rf"; {claim.kind}: {typeset(claim.derivation)}"
+
+
 def claims_table(claims: Sequence[JudgedClaim]) -> str:
     """All claims with place, statement, measured value and verdict."""
     columns: Mapping[str, Callable[[JudgedClaim], str]] = {
@@ -51,7 +63,7 @@ def claims_table(claims: Sequence[JudgedClaim]) -> str:
         "place": lambda c: typeset(c.where),
         "statement in our words": lambda c: typeset(c.statement),
         "measured": lambda c: typeset(c.measured),
-        "verdict": lambda c: rf"\verdict{{{c.verdict}}}",
+        "verdict": lambda c: rf"\verdict{{{c.verdict}}}{follows(c)}",
     }
     return long_table(*cells(columns, claims))
 
