@@ -15,13 +15,7 @@ from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
-from squeal.commands.system_options import (
-    band_option,
-    refuse_options,
-    system_of,
-    work_options,
-)
-from squeal.commands.system_thresholds import thresholds_of
+from squeal.commands.system_options import band_option, refuse_options, system_of, work_options
 from squeal.commands.tables import elided, in_words, number
 from squeal.errors import InputError
 from squeal.files.writing import write_table
@@ -139,6 +133,8 @@ def run(given: argparse.Namespace) -> Answer:
     _refuse_with_scatter(given)
     matrices = None if given.scatter is not None else system_of(given)
     if matrices is not None:
+        from squeal.commands.system_thresholds import thresholds_of  # a scene needs none of it
+
         return thresholds_of(given, matrices)
     mu_max = upper_end(given.mu_max)
     refuse_options(given, ("min", "band"))

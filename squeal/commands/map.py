@@ -22,12 +22,7 @@ from squeal.analysis.maps import (
 from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.system_chart import chart_of
-from squeal.commands.system_options import (
-    band_option,
-    refuse_options,
-    system_of,
-    work_options,
-)
+from squeal.commands.system_options import band_option, refuse_options, system_of, work_options
 from squeal.commands.tables import table
 from squeal.files.document import scalar
 from squeal.files.place import Place

@@ -30,10 +30,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if given.quantity is not None:
         raise InputError(f"--quantity {given.quantity}: is not allowed with a system of matrices")
     n = POINTS if given.n is None else whole(given.n, "--n", 2, MOST_POINTS)
-    sides = (
-        _side(given.first, "--first", system, n),
-        _side(given.second, "--second", system, n),
-    )
+    sides = (_side(given.first, "--first", system, n), _side(given.second, "--second", system, n))
     if not is_small(system):
         check_memory(system, memory_of(given))
     found = system_chart(system, sides, wanted_of(given), progress_of(given))

@@ -100,15 +100,7 @@ def write_thresholds(path: Path, found: SystemThresholds) -> None:
     """A row for each crossing of the axis."""
     names = ("mu", "kind", "direction", "frequency_hz", "low", "high", "mode", "changes_verdict")
     rows = (
-        (
-            c.mu,
-            c.kind,
-            c.direction,
-            c.frequency_hz,
-            *c.interval,
-            c.mode,
-            int(c.changes_verdict),
-        )
+        (c.mu, c.kind, c.direction, c.frequency_hz, *c.interval, c.mode, int(c.changes_verdict))
         for c in found.crossings
     )
     write_table(path, dict.fromkeys(names, ""), rows)
