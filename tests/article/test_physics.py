@@ -28,7 +28,7 @@ from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from squeal.stability import verdict
 from tests.article import known
-from tests.conftest import ROOT
+from tests.conftest import ROOT, needs_heyoka
 
 SCENES = ROOT / "workflow" / "scenes"
 
@@ -255,6 +255,7 @@ def test_kinds_of_motion_by_hand(first, points, kind):
     assert KINDS[starts_study.kind(first, np.array(points, dtype=float))] == kind
 
 
+@needs_heyoka
 def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
     """Second method: in full contact motion is linear, and its modes' amplitudes add up to the most
     that an edge can rise."""
