@@ -2,11 +2,13 @@
 # make lint     style and types                         make lock   pin newer dependencies
 # make ensembles  search all formulations anew, for hours; goes on where it stopped
 # make benchmark  speed against other programs       make cite-check  citation files
-# make site     documentation, docs/_build/html/index.html
+# make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
 # make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/systems.md)
+# make pythons DIRECTORY=...  install and tests with Python 3.13 and 3.14, in two Debian releases there
+# make platforms  does the lock hold packages for every platform?
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
@@ -28,7 +30,7 @@ EPOCH := SOURCE_DATE_EPOCH=1609459200
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: report ensembles test test-without-heyoka lint benchmark page page-test site dist archive \
-	cluster cluster-test metadata codecheck cite-check lock clean distclean
+	cluster cluster-test pythons platforms metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -71,6 +73,7 @@ page-test: $(ENVIRONMENT)
 
 site: $(DOCS)
 	$(EPOCH) $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	$(BIN)/python -m workflow.release.links docs/_build/html
 
 dist: $(RELEASE)
 	mkdir -p dist && rm -f dist/*.whl dist/*.tar.gz
@@ -133,6 +136,12 @@ $(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
 $(LINTERS): $(ENVIRONMENT) requirements/lint.txt
 	@workflow/setup/environment.sh lint
 	@touch $@
+
+pythons:
+	@workflow/setup/pythons.sh $(or $(DIRECTORY),$(error DIRECTORY=... is needed, outside the repository))
+
+platforms: $(ENVIRONMENT)
+	@workflow/setup/platforms.sh
 
 $(CLUSTER): $(ENVIRONMENT) requirements/cluster.txt
 	@workflow/setup/environment.sh cluster

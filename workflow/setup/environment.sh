@@ -7,12 +7,12 @@ cd "$(dirname "$0")/../.."
 
 suits() {
     "$1" -c 'import ensurepip, sys, venv
-sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null
+sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null
 }
 
 find_python() {
     local candidate
-    for candidate in ${PYTHON:-python3.13 python3.12 python3.11 python3}; do
+    for candidate in ${PYTHON:-python3.14 python3.13 python3.12 python3.11 python3}; do
         if suits "$candidate"; then
             echo "$candidate"
             return
@@ -28,7 +28,7 @@ create() {
     fi
     local python
     if ! python=$(find_python); then
-        echo "squeal: Python 3.11, 3.12 or 3.13 with the venv module is needed" \
+        echo "squeal: Python 3.11 to 3.14 with the venv module is needed" \
             "(Debian, Ubuntu: apt-get install python3-venv); PYTHON=... names another." >&2
         exit 1
     fi

@@ -1,0 +1,42 @@
+"""Links of the site: what leads nowhere is named."""
+
+import pytest
+
+from workflow.release.links import wrong
+
+
+def page(folder, name, body):
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_text(f"<html><body>{body}</body></html>")
+
+
+@pytest.mark.parametrize(
+    "link",
+    ["other.html", "other.html#here", "deep/", "#top", "a%20b.txt", "https://example.org/x#y",
+     "data:image/png;base64,AA=="],
+)  # fmt: skip
+def test_links_that_lead_somewhere(tmp_path, link):
+    page(tmp_path, "start.html", f'<p id="top"></p><a href="{link}">x</a>')
+    page(tmp_path, "other.html", '<h1 id="here"></h1>')
+    page(tmp_path, "deep/index.html", '<img src="../a b.txt">')
+    (tmp_path / "a b.txt").touch()
+    assert not list(wrong(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ("missing.html", "no such file"),
+        ("start.html#nowhere", "no such place"),
+        ("#nowhere", "no such place"),
+        ("deep/", "no such file"),
+        ("http://example.org", "no https address"),
+        ("https:///x", "no https address"),
+        ("//host", "no https address"),
+    ],
+)
+def test_links_that_lead_nowhere(tmp_path, link, words):
+    (tmp_path / "deep").mkdir()
+    page(tmp_path, "start.html", f'<a href="{link}">x</a>')
+    (found,) = wrong(tmp_path)
+    assert found.startswith(f"start.html: {link}: {words}")

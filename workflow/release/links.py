@@ -1,0 +1,74 @@
+"""`python -m workflow.release.links FOLDER`: do all links of the built site lead somewhere?
+
+Links within the site need a file and, after a #, an element of that name; links to elsewhere need
+https and a host, and are not followed.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+
+class Page(HTMLParser):
+    """What a page links to, and the names in it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: set[str] = set()
+        self.names: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note links and names."""
+        for key, value in attrs:
+            if value and key in ("href", "src") and tag != "base":
+                self.links.add(value)
+            elif value and key in ("id", "name"):
+                self.names.add(value)
+
+
+@cache
+def read(path: Path) -> Page:
+    """A page of the site."""
+    return Page(path.read_text(encoding="utf-8"))
+
+
+def wrong(folder: Path) -> Iterator[str]:
+    """A line for each link that leads nowhere."""
+    for path in sorted(folder.rglob("*.html")):
+        if "_static" in path.parts:  # a template of the theme
+            continue
+        for link in sorted(read(path).links):
+            parts = urlsplit(link)
+            at = f"{path.relative_to(folder)}: {link}"
+            if parts.scheme in ("data", "mailto"):
+                continue
+            if parts.scheme or parts.netloc:
+                if parts.scheme != "https" or "." not in parts.netloc:
+                    yield f"{at}: no https address"
+                continue
+            target = path if not parts.path else path.parent / unquote(parts.path)
+            if target.is_dir():
+                target /= "index.html"
+            if not target.is_file():
+                yield f"{at}: no such file"
+                continue
+            pages = target.suffix == ".html"
+            if pages and unquote(parts.fragment) not in read(target).names | {""}:
+                yield f"{at}: no such place in that page"
+
+
+def main() -> int:
+    """Print what is wrong; 1 if something is."""
+    found = list(wrong(Path(sys.argv[1])))
+    print("\n".join(found), end="\n" if found else "")
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
