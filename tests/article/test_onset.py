@@ -22,6 +22,7 @@ from squeal.article.results.spectra import Heard, Spectra
 from squeal.article.studies import onset as study
 from squeal.article.studies import spectra
 from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.numerics.oscillation import line
 from squeal.scene import read_scene
@@ -55,6 +56,37 @@ def test_strong_damping_brings_the_pad_to_rest():
     )
     assert lost[0] == 0.0
     assert np.abs(end[0, 3:]).max() < 1e-9
+
+
+@needs_heyoka
+def test_a_motion_that_ends_is_missing_and_its_sweep_begins_with_the_own_start(monkeypatch):
+    scene = read_scene(SCENES / "b1-d.yaml", "simulate")
+    models = [damped_model(study.damped(scene, ratio)) for ratio in study.RATIOS]
+    fast = np.tile(scene.initial, (4, 1))
+    fast[0, 5] = 1e5  # rad/s: it turns over
+    end, lost, peak = study.settled(models, fast, 0.003, 0.001)
+    assert np.isnan(end[0]).all()
+    assert np.isnan([lost[0], peak[0]]).all()
+    assert np.isfinite(end[1:]).all()
+    seen = []
+
+    def looked_at(models, states, before, seen_for):
+        seen.append(states)
+        return states, np.zeros(len(states)), np.ones(len(states))
+
+    monkeypatch.setattr(study, "settled", looked_at)
+    (first, *_) = study.sweeps(scene, models, end)
+    assert np.array_equal(seen[0][4], scene.initial)
+    assert np.array_equal(seen[0][5], end[1])
+    assert first.down.mu[0] <= scene.pad.mu < first.up.mu[-1]
+
+
+def test_no_equilibrium_means_no_threshold(monkeypatch):
+    def none(*_):
+        raise ComputationError("without friction there is no equilibrium in contact")
+
+    monkeypatch.setattr(study, "critical_friction", none)
+    assert study.threshold(read_scene(SCENES / "b1-d.yaml", "simulate")) is None
 
 
 def made(

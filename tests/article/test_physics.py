@@ -140,6 +140,12 @@ def test_a_case_lies_inside_on_the_edge_or_outside(scene, monkeypatch, angles, p
     assert ranges_study.where(scene.pad, angles) == place
 
 
+def test_without_friction_every_branch_is_whole(scene):
+    smooth = dataclasses.replace(scene, pad=scene.pad.replace(mu=1e-3))
+    found = ranges_study.off_branch(smooth, 4)
+    assert (found.beyond, found.found, found.kept) == (0, 0, 0)
+
+
 def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
     """A point of the map at a time, from some hundreds of places, in each contact state."""
     found = ranges_study.off_branch(scene, 4)
@@ -201,6 +207,13 @@ def test_many_springs_move_as_the_line_does_ever_nearer():
         assert isinstance(run, Simulation)
         off.append(springs_study._contact(own, count, run, line).off)
     assert 4.0 < off[0] / off[1] < 40.0
+
+
+def test_nothing_is_compared_where_no_motion_reaches_its_end():
+    why = Missing("the pad has turned past 90 degrees")
+    points: dict[str, tuple[Threshold, ...]] = {"0": ()}
+    none = LineSprings(cases={"c": Case(why, (why,), False, points)}, stop=1.0, mu_max=2.0)
+    assert "depends on the case" in chapter(springs=none)["physics.springs.verdict"]
 
 
 def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:

@@ -25,14 +25,12 @@ WORDS = {
 
 def lasting_table(found: Onset) -> str:
     """What the scenes' own starts come to with damping."""
-    ratios = next(
-        ([one.ratio for one in row if isinstance(one, Late)] for row in found.late.values()), []
-    )
+    ratios = sorted({o.ratio for row in found.late.values() for o in row if isinstance(o, Late)})
     head = ["", *(rf"$\zeta = {percent(ratio)}$" for ratio in ratios)]
     groups: dict[str, list[list[str]]] = {}
     for name, row in found.late.items():
         cells = [
-            one.reason
+            typeset(one.reason)
             if isinstance(one, Missing)
             else f"{percent(one.lost, 0)}, {number(one.peak, 3)}"
             if one.lost

@@ -180,6 +180,7 @@ def _springs(found: LineSprings) -> dict[str, str]:
         verdict = f"point contact understates {in_words(less)}, against the article's conclusion"
     else:
         verdict = "whether point contact exaggerates the loss of contact depends on the case"
+    begins = [c.springs[0] for c in found.cases.values() if not isinstance(c.springs[0], Missing)]
     ends = [c.springs[-1] for c in found.cases.values() if not isinstance(c.springs[-1], Missing)]
     off = max((one.off for one in ends), default=0.0)
     limit = (
@@ -205,13 +206,7 @@ def _springs(found: LineSprings) -> dict[str, str]:
         "physics.springs.verdict": verdict,
         "physics.springs.limit": limit,
         "physics.springs.thresholds": in_words(moved) or "no threshold of the four cases differs",
-        "physics.springs.few": str(
-            min(
-                c.springs[0].count
-                for c in found.cases.values()
-                if not isinstance(c.springs[0], Missing)
-            )
-        ),
+        "physics.springs.few": str(min((one.count for one in begins), default=0)),
         "physics.springs.many": str(max((one.count for one in ends), default=0)),
     }
 

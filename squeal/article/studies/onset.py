@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
@@ -114,13 +115,17 @@ def _way(mu: Sequence[float], lost: np.ndarray, peak: np.ndarray) -> Way:
 
 
 def sweeps(scene: Scene, models: Sequence[PadModel], last: np.ndarray) -> tuple[Sweep, ...]:
-    """Friction raised from the equilibrium and lowered from the states `last`, for each ratio."""
+    """Friction raised from the equilibrium and lowered from the states `last`, for each ratio.
+
+    None without an equilibrium at the least friction.
+    """
     assert scene.stop is not None
     n = len(RATIOS)
-    rest, how = sliding_equilibrium(scene.pad_model.replace(mu=MU[0]))
+    rest, _ = sliding_equilibrium(scene.pad_model.replace(mu=MU[0]))
     if rest is None:
-        raise ComputationError(how)
-    begin = np.concatenate([np.tile(np.append(rest.q, np.zeros(3)), (n, 1)), last])
+        return ()
+    down = np.where(np.isnan(last), scene.initial, last)  # the own start, where its model ends
+    begin = np.concatenate([np.tile(np.append(rest.q, np.zeros(3)), (n, 1)), down])
     states = begin.copy()
     falling = [mu for mu in reversed(MU) if mu <= scene.pad.mu]
     seen = np.full((2, len(MU), 2 * n), np.nan)
@@ -146,7 +151,10 @@ def sweeps(scene: Scene, models: Sequence[PadModel], last: np.ndarray) -> tuple[
 
 def threshold(scene: Scene) -> float | None:
     """The friction at which the equilibrium begins to flutter with damping, None without."""
-    points = critical_friction(damped(scene, RATIO), MU[-1]).points
+    try:
+        points = critical_friction(damped(scene, RATIO), MU[-1]).points
+    except ComputationError:
+        return None
     return next((point.mu for point in points if point.kind == "flutter"), None)
 
 
@@ -174,12 +182,13 @@ def shooting(scene: Scene, ratio: float) -> Shooting:
 
 
 def returns(scene: Scene, state: np.ndarray, windows: float) -> Returns:
-    """Where a motion from a state (SI) passes the section of its leading edge."""
+    """Where a motion from a state (SI) passes the section of its leading edge, while it lasts."""
     assert scene.stop is not None
     pad = shooting(scene, RATIO)
     watch = Returns()
     start, stop = pad.units.to_scaled(state), windows * scene.stop / pad.units.time
-    pad.motion(start, stop, scene.pad.mu, [watch])
+    with contextlib.suppress(ComputationError):
+        pad.motion(start, stop, scene.pad.mu, [watch])
     return watch
 
 
@@ -233,23 +242,23 @@ def cycles(name: str, scene: Scene, state: np.ndarray) -> Cycles | Missing:
     guess = np.concatenate([states[0], [watch.times[turn] - watch.times[0], scene.pad.mu]])
     try:
         own, _ = pad.solve(guess)
+        first, decays = _point(pad, own), decay(pad, own)
+        branch = (*reversed(_followed(pad, own, 1.0, 10)), first, *_followed(pad, own, -1.0, 40))
     except ComputationError as error:
         return Missing(str(error))
+    return Cycles(name, RATIO, first, decays, abs(own.trivial - 1.0), branch)
 
-    def followed(towards: float, most: int) -> list[CyclePoint]:
-        points: list[CyclePoint] = []
-        for one in pad.branch(own, towards, BRANCH_STEP, most):
-            if one.mu > MU[-1]:
-                break
-            points.append(_point(pad, one))
-            if not points[-1].changes:
-                break
-        return points
 
-    first = _point(pad, own)
-    branch = (*reversed(followed(1.0, 10)), first, *followed(-1.0, 40))
-    shift = abs(own.trivial - 1.0)
-    return Cycles(name, RATIO, first, decay(pad, own), shift, branch)
+def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[CyclePoint]:
+    """Cycles along the branch, to where contact does not change any more."""
+    points: list[CyclePoint] = []
+    for one in pad.branch(own, towards, BRANCH_STEP, most):
+        if one.mu > MU[-1]:
+            break
+        points.append(_point(pad, one))
+        if not points[-1].changes:
+            break
+    return points
 
 
 def exponents(scenes: dict[str, Scene], states: dict[str, np.ndarray], ratio: float) -> Any:
@@ -292,11 +301,14 @@ def study(files: Sequence[Path]) -> Onset:
         return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
     motions = under_both_laws(scenes)
-    models = {
-        name: [damped_model(damped(scene, ratio)) for ratio in RATIOS]
-        for name, scene in motions.items()
-    }
-    ends = {name: late(scene, models[name]) for name, scene in motions.items()}
+    models, ends = {}, {}
+    for name, scene in motions.items():
+        try:
+            models[name] = [damped_model(damped(scene, ratio)) for ratio in RATIOS]
+            ends[name] = late(scene, models[name])
+        except ComputationError as error:
+            reason = Missing(str(error))
+            ends[name] = (reason,) * len(RATIOS), np.full((len(RATIOS), 6), np.nan)
     at = RATIOS.index(RATIO)
     lasting = {
         name: one.lost
@@ -305,20 +317,23 @@ def study(files: Sequence[Path]) -> Onset:
     }
     most = sorted(lasting, key=lambda name: -lasting[name])[:MOST]
     chosen = [name for name in motions if name in most and lasting[name] > 0.0]
+    swept = {name: sweeps(motions[name], models[name], ends[name][1]) for name in chosen}
+    chosen = [name for name in chosen if swept[name]]
     last = {name: ends[name][1][at] for name in chosen}
     found: dict[str, Exponent | Missing] = {}
-    for model in ("b1", "b2"):
-        some = {n: motions[n] for n in chosen if n.startswith(model)}
+    for scene in {(one.model, one.formulation): one for one in scenes.values()}.values():
+        alike = (scene.model, scene.formulation)
+        some = {n: m for n in chosen if ((m := motions[n]).model, m.formulation) == alike}
         found |= exponents(some, last, RATIO) if some else {}
-        free = {n: s for n, s in scenes.items() if n.startswith(model)}
-        starts = {n: np.array(s.initial) for n, s in free.items()}
+        free = {n: m for n, m in scenes.items() if (m.model, m.formulation) == alike}
+        starts = {n: np.array(m.initial) for n, m in free.items()}
         undamped = exponents(free, starts, 0.0)
         found |= {f"{name}, undamped": one for name, one in undamped.items()}
     tried = (cycles(name, motions[name], last[name]) for name in chosen)
     return Onset(
         late={name: rows for name, (rows, _) in ends.items()},
         step=MU[1] - MU[0],
-        sweeps={name: sweeps(motions[name], models[name], ends[name][1]) for name in chosen},
+        sweeps={name: swept[name] for name in chosen},
         thresholds={name: threshold(motions[name]) for name in chosen},
         sections={name: section(motions[name], last[name]) for name in chosen},
         exponents=found,

@@ -80,6 +80,8 @@ def heard(scene: Scene) -> Heard | None:
     step, half = t[1] - t[0], len(t) // 2
     late, piece, hop = force[half:], int(PIECE * RATE), int(HOP * RATE)
     strongest, _ = line(late[:, None], step)
+    if strongest == 0.0:  # off the surface
+        return None
     starts = range(0, len(force) - piece + 1, hop)
     rows = [spectrum(force[i : i + piece, None], step)[1][:, 0] for i in starts]
     frequencies = spectrum(force[:piece, None], step)[0]
