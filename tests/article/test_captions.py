@@ -17,6 +17,7 @@ NO_CAPTION = {"chapters"}  # text, no table
 def test_every_figure_and_table_has_a_caption():
     tables = {table for chapter in CHAPTERS for table in chapter.tables}
     assert FOUND.keys() == FIGURES.keys() | tables - NO_CAPTION
+    assert not tables & FIGURES.keys()  # each has a name of its own
 
 
 def test_the_articles_figures_keep_their_numbers():

@@ -161,7 +161,7 @@ _PARTS = (
     ),
     Chapter(
         "ensembles",
-        tables=("ensembles", "ensemble-ranges", "ensemble-pad"),
+        tables=("ensemble-searches", "ensemble-ranges", "ensemble-pad"),
         studies=(Study("ensembles", (ENSEMBLES,)),),
         figures=tuple(
             Figure(name, name, _results("ensembles")) for name in ("ensembles", "corner")

@@ -252,7 +252,7 @@ def generated(found: Ensembles) -> Generated:
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
     tables = {
-        "ensembles": ensemble_table(found),
+        "ensemble-searches": ensemble_table(found),
         "ensemble-ranges": range_table(found),
         "ensemble-pad": pad_table(found),
     }
