@@ -14,7 +14,7 @@ from squeal.stability.family import Family
 from squeal.stability.matrices import System, check_system
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
-STEPS = 24  # in which several growing modes are followed from one crossing to the next
+STEPS = 8  # in which several growing modes are followed from one crossing to the next
 
 
 @dataclass(frozen=True)
