@@ -11,6 +11,7 @@ import numpy as np
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.model.units import Units
+from squeal.scene.keys import COORDINATES
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
 
@@ -194,8 +195,7 @@ class History(Observer):
     def result(self) -> dict[str, Any]:
         columns = {"t": self._seconds}
         si = self._units.to_si(self._states)
-        for i, coordinate in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
-            columns[coordinate] = si[:, i]
+        columns |= dict(zip(COORDINATES, si.T, strict=True))
         columns["state"] = self._contact
         for signal, values in zip(self._model.law.plotted, self._signals, strict=True):
             columns[signal.name] = values

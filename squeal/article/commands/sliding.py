@@ -18,16 +18,8 @@ from squeal.files.writing import write_table
 from squeal.model.linear import rank
 from squeal.scene import Scene
 
-COLUMNS = {
-    "x": "m",
-    "y": "m",
-    "theta": "rad",
-    "R_n": "N",
-    "delta": "m",
-    "contact": "",
-    "verdict": "",
-    "admissible": "",
-}
+COLUMNS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
+COLUMNS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
 
 
 def _finite(value: float) -> float | None:
@@ -58,9 +50,7 @@ def data(scene: Scene) -> dict[str, Any]:
         found["admissible"] = taken is not None and taken.admissible
         found["equilibria"] = [
             {
-                "x": e.q[0],
-                "y": e.q[1],
-                "theta": e.q[2],
+                **dict(zip(("x", "y", "theta"), e.q, strict=True)),
                 "R_n": e.R_n,
                 "delta": e.delta,
                 "contact": scene.pad_model.state_name(e.state),

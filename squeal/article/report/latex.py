@@ -134,18 +134,13 @@ def in_words(names: Sequence[str]) -> str:
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
-    return "\n".join(
-        [
-            rf"\begin{{tabular}}{{{columns}}}",
-            r"\toprule",
-            " & ".join(head) + r" \\",
-            r"\midrule",
-            "\n\\midrule\n".join(blocks),
-            r"\bottomrule",
-            r"\end{tabular}",
-            "",
-        ]
-    )
+    lines = [
+        rf"\begin{{tabular}}{{{columns}}}",
+        r"\toprule",
+        " & ".join(head) + r" \\",
+        r"\midrule",
+    ]
+    return "\n".join([*lines, "\n\\midrule\n".join(blocks), r"\bottomrule", r"\end{tabular}", ""])
 
 
 def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
