@@ -110,7 +110,10 @@ def by_hand(scaled: ScaledSystem, modes: int = 60) -> ComplexArray:
     rate, eye = 1e4, eye_array(scaled.n)
     A = block_array([[None, eye], [-problem.K / rate**2, -problem.C / rate]], format="csc")
     B = block_array([[eye, None], [None, problem.M]], format="csc")
-    values = eigs(A, k=modes, M=B, sigma=REGION.centre / rate, return_eigenvectors=False)
+    shift = REGION.centre / rate  # with real matrices eigs would take the shift's real part alone
+    values = eigs(
+        A.astype(complex), k=modes, M=B.astype(complex), sigma=shift, return_eigenvectors=False
+    )
     return np.asarray(values * rate)
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import check_memory
+from squeal.analysis.systems.writing import write_system
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
 from squeal.commands.system_options import (
@@ -26,8 +26,6 @@ from squeal.commands.system_options import (
 )
 from squeal.commands.tables import table
 from squeal.errors import InputError
-from squeal.files.matrices import fingerprint, write_matrix
-from squeal.files.writing import write_text
 from squeal.stability.terms import Term, TermSystem
 
 FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
@@ -107,43 +105,3 @@ def _reduced(given: argparse.Namespace, system: TermSystem) -> TermSystem:
     changes = [{system.parameter: v} for v in values[:: max(1, len(values) // VALUES)]]
     reduction, _ = reduced_for(system, wanted, changes, given.method, progress_of(given))
     return reduction.system
-
-
-def write_system(folder: Path, system: TermSystem, suffix: str) -> list[dict[str, Any]]:
-    """Write the terms of a system and a system file into a folder; a row for each matrix.
-
-    Raises InputError for complex matrices, which the formats do not hold.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = []
-    lines = [f"name: {_quoted(system.name)}"]
-    own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
-    lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
-    for part in ("M", "C", "K"):
-        terms = getattr(system, part)
-        if terms:
-            lines.append(f"{part}:")
-        for i, term in enumerate(terms):
-            if np.iscomplexobj(term.matrix):
-                raise InputError(
-                    f"{part}: is complex (structural damping) and cannot be written; damping by "
-                    "rayleigh or ratios can"
-                )
-            name = f"{part}{i}.{suffix}"
-            write_matrix(folder / name, term.matrix, part)
-            text = term.factor.text
-            lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
-            rows.append(
-                {
-                    "part": part,
-                    "file": name,
-                    "factor": text,
-                    "fingerprint": fingerprint(term.matrix),
-                }
-            )
-    write_text(folder / "system.yaml", "\n".join(lines) + "\n")
-    return rows
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,56 @@
+"""A system as matrix files with a system file that reads them back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.files.matrices import fingerprint, write_matrix
+from squeal.files.writing import write_text
+from squeal.stability.terms import TermSystem
+
+
+def write_system(
+    folder: Path, system: TermSystem, suffix: str, more: str = ""
+) -> list[dict[str, Any]]:
+    """Write the terms of a system and a system file into a folder; a row for each matrix.
+
+    `more` is added to the system file.
+    Raises InputError for complex matrices, which the formats do not hold.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    lines = [f"name: {_quoted(system.name)}"]
+    own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
+    lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
+    for part in ("M", "C", "K"):
+        terms = getattr(system, part)
+        if terms:
+            lines.append(f"{part}:")
+        for i, term in enumerate(terms):
+            if np.iscomplexobj(term.matrix):
+                raise InputError(
+                    f"{part}: is complex (structural damping) and cannot be written; damping by "
+                    "rayleigh or ratios can"
+                )
+            name = f"{part}{i}.{suffix}"
+            write_matrix(folder / name, term.matrix, part)
+            text = term.factor.text
+            lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
+            rows.append(
+                {
+                    "part": part,
+                    "file": name,
+                    "factor": text,
+                    "fingerprint": fingerprint(term.matrix),
+                }
+            )
+    write_text(folder / "system.yaml", "\n".join(lines) + f"\n{more}")
+    return rows
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,71 @@
+"""The brake of solids: rigid motion, mass, friction's direction, and a file that comes back."""
+
+import numpy as np
+import pytest
+
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError
+from squeal.scene.terms import read_system
+
+pytest.importorskip("skfem")
+from squeal.analysis.systems.solid_brake import Geometry, solid_brake, write_brake
+
+PAD_NODES = 3 * 9 * 3  # the last ones: radial, along the pad, through it
+
+
+@pytest.fixture(scope="module")
+def brake():
+    return solid_brake(600)
+
+
+def test_the_pad_weighs_what_its_volume_does(brake):
+    g = Geometry()
+    M = brake.system.at()[0]
+    pad = (brake.directions == 2) & (brake.nodes >= len(brake.places) - PAD_NODES)
+    vector = pad.astype(float)
+    angle = 2 * np.pi * 4 / 24
+    middle = (g.inner + g.outer) / 2
+    area = angle / 2 * (g.outer**2 - middle**2)
+    # straight edges cut the arc's segments off
+    polygon = area * np.sin(2 * np.pi / 48) / (2 * np.pi / 48)
+    assert vector @ (M @ vector) == pytest.approx(polygon * g.pad_thickness * g.pad[2], rel=1e-3)
+
+
+def test_friction_is_the_normal_force_along_the_motion(brake):
+    """A pad that is pressed down is pulled along phi by the contact's force, the disc pushed."""
+    at = brake.system.at
+    K1 = at({"mu": 1.0})[2] - at({"mu": 0.0})[2]
+    contact = at({"mu": 0.0, "contact": 1.0})[2] - at({"mu": 0.0, "contact": 0.0})[2]
+    x, y, _ = brake.places[brake.nodes].T
+    radius = np.hypot(x, y)
+    along = np.where(brake.directions == 0, -y / radius, 0.0)
+    along += np.where(brake.directions == 1, x / radius, 0.0)
+    pad = brake.nodes >= len(brake.places) - PAD_NODES
+    up = np.where(pad & (brake.directions == 2), 1.0, 0.0)
+    force, friction = contact @ up, K1 @ up
+    assert friction @ (along * pad) == pytest.approx(force @ up, rel=1e-12)
+    assert friction @ (along * ~pad) == pytest.approx(-(force @ up), rel=1e-12)
+
+
+def test_it_squeals_with_friction_and_not_without(brake):
+    wanted = Wanted(band=(500.0, 8000.0))
+    still = system_roots(brake.system, wanted, {"mu": 0.0})
+    loud = system_roots(brake.system, wanted, {"mu": 0.6})
+    assert (still.verdict, loud.verdict) == ("stable", "flutter")
+    assert still.certified
+    assert loud.certified
+
+
+def test_it_is_written_and_read_back(brake, tmp_path):
+    write_brake(tmp_path / "brake", brake)
+    file = read_system(tmp_path / "brake" / "system.yaml")
+    for one, other in zip(file.system.at({"mu": 0.3}), brake.system.at({"mu": 0.3}), strict=True):
+        assert abs(one - other).max() <= 1e-12 * abs(other).max()
+    assert file.coordinates is not None
+    assert np.allclose(file.coordinates.places[file.coordinates.nodes], brake.places[brake.nodes])
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="500 to 1000000"):
+        solid_brake(10)
