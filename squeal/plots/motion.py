@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from squeal.files.results import Run
+from squeal.files.results import Event, Run
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import NORMAL_REACTION, Signal
@@ -24,16 +24,43 @@ _LINES = (("black", "-"), ("0.55", "-"))
 
 
 def with_place(run: Run, model: PadModel) -> Run:
-    """The run with the place of the reaction over w in its history, if its law does not plot it."""
+    """The run with the place of the reaction over w in its history, if its law does not plot it.
+
+    The place jumps nowhere but is steep at a change of contact, so the history gets the located
+    changes as times of their own, with what touches before or after.
+    """
     if PLACE.name in run.history:
         return run
-    history = run.history
-    at = pose(np, (history["x"], history["y"], history["theta"]))
     known = {model.state_name(state): state for state in model.states}
-    touching = np.array([known[name] for name in history["state"].tolist()], dtype=float).T
+    changes = run.summary.events
+    both = [np.logical_or(known[e.source], known[e.target]) for e in changes]
+    touching = np.array([known[name] for name in run.history["state"].tolist()] + both, dtype=float)
+    history = _with_times(run.history, changes)
+    order = np.argsort(history["t"], kind="stable")
+    history = {name: values[order] for name, values in history.items()}
+    at = pose(np, (history["x"], history["y"], history["theta"]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        _, place = model.law.resultant(model.c, at, touching)
+        _, place = model.law.resultant(model.c, at, touching[order].T)
     return Run(run.summary, history | {PLACE.name: place / model.pad.w})
+
+
+def _with_times(
+    history: dict[str, np.ndarray], changes: tuple[Event, ...]
+) -> dict[str, np.ndarray]:
+    """The columns with the values at the changes of contact at their ends."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    t, times = history["t"], np.array([change.t for change in changes])
+    found = {}
+    for name, values in history.items():
+        if name == "state":
+            more = np.array([change.target for change in changes], dtype=values.dtype)
+        elif f"{name}_dot" in history:
+            more = CubicHermiteSpline(t, values, history[f"{name}_dot"])(times)
+        else:
+            more = np.interp(times, t, values)
+        found[name] = np.concatenate([values, more])
+    return found
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
@@ -68,12 +95,12 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
         axes.legend(loc="upper right")
 
 
-def motion_figure(run: Run, frequency: float = 0.0) -> Figure:
+def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
     """Panels of forces and of the place of the reaction, a strip of states, and the spectrum.
 
-    The run's history holds the place, see `with_place`; `frequency` (Hz) is marked if it is known.
+    `frequency` (Hz) is marked in it if it is known.
     """
-    law, looks = contact_law(run.summary.model), Looks.of(run)
+    law, looks, placed = contact_law(run.summary.model), Looks.of(run), with_place(run, model)
     states = looks.states
     forces = [signal for signal in law.plotted if signal.is_force]
     panels = [*forces, PLACE]
@@ -85,7 +112,7 @@ def motion_figure(run: Run, frequency: float = 0.0) -> Figure:
         axes = [first, *(figure.add_subplot(grid[i], sharex=first) for i in range(1, len(panels)))]
         below = figure.add_subplot(grid[len(panels)], sharex=first)
         for one, signal, letter in zip(axes, panels, "abc", strict=False):
-            trace(one, run, signal, letter, looks)
+            trace(one, placed, signal, letter, looks)
             one.tick_params(labelbottom=False)
         strip(below, looks)
         last = figure.add_subplot(grid[-1])
@@ -99,10 +126,9 @@ def motion_figure(run: Run, frequency: float = 0.0) -> Figure:
 
 def drawing(run: Run, model: PadModel, frequency: float | None) -> Drawing:
     """The figure of a simulated scene, ready to be saved."""
-    run = with_place(run, model)
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
     return Drawing(
-        motion_figure(run, frequency or 0.0),
+        motion_figure(run, model, frequency or 0.0),
         f"{alternative_text(run.summary)} A last panel shows the spectrum of the forces in the "
         f"last quarter of the run; {known}.",
         f"Motion of the scene {run.summary.name}: forces, contact and spectrum",

@@ -12,7 +12,7 @@ from scipy.io import netcdf_file, wavfile
 from squeal.commands.cli import main
 from squeal.errors import ComputationError
 from squeal.files.provenance import provenance
-from squeal.files.results import Run, Summary
+from squeal.files.results import Event, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import NORMAL_REACTION
 from squeal.plots.motion import motion_figure, with_place
@@ -24,6 +24,7 @@ from tests.simulation.test_response import RATE as PULSE
 from tests.simulation.test_response import bounce
 from tests.simulation.test_simulation import upright
 
+MADE = provenance([], "squeal.commands.simulate")
 B1, B2 = (str(SCENES / f"{name}.yaml") for name in ("b1-c", "b2-c"))
 
 
@@ -74,16 +75,30 @@ def test_a_picture_changes_no_other_answer(tmp_path, capsys):
 
 
 def test_the_place_of_the_reaction_of_point_contacts():
-    scene = read_scene(B1, "simulate").replace(outputs=("history",))
-    history = simulate(scene).history
-    assert history is not None
-    found = with_place(Run(None, history), scene.pad_model).history["delta"]
+    scene = read_scene(SCENES / "b1-a.yaml", "simulate").replace(outputs=("events", "history"))
+    result = simulate(scene)
+    assert result.history is not None
+    assert result.events is not None
+    events = tuple(Event(e.t, e.source, e.target) for e in result.events)
+    summary = Summary("b1-a", "B1", 0.01, events, {}, {}, "", 1e-12, 1, MADE)
+    history = with_place(Run(summary, result.history), scene.pad_model).history
+    found, t = history["delta"], history["t"]
+    assert len(t) == len(result.history["t"]) + len(events) > len(result.history["t"])
+    assert (np.diff(t) >= 0.0).all()
+    own = np.isin(t, result.history["t"])
     F3, F4 = history["F3"], history["F4"]
-    apart = history["state"] == "2"
+    apart = own & (history["state"] == "2")
+    assert apart.any()
     assert np.isnan(found[apart]).all()
     # the arms of the edges are w to a thousandth as long as the pad is nearly level
-    expected = (F4 - F3)[~apart] / (F3 + F4)[~apart]
-    assert np.abs(found[~apart] - expected).max() < 0.02
+    touching = own & ~apart
+    expected = (F4 - F3)[touching] / (F3 + F4)[touching]
+    assert np.abs(found[touching] - expected).max() < 0.02
+    # where the trailing edge lifts or lands, the reaction is at the leading edge
+    for event in events:
+        if {event.source, event.target} == {"1", "3"}:
+            (at,) = np.flatnonzero(t == event.t)
+            assert found[at] == pytest.approx(-1.0, abs=0.02)
 
 
 def test_the_marked_line_is_where_it_was_told():
@@ -103,10 +118,10 @@ def test_the_marked_line_is_where_it_was_told():
         "",
         1e-12,
         1,
-        provenance([], "squeal.commands.simulate"),
+        MADE,
     )
     assert result.history is not None
-    figure = motion_figure(Run(summary, result.history), PULSE / (2 * math.pi))
+    figure = motion_figure(Run(summary, result.history), scene.pad_model, PULSE / (2 * math.pi))
     spectrum = figure.axes[-1]
     (line,) = [one for one in spectrum.get_lines() if one.get_gid() == "spectrum Rn"]
     x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
