@@ -10,9 +10,12 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.commands.cli import main
+from squeal.model.states import FULL
 from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
-from squeal.simulation.response import Response, _settled
+from squeal.simulation.legs import Leg
+from squeal.simulation.response import Response, Watch, _settled
+from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES
 from tests.simulation.test_simulation import upright
 
@@ -131,3 +134,42 @@ def test_the_command_tells_it(capsys):
         assert words in out
     assert main(["simulate", scene, "--json", "--set", "stop=1e-5", *changes]) == 0
     assert set(json.loads(capsys.readouterr().out)["response"].values()) == {None}
+
+
+@pytest.mark.parametrize(("lines", "told"), [(3, True), (9, False)])
+def test_a_frequency_needs_a_line_with_a_quarter_of_the_power(lines, told):
+    rates = 0.37 * 1.31 ** np.arange(lines)
+    rates /= rates.max()
+
+    def dense(t):
+        """Oscillations in y alone, each with the same kinetic energy."""
+        states = np.zeros((len(t), 6))
+        states[:, 1] = (np.sin(np.outer(t, rates)) / rates).sum(axis=1)
+        states[:, 4] = np.cos(np.outer(t, rates)).sum(axis=1)
+        return states
+
+    units, model, _, _ = in_natural_units(bounce(0.1))
+    watch = Watch(model, units, 4000.0)
+    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
+    found = watch.result()["response"]
+    assert (found.frequency_hz is not None) == told
+    if told:
+        hertz = rates / (2 * math.pi * units.time)
+        assert np.abs(hertz - found.frequency_hz).min() < 1e-3 * hertz.max()
+
+
+@pytest.mark.parametrize(("rate", "told"), [(1.5e-4, True), (4e-4, False)])
+def test_an_amplitude_is_steady_to_a_tenth(rate, told):
+    # an amplitude exp(-rate t) falls by rate stop/8 from one half of the last quarter to the other
+    def dense(t):
+        states = np.zeros((len(t), 6))
+        states[:, 1] = np.exp(-rate * t) * np.sin(t)
+        states[:, 4] = np.exp(-rate * t) * np.cos(t)
+        return states
+
+    units, model, _, _ = in_natural_units(bounce(0.1))
+    watch = Watch(model, units, 4000.0)
+    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
+    found = watch.result()["response"]
+    assert (found.amplitude is not None) == told
+    assert found.frequency_hz == pytest.approx(1 / (2 * math.pi * units.time), rel=1e-4)
