@@ -58,5 +58,5 @@ def test_thresholds_are_certified_on_the_full_system(systems):
 
 
 def test_a_folder_without_the_matrices_is_refused(tmp_path):
-    with pytest.raises(InputError, match="BMLL.mat: cannot be read"):
+    with pytest.raises(InputError, match=r"BMLL\.mat: cannot be read"):
         read_definitions(tmp_path)
