@@ -1,0 +1,1 @@
+"""Large systems with sparse matrices: roots with a count, thresholds, reduced systems."""
