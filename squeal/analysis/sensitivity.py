@@ -55,13 +55,22 @@ def parameters(model: PadModel) -> tuple[str, ...]:
     )
 
 
-def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool = False) -> Change:
+def change(
+    model: PadModel,
+    q: np.ndarray,
+    state: State,
+    name: str,
+    held: bool = False,
+    moved: np.ndarray | None = None,
+) -> Change:
     """Derivatives by the parameter `name` about q (3,) in a contact state, exact to rounding.
 
     `held` keeps q where it is, as B3 does. Where the balance is singular (a fold) the equilibrium
-    moves infinitely fast and only `loads` is finite.
+    moves infinitely fast and only `loads` is finite. With `moved` (3,) the derivatives are those
+    along this displacement, and the parameter is what stays.
     """
-    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
+    rate = 1.0 if moved is None else 0.0
+    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), rate)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
     def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
@@ -73,7 +82,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     loads = slopes(q, np.zeros(3))
     K = -model.jacobian(q, state)
     try:
-        dq = np.zeros(3) if held else np.linalg.solve(K, loads)
+        dq = np.zeros(3) if held else np.linalg.solve(K, loads) if moved is None else moved
     except np.linalg.LinAlgError:
         dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from squeal.analysis.maps import (
     check_names,
     stability_map,
 )
+from squeal.analysis.threshold_curve import ThresholdCurve, threshold_curves
 from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.system_chart import chart_of
@@ -52,7 +54,12 @@ def options(parser: Parser) -> None:
     )
     band_option(parser)
     work_options(parser)
-    file_options(parser, table="write the verdicts to FILE", figure="draw the map into FILE")
+    file_options(
+        parser,
+        table="write the verdicts to FILE",
+        figure="draw the map into FILE",
+        curve="continue the curves on which stability is lost, and write them to FILE",
+    )
 
 
 def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
@@ -113,6 +120,28 @@ def write_map(path: Path, found: StabilityMap, shown: Field | None, judged: bool
     write_table(path, heads, rows)
 
 
+def write_curves(path: Path, axes: tuple[Axis, Axis], curves: Sequence[ThresholdCurve]) -> None:
+    """A row for each point of each curve: its number, both parameters, what happens, frequency."""
+    heads = {"curve": ""}
+    heads |= {axis.name: PARAMETERS[axis.name].unit.removeprefix("1") for axis in axes}
+    rows = (
+        (i, *point, curve.kind, rate)
+        for i, curve in enumerate(curves, 1)
+        for point, rate in zip(curve.points.tolist(), curve.frequency_hz.tolist(), strict=True)
+    )
+    write_table(path, heads | {"kind": "", "frequency_hz": ""}, rows)
+
+
+def _curve(curve: ThresholdCurve) -> dict[str, Any]:
+    """A curve for the JSON object."""
+    return {
+        "kind": curve.kind,
+        "closed": curve.closed,
+        "points": curve.points.tolist(),
+        "frequency_hz": curve.frequency_hz.tolist(),
+    }
+
+
 def _numbers(shown: Field) -> dict[str, Any]:
     """A quantity for the JSON object; null where there is no value."""
     rows = [[v if math.isfinite(v) else None for v in row] for row in shown.values.tolist()]
@@ -144,16 +173,19 @@ def run(given: argparse.Namespace) -> Answer:
     found = stability_map(scene, wanted, traced=given.figure is not None and shown is None)
     if given.table is not None:
         write_map(given.table, found, shown, not scene.pad_model.linear)
+    curves = None if given.curve is None else threshold_curves(scene, wanted, found.codes)
+    if curves is not None:
+        write_curves(given.curve, wanted, curves)
     own = (getattr(scene.pad, wanted[0].name), getattr(scene.pad, wanted[1].name))
     if given.figure is not None and shown is None:
         from squeal.plots.maps import draw_stability_map
 
-        draw_stability_map(found, given.figure, own)
+        draw_stability_map(found, given.figure, own, curves or ())
     elif given.figure is not None and shown is not None:
         from squeal.plots.contours import draw_contours
 
         level = scene.pad.mu if shown.quantity == "critical-friction" else None
-        draw_contours(shown, given.figure, own, level)
+        draw_contours(shown, given.figure, own, level, curves or ())
     head = f"{wanted[0].name} x {wanted[1].name}, {wanted[0].n} x {wanted[1].n} points"
     rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
     return Answer(
@@ -171,6 +203,7 @@ def run(given: argparse.Namespace) -> Answer:
                 for a in wanted
             ],
             **({} if shown is None else _numbers(shown)),
+            **({} if curves is None else {"threshold_curve": [_curve(c) for c in curves]}),
         },
         lambda: (
             f"share of the area: {head}\n{table(rows)}"

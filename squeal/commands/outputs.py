@@ -14,11 +14,13 @@ from squeal.files.writing import check_writable
 # format by the end of the name, in the order of the help
 FORMATS = {
     "table": (".csv", ".json", ".nc"),
+    "curve": (".csv", ".json"),
     "figure": (".pdf", ".svg", ".png"),
     "sound": (".wav",),
 }
 _OTHER_NAMES = {
     "table": ("--csv", "--nc"),
+    "curve": ("--threshold-curve",),
     "figure": ("--pdf", "--svg", "--png"),
     "sound": ("--wav",),
 }

@@ -29,6 +29,10 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     system = file.system
     if given.quantity is not None:
         raise InputError(f"--quantity {given.quantity}: is not allowed with a system of matrices")
+    if given.curve is not None:
+        raise InputError(
+            f"{given.curve_option} {given.curve}: is not allowed with a system of matrices"
+        )
     n = POINTS if given.n is None else whole(given.n, "--n", 2, MOST_POINTS)
     sides = (_side(given.first, "--first", system, n), _side(given.second, "--second", system, n))
     if not is_small(system):

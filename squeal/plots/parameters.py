@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from squeal.analysis.maps import Axis
+from squeal.analysis.threshold_curve import ThresholdCurve
 from squeal.model.pad import PARAMETERS
 from squeal.plots.areas import OF_PI, QUARTERS
 
+THRESHOLD = "#E69F00"
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
 
 
@@ -43,6 +48,17 @@ def _label(axis: Axis) -> str:
     scale = f"$10^{{{power}}}$ " if power else ""
     shown = "" if unit == "1" and not power else f" [{scale}{'' if unit == '1' else unit}]"
     return symbol(axis.name) + shown.replace(" ]", "]")
+
+
+def draw_thresholds(
+    axes: Axes, pair: tuple[Axis, Axis], curves: Sequence[ThresholdCurve]
+) -> list[Line2D]:
+    """Curves on which stability is lost, over `unit_of`; what stands for them in a legend."""
+    units = np.array([unit_of(axis) for axis in pair])
+    look: Any = {"color": THRESHOLD, "linewidth": 1.8}
+    for curve in curves:
+        axes.plot(*(curve.points / units).T, gid="threshold", zorder=4, **look)
+    return [Line2D([], [], label="threshold, continued", **look)] if curves else []
 
 
 def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None) -> None:
