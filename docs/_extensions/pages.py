@@ -51,8 +51,8 @@ def _escaped(text: str) -> str:
     return text.replace("*", r"\*").replace("_", r"\_").replace("$", r"\$")
 
 
-def api(folder: Path, name: str) -> None:
-    """A page for a module and, below it, for all that it holds.
+def api(folder: Path, name: str) -> set[Path]:
+    """A page for a module and, below it, for all that it holds; returns their files.
 
     autosummary would do the same, but for modules that share their name with a function beside.
     """
@@ -63,8 +63,7 @@ def api(folder: Path, name: str) -> None:
     if modules:
         lines += [".. toctree::", "   :maxdepth: 1", "", *(f"   {one}" for one in modules), ""]
     _write(folder / f"{name}.rst", "\n".join(lines))
-    for one in modules:
-        api(folder, one)
+    return {folder / f"{name}.rst"}.union(*(api(folder, one) for one in modules))
 
 
 def _write(place: Path, text: str) -> None:
@@ -78,8 +77,9 @@ def write(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "generated"
     (folder / "api").mkdir(parents=True, exist_ok=True)
     _write(folder / "chapters.md", chapters())
-    for name in PACKAGES:
-        api(folder / "api", f"squeal.{name}")
+    current: set[Path] = set().union(*(api(folder / "api", f"squeal.{name}") for name in PACKAGES))
+    for page in {*(folder / "api").glob("*.rst")} - current:  # of a module that is gone
+        page.unlink()
     pages = "\n".join(f"/generated/api/squeal.{name}" for name in PACKAGES)
     _write(folder / "modules.md", f"```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n")
     measured, stamp = folder / "findings.md", f"% made from the sources {digest(FINDINGS)}\n"

@@ -25,13 +25,14 @@ try() {
     if [ ! -x "$root/usr/bin/python3" ]; then
         echo "pythons.sh: $release ..."
         debootstrap --variant=minbase --include="make,ca-certificates,python3-venv,$*" \
-            "$release" "$root" >"$PLACE/$release.log" 2>&1
+            "$release" "$root" >"$PLACE/$release.log" 2>&1 || return
     fi
     settings "$root"
-    rm -rf "$root/squeal" && mkdir "$root/squeal"
-    git ls-files -z | tar --null -T - -c | tar -x -C "$root/squeal"
+    rm -rf "$root/squeal"
+    mkdir "$root/squeal"
+    git ls-files -z | tar --null -T - -c | tar -x -C "$root/squeal" || return
     mount -t proc proc "$root/proc"
-    trap 'umount "$root/proc"' RETURN
+    trap "umount '$root/proc'" EXIT
     chroot "$root" env HOME=/root bash -eu -c "
         cd /squeal
         PYTHON=python3 make --no-print-directory .venv/environment.stamp
@@ -42,6 +43,8 @@ try() {
 }
 
 mkdir -p "$PLACE"
-try trixie
+failed=()
+(try trixie) || failed+=(trixie)
 # there a dependency of Snakemake has no wheel yet
-try sid gcc,python3-dev
+(try sid gcc,python3-dev) || failed+=(sid)
+[ ${#failed[@]} -eq 0 ] || { echo "pythons.sh: not passed in ${failed[*]}" >&2 && exit 1; }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import mannwhitneyu
+from scipy import stats
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.distance import Judgement, judge
@@ -145,7 +145,7 @@ def contrasts(kept: Kept) -> tuple[Contrast, ...]:
     found = []
     for name, choices in FORMULATION_CHOICES.items():
         groups = {c: level[[getattr(f, name) == c for f in FORMULATIONS]].ravel() for c in choices}
-        p = float(mannwhitneyu(*groups.values()).pvalue)
+        p = float(stats.mannwhitneyu(*groups.values()).pvalue)
         found.append((name, {c: float(g.mean()) for c, g in groups.items()}, p))
     order = sorted(range(len(found)), key=lambda i: found[i][2])
     corrected, most = [0.0] * len(found), 0.0
