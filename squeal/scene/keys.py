@@ -13,7 +13,7 @@ from squeal.model.contact import CONTACT_MODELS, FORMULATION, MODELS, models_wit
 from squeal.model.pad import PARAMETERS
 
 OUTPUTS = ("events", "shares", "extrema", "response", "history")
-DEFAULT_OUTPUTS = ("events", "shares", "extrema", "response")
+DEFAULT_OUTPUTS = ("events", "shares", "extrema")
 DEFAULT_TOLERANCE = 1e-15
 
 STARTS = ("origin", "equilibrium")

@@ -235,7 +235,7 @@ def test_formulations(read):
 def test_defaults_are_those_of_the_documentation(read):
     scene = read(text(drop=["V", "x0", "y0", "theta0"]))
     assert (scene.pad.V, scene.pad.x0, scene.pad.y0, scene.pad.theta0) == (None, 0.0, 0.0, 0.0)
-    assert scene.outputs == ("events", "shares", "extrema", "response")
+    assert scene.outputs == ("events", "shares", "extrema")
     assert scene.initial == (0.0,) * 6
 
 
