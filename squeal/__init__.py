@@ -33,6 +33,11 @@ if TYPE_CHECKING:
     from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
     from squeal.analysis.spread_file import SpreadFile, read_spreads
     from squeal.analysis.state_space import friction_plant, state_space
+    from squeal.analysis.systems.chart import Chart, Side, system_chart
+    from squeal.analysis.systems.critical import SystemThresholds, system_thresholds
+    from squeal.analysis.systems.roots import SystemRoots, system_roots
+    from squeal.analysis.systems.state_space import system_state_space
+    from squeal.analysis.systems.wanted import Wanted
     from squeal.analysis.unstable import growing_modes
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
@@ -40,6 +45,7 @@ if TYPE_CHECKING:
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
     from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
+    from squeal.scene.terms import SystemFile, read_system
     from squeal.simulation import Event, Response, Simulation, simulate
     from squeal.stability import (
         CriticalPoint,
@@ -61,6 +67,7 @@ if TYPE_CHECKING:
         unstable_modes,
         verdict,
     )
+    from squeal.stability.terms import Term, TermSystem
 
 _HOME = {
     "squeal.analysis.advice": "Advice Lever Outcome Tolerance advise",
@@ -75,6 +82,11 @@ _HOME = {
     "squeal.analysis.sensitivity": "eigenvalue_sensitivities threshold_sensitivities",
     "squeal.analysis.spread_file": "SpreadFile read_spreads",
     "squeal.analysis.state_space": "friction_plant state_space",
+    "squeal.analysis.systems.chart": "Chart Side system_chart",
+    "squeal.analysis.systems.critical": "SystemThresholds system_thresholds",
+    "squeal.analysis.systems.roots": "SystemRoots system_roots",
+    "squeal.analysis.systems.state_space": "system_state_space",
+    "squeal.analysis.systems.wanted": "Wanted",
     "squeal.analysis.unstable": "growing_modes",
     "squeal.equilibrium": "Equilibrium",
     "squeal.errors": "ComputationError InputError",
@@ -82,7 +94,9 @@ _HOME = {
     "squeal.model.linear": "Linearisation",
     "squeal.model.pad": "Pad",
     "squeal.scene": "Damping PlainSystem Scene read_plain read_scene",
+    "squeal.scene.terms": "SystemFile read_system",
     "squeal.simulation": "Event Response Simulation simulate",
+    "squeal.stability.terms": "Term TermSystem",
     "squeal.stability": (
         "CriticalPoint Crossing Eigenvalue FrictionLoop Judgement LoopAnswer LoopThreshold "
         "Spectrum TrackedModes UnstableMode complex_eigenvalues critical_points crossings "
@@ -92,17 +106,20 @@ _HOME = {
 _MODULE = {name: module for module, names in _HOME.items() for name in names.split()}
 # fmt: off
 __all__ = [
-    "Advice", "Analysis", "Axis", "ComputationError", "CriticalFriction", "CriticalPoint",
-    "Crossing", "Damping", "Eigenvalue", "Equilibrium", "Event", "Formulation", "FrictionLoop",
-    "InputError", "Judgement", "Lever", "Linearisation", "LoopAnswer", "LoopThreshold",
-    "ModeShape", "ModeSweep", "Outcome", "Pad", "PlainSystem", "Quantile", "Response", "Scatter",
-    "Scene", "Simulation", "Spectrum", "Spread", "SpreadFile", "StabilityMap", "Tolerance",
-    "TrackedModes", "UnstableMode", "advise", "analyse", "angle_axes", "article_linearisation",
-    "complex_eigenvalues", "critical_friction", "critical_points", "crossings",
-    "eigenvalue_sensitivities", "friction_loop", "friction_plant", "growing_modes", "judge",
-    "judged_equilibria", "mode_shapes", "read_plain", "read_scene", "read_spreads", "scatter",
-    "simulate", "stability_map", "state_space", "sweep_modes", "sweep_mu",
-    "threshold_sensitivities", "to_dataframe", "to_records", "track", "unstable_modes", "verdict",
+    "Advice", "Analysis", "Axis", "Chart", "ComputationError", "CriticalFriction",
+    "CriticalPoint", "Crossing", "Damping", "Eigenvalue", "Equilibrium", "Event", "Formulation",
+    "FrictionLoop", "InputError", "Judgement", "Lever", "Linearisation", "LoopAnswer",
+    "LoopThreshold", "ModeShape", "ModeSweep", "Outcome", "Pad", "PlainSystem", "Quantile",
+    "Response", "Scatter", "Scene", "Side", "Simulation", "Spectrum", "Spread", "SpreadFile",
+    "StabilityMap", "SystemFile", "SystemRoots", "SystemThresholds", "Term", "TermSystem",
+    "Tolerance", "TrackedModes", "UnstableMode", "Wanted", "advise", "analyse", "angle_axes",
+    "article_linearisation", "complex_eigenvalues", "critical_friction", "critical_points",
+    "crossings", "eigenvalue_sensitivities", "friction_loop", "friction_plant", "growing_modes",
+    "judge", "judged_equilibria", "mode_shapes", "read_plain", "read_scene", "read_spreads",
+    "read_system", "scatter", "simulate", "stability_map", "state_space", "sweep_modes",
+    "sweep_mu", "system_chart", "system_roots", "system_state_space", "system_thresholds",
+    "threshold_sensitivities", "to_dataframe", "to_records", "track", "unstable_modes",
+    "verdict",
 ]
 # fmt: on
 

@@ -13,10 +13,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from squeal.errors import InputError
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import GROWING, SMALL
 from squeal.stability.following.answer import followed
-from squeal.stability.matrices import System, check_system
+from squeal.stability.matrices import System, check_system, reduce
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -60,10 +61,18 @@ def crossings(
 
 
 def _large(system: System, mu_max: float, mu_min: float) -> bool:
-    """True if a system has more rows than the invariants and groups of `searches` are for."""
+    """True if a system has more rows than the invariants and groups of `searches` are for, or a
+    mass matrix that they cannot be reduced by."""
     if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
         return False  # refused by the survey
-    return bool(np.shape(system(mu_min + 0.53 * (mu_max - mu_min))[0])[0] > SMALL)
+    M, C, K = system(mu_min + 0.53 * (mu_max - mu_min))
+    if np.shape(M)[0] > SMALL:
+        return True
+    try:
+        reduce(M, C, K)
+    except InputError:
+        return bool(np.linalg.matrix_rank(np.asarray(M, dtype=float)) == len(np.asarray(M)))
+    return False
 
 
 def _verdict_changes(survey: Survey) -> list[CriticalPoint]:

@@ -1,0 +1,41 @@
+"""A system of terms as a state space of python-control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import control
+import numpy as np
+from control import StateSpace
+
+from squeal.analysis.systems.wanted import ALL_ROWS
+from squeal.errors import InputError
+from squeal.stability.dampings import dense
+from squeal.stability.terms import TermSystem
+
+
+def system_state_space(
+    system: TermSystem, changes: Mapping[str, float] | None = None
+) -> StateSpace:
+    """M q'' + C q' + K q = f at the parameters, some of them changed; outputs are q.
+
+    States are (q, q'); the poles are the eigenvalues. Raises InputError for more than 400 rows (a
+    large system is reduced first), for complex matrices and for an M that is not regular.
+    """
+    if system.n > ALL_ROWS:
+        raise InputError(
+            f"system_state_space: {system.n} rows are not allowed; at most {ALL_ROWS} are, so "
+            "reduce the system first"
+        )
+    M, C, K = (None if X is None else dense(X) for X in system.at(changes))
+    assert M is not None
+    assert K is not None
+    n = len(M)
+    C = np.zeros((n, n)) if C is None else C
+    if any(np.iscomplexobj(X) for X in (M, C, K)) or np.linalg.matrix_rank(M) < n:
+        raise InputError("system_state_space: real matrices and a regular M are required")
+    lower = np.linalg.solve(M, np.hstack([-K, -C, np.eye(n)]))
+    eye, zero = np.eye(n), np.zeros((n, n))
+    A = np.block([[zero, eye], [lower[:, :n], lower[:, n : 2 * n]]])
+    B = np.vstack([zero, lower[:, 2 * n :]])
+    return control.ss(A, B, np.hstack([eye, zero]), zero)
