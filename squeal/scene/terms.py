@@ -14,7 +14,6 @@ coordinates: {file: nodes.csv}
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,7 +27,6 @@ from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
 from squeal.files.matrices import SUFFIXES, FileMatrix, aligned, read_matrix
 from squeal.files.place import Place
-from squeal.files.provenance import InputFile
 from squeal.files.values import Kind, Named, Number, Numbers, Row, Square, Text
 from squeal.numerics.formula import ALLOWED, Formula
 from squeal.stability.dampings import modal, rayleigh, structural
@@ -155,7 +153,7 @@ class SystemFile:
     system: TermSystem
     reference: str = ""
     origins: tuple[TermOrigin, ...] = field(default=(), repr=False)
-    inputs: tuple[InputFile, ...] = field(default=(), repr=False)
+    inputs: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = None
 
 
@@ -180,7 +178,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     """The system in a mapping of the file's form; matrix files are named relative to `folder`."""
     given = SYSTEM.read(document, at)
     places, matrices = [], []
-    seen: dict[Path, InputFile] = {}
+    seen: dict[Path, None] = {}
     for part, here, term in _terms(given, at):
         places.append((part, here, term))
         matrices.append(_matrix(term, here, folder, seen))
@@ -202,7 +200,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
         origins.append(TermOrigin(part, term.get("file", ""), text, matrix))
         with_factor = _formula(text, here)
         parts[part].append(Term(matrix.toarray() if dense else matrix, with_factor))
-    return _complete(given, at, folder, parts, tuple(origins), tuple(seen.values()))
+    return _complete(given, at, folder, parts, tuple(origins), tuple(seen))
 
 
 def _complete(
@@ -211,7 +209,7 @@ def _complete(
     folder: Path,
     parts: dict[str, list[Term]],
     origins: tuple[TermOrigin, ...],
-    inputs: tuple[InputFile, ...],
+    inputs: tuple[Path, ...],
 ) -> SystemFile:
     M, C, K = (tuple(parts[part]) for part in PARTS)
     try:
@@ -261,9 +259,7 @@ def _formula(text: str, at: Place) -> Formula:
         raise (at / "factor").refuse(str(error)) from None
 
 
-def _matrix(
-    term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, InputFile]
-) -> FileMatrix:
+def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, None]) -> FileMatrix:
     if "matrix" in term:
         from scipy.sparse import csc_array
 
@@ -273,8 +269,5 @@ def _matrix(
         found = read_matrix(path, term.get("key"))
     except InputError as error:
         raise (at / "file").refuse(str(error)) from None
-    if path not in seen:
-        with path.open("rb") as stream:
-            digest = hashlib.file_digest(stream, "sha256").hexdigest()
-        seen[path] = InputFile(path.name, digest)
+    seen[path] = None
     return found
