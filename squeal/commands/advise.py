@@ -16,8 +16,10 @@ from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
 from squeal.commands.subjects import subject_of
 from squeal.commands.tables import number, table
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
 from squeal.files.writing import write_table
+from squeal.scene import Scene
 
 COLUMNS = {
     "parameter": "", "unit": "", "value": "", "step": "", "critical_lowered": "",
@@ -148,6 +150,14 @@ def text(advice: Advice) -> str:
     return f"{head}\n{table(rows)}{gap}\n\n{advice_in_words(advice)}"
 
 
+def _warnings(subject: Subject) -> tuple[str, ...] | None:
+    """What speaks against the equilibrium of a scene as it is; None for a system."""
+    if not isinstance(subject, Scene):
+        return None
+    found = None if subject.pad_model.linear else sliding_equilibrium(subject.pad_model)[0]
+    return () if found is None else found.warnings
+
+
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
     mu_max = upper_end(given.mu_max)
@@ -169,4 +179,4 @@ def run(given: argparse.Namespace) -> Answer:
             for lever in advice.levers
         ]
         write_table(given.table, COLUMNS, rows)
-    return Answer(lambda: data(advice), lambda: text(advice))
+    return Answer(lambda: data(advice), lambda: text(advice), warnings=_warnings(subject))

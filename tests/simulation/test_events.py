@@ -59,6 +59,7 @@ def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])
+@needs_heyoka
 def test_separations_much_shorter_than_a_step(share):
     # dropped from a small height the pad leaves the surface for a short while once a cycle
     pad = upright()
