@@ -14,7 +14,7 @@ from squeal import __version__
 from squeal.files.sources import digest, packages
 
 NOT_INSTALLED = "not installed"
-WITHOUT_HEYOKA = "Left out here: heyoka is not installed on this machine, which without it"
+WITHOUT_HEYOKA = "Left out here, since heyoka is not installed:"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from squeal.article.extreme.run import RIGHT, in_units, peak_memory
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
+from tests.conftest import needs_heyoka
 
 QUICK = [case for case in CASES if case.truth != "energy"]
 ASKED = {
@@ -42,6 +43,7 @@ def test_the_suite_covers_what_was_asked():
 
 
 @pytest.mark.parametrize("case", QUICK, ids=lambda case: f"{case.group}: {case.name}")
+@needs_heyoka
 def test_no_case_is_wrong(case):
     outcome = run_case(case)
     assert outcome.outcome != "wrong", outcome.told
@@ -51,6 +53,7 @@ def test_no_case_is_wrong(case):
         assert outcome.outcome == ("warned" if math.isfinite(case.time) else "right")
 
 
+@needs_heyoka
 def test_energy_is_kept_over_a_hundred_periods():
     for case in CASES:
         if case.truth == "energy":
@@ -93,6 +96,7 @@ def test_a_wrong_answer_would_be_seen():
     assert bounce_error(scene, dataclasses.replace(result, events=result.events[1:])) == math.inf
 
 
+@needs_heyoka
 def test_quad_precision_against_tighter_and_looser_tolerances():
     scene = scene_of("B1", 30.0)
     exact, looser = reference(scene), reference(scene, 1e-24)

@@ -31,7 +31,7 @@ from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 from squeal.scene import read_scene
 from squeal.simulation import simulate
-from tests.conftest import ROOT
+from tests.conftest import ROOT, needs_heyoka
 
 MEAN = Formulation("mean")
 TILTED = ROOT / "tests" / "data" / "tilted-pad.json"
@@ -58,6 +58,7 @@ def outcome():
     return judge_many([START], MEAN)[0]
 
 
+@needs_heyoka
 def test_many_pads_are_judged_as_one_is(outcome):
     alone = judge_one(START, MEAN)
     for many, one in zip(outcome.judged, alone, strict=True):
@@ -67,6 +68,7 @@ def test_many_pads_are_judged_as_one_is(outcome):
     assert all(math.isfinite(one.margin) for one in alone)
 
 
+@needs_heyoka
 def test_a_pad_is_as_fast_as_its_history_says(outcome):
     fastest = 0.0
     for cases in scenes_of(START, MEAN).values():
@@ -78,12 +80,14 @@ def test_a_pad_is_as_fast_as_its_history_says(outcome):
     assert outcome.fastest == pytest.approx(fastest, rel=1e-2)
 
 
+@needs_heyoka
 def test_cost_counts_failing_claims(outcome):
     failing = sum(j.verdict != "reproduced" for j in outcome.judged)
     # of two claims that conflict one counts; each failing claim costs 1 to 2, a thin one up to 1/2
     assert failing - 1 <= cost_of(outcome, START) <= 2 * failing + 0.5 * len(CLAIMS)
 
 
+@needs_heyoka
 def test_what_no_pad_could_do_costs(outcome):
     outcome = outcome._replace(fastest=SPEED_LIMIT)
     fast = outcome._replace(fastest=3 * SPEED_LIMIT)
@@ -93,6 +97,7 @@ def test_what_no_pad_could_do_costs(outcome):
     assert cost_of(None, START) > cost_of(outcome, START)
 
 
+@needs_heyoka
 def test_a_pad_that_turns_over_is_dear_and_stops_nobody():
     mad = START | {"F_n": 30.0}
     both = judge_many([mad, START], MEAN)
@@ -116,6 +121,7 @@ def test_written_scenes_are_the_searched_pad_in_si_units(tmp_path):
             assert limits == pytest.approx(two.extrema[signal], rel=1e-4, abs=1e-4)
 
 
+@needs_heyoka
 def test_search_stops_resumes_and_refuses_another_search(tmp_path):
     state = tmp_path / "state.json"
     told: list[str] = []
@@ -134,6 +140,7 @@ def test_search_stops_resumes_and_refuses_another_search(tmp_path):
         search(MEAN, 1, 0.0, state, 1)
 
 
+@needs_heyoka
 def test_an_interrupted_start_leaves_its_best_pad(tmp_path, monkeypatch):
     state = tmp_path / "state.json"
     whole = search(MEAN, 1, 60.0, None, 1, starts=1, generations=2)

@@ -34,10 +34,11 @@ from squeal.scene.schema import Scene
 from squeal.scene.system import PlainSystem
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import in_natural_units
-from tests.conftest import SCENES
+from tests.conftest import SCENES, needs_heyoka
 
 
 @pytest.mark.parametrize("name", DEFAULT)
+@needs_heyoka
 def test_every_path_agrees_with_quad_precision(name):
     scene = dataclasses.replace(scene_of("B1", 15.0), outputs=())
     exact = reference(scene)
@@ -50,6 +51,7 @@ def test_every_path_agrees_with_quad_precision(name):
 
 
 @pytest.mark.parametrize("name", ["squeal", "squeal, batch"])
+@needs_heyoka
 def test_our_paths_on_a_bouncing_pad_in_closed_form(name):
     pad, height = upright(), 1e-3
     period = bounce_period(pad, height)
@@ -140,6 +142,7 @@ def test_matrices_of_the_map_are_those_of_the_single_scenes():
         assert stack[i, j] == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
 
 
+@needs_heyoka
 def test_the_reference_is_confirmed_or_refused():
     scene = dataclasses.replace(scene_of("B1", 10.0), outputs=())
     exact = reference(scene)

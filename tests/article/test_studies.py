@@ -1,5 +1,6 @@
 """Studies: one file, one result record and one line of the table each; one program for all."""
 
+import dataclasses
 import json
 from importlib import import_module
 from pathlib import Path
@@ -59,6 +60,8 @@ def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
     found = capsys.readouterr()
     assert Extreme.from_dict(json.loads(found.out)).cases == (outcome,)
     assert ("group: name" in found.err) is bool(code)
+    stood_in = dataclasses.replace(Extreme.from_dict(json.loads(found.out)), stand_in=True)
+    assert not stood_in.wrong
 
 
 @pytest.mark.parametrize("name", sorted(modules(squeal.article.results)))

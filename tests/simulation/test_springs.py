@@ -23,7 +23,7 @@ from squeal.simulation import simulate
 from squeal.simulation.batch.many import simulate_many, stack
 from squeal.simulation.reference import ChangeTimes, reference
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
-from tests.conftest import SCENES, random_pad
+from tests.conftest import SCENES, needs_heyoka, random_pad
 
 
 def on_springs(scene, count, **more):
@@ -45,6 +45,7 @@ class _Halves(PointContact):
 
 
 @pytest.mark.parametrize("case", "abcd")
+@needs_heyoka
 def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
     halves = ContactModel("halves", "two halves of a stiffness", lambda _: _Halves())
     monkeypatch.setitem(contact.MODELS, "halves", halves)
@@ -98,6 +99,7 @@ def test_eigenvalues_converge_to_those_of_the_line():
             assert errors[2] < 1e-2
 
 
+@needs_heyoka
 def test_contact_times_agree_with_the_second_integrator():
     scene = on_springs(line("a", 0.25), 5, tolerance=1e-12, outputs=("events",))
     ours, other = simulate(scene), simulate(scene, backend="scipy")
@@ -152,6 +154,7 @@ def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
     assert run.shares["PC"] == pytest.approx(0.0, abs=1e-12)
 
 
+@needs_heyoka
 def test_quad_precision_and_batches_tell_the_same_motion():
     scene = on_springs(line("a", 0.25), 5, outputs=("events",))
     exact, run = reference(scene), simulate(scene)

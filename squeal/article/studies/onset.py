@@ -297,7 +297,7 @@ def study(files: Sequence[Path]) -> Onset:
     """Onset and attractors of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} simulates no batches of pads."
+        why = f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
         return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
     motions = under_both_laws(scenes)

@@ -41,7 +41,7 @@ def compared(
     linear = (*sweep_timings(fig13), *threshold_timings(), *map_timings(fig13))
     given = (STIFF, NEAR, FINEST, DIGITS)
     if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} has no compiled equations to compare integrators by."
+        why = f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
         return Precision((), (), linear, *given, why)
     points, checks = measure(cases, paths, patience, order)
     return Precision(tuple(points), tuple(checks), linear, *given)

@@ -95,5 +95,7 @@ def study(files: Sequence[Path]) -> Robustness:
     """The study of the best pad of the file of stored searches, left out without batches."""
     best = read_searches(files)[0]
     if version("heyoka") == NOT_INSTALLED:
-        return Robustness((), (), CONFIDENCE, f"{WITHOUT_HEYOKA} simulates no batches of pads.")
+        return Robustness(
+            (), (), CONFIDENCE, f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
+        )
     return robustness(best.numbers, best.formulation)

@@ -118,7 +118,7 @@ def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
     """The maps of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
-        why = Missing(f"{WITHOUT_HEYOKA} simulates no batches of pads.")
+        why = Missing(f"{WITHOUT_HEYOKA} nothing else simulates batches of pads.")
         return Starts(scenes=dict.fromkeys(scenes, why), reach=REACH)
     sides = dict.fromkeys(WINDOWS, FINE) if fine else WINDOWS
     return Starts(scenes={name: maps(one, sides) for name, one in scenes.items()}, reach=REACH)
