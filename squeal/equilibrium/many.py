@@ -8,12 +8,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.model.units import natural_units
 from squeal.numerics.newton import newton_steps
+
+LOST = 20  # pads for which all places are searched, one by one
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
@@ -88,7 +91,8 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
 
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches, and
-    the least potential energy decides, as it does for a single pad.
+    the least potential energy decides, as it does for a single pad. Of such other laws' pads that
+    then rest nowhere `LOST` are searched for everywhere; more are left aside.
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
@@ -108,8 +112,25 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
                 better = energy < least - 1e-9 * np.abs(energy)
             least[better] = energy[better]
             z[:, doubtful[better]], side[doubtful[better]] = trial[:, better], met[better]
-    side[doubtful[~np.isfinite(least)]] = 0.0
+    lost = doubtful[~np.isfinite(least)]
+    side[lost] = 0.0
+    for i in () if statics.model.law.restoring else lost[:LOST]:
+        place = _far(subset(statics.model, names, i), names)
+        if place is not None:
+            one = dataclasses.replace(statics, model=subset(statics.model, names, np.array([i])))
+            side[i] = solved(one, names, place, 20)[0]
+            z[:, i] = place[:, 0]
     return z, side
+
+
+def _far(model: PadModel, names: tuple[str, ...]) -> np.ndarray | None:
+    """Where one pad rests that rests nowhere near, as a place (4, 1); None if it does not."""
+    plain = {name: float(getattr(model.pad, name)) for name in {*names, "I"}}
+    found = least_at_zero(model.replace(**plain))
+    if found is None:
+        return None
+    x, y, theta = Statics.of(model.replace(**plain)).to_si(found[0])
+    return np.array([[x], [y], [plain.get("w", model.pad.w) * theta], [0.0]])
 
 
 def branch_ends(
