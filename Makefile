@@ -37,8 +37,7 @@ report: $(ENVIRONMENT)
 
 ensembles: $(ENVIRONMENT)
 	$(BIN)/python -m squeal.article.ensembles.draw searched/ensembles
-	$(BIN)/python -m squeal.article.ensembles.draw searched/ensembles-b2 --models B2 --seeds 1 2 3 \
-		--formulations integral-centre-plus mean-centre-plus --stages 60
+	$(BIN)/python -m squeal.article.ensembles.beyond searched/ensembles searched/ensembles-b2
 	$(BIN)/python -m squeal.article.ensembles.gather searched/ensembles searched/ensembles-b2 \
 		> searched/ensembles.npz
 	mv searched/ensembles.npz workflow/ensembles.npz

@@ -85,7 +85,8 @@ def ensembles(entry: Any) -> dict[str, Any]:
     words = [switches(f) for f in FORMULATIONS]
     one = filled(entry("ensembles"), chance=shares, seeds=(seed,) * 5, best_pads=shares)
     one = dataclasses.replace(one, horizons=horizons)
-    front = filled(entry("fronts"), together=(40, 30, 20, 10), most=(9, 10, 11, 11))
+    some = {"together": (40, 30, 20, 10), "most": (9, 9, 10, 11), "lacks": ("B2-b-twice",)}
+    front = filled(entry("fronts"), **some)
     return {
         "ensembles": tuple(dataclasses.replace(one, formulation=f) for f in words),
         "fronts": tuple(dataclasses.replace(front, formulation=f) for f in words),

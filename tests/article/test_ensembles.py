@@ -7,11 +7,12 @@ from itertools import product
 import numpy as np
 import pytest
 
+from squeal.article.claims import CLAIMS
 from squeal.article.claims.measures import friction_raises
-from squeal.article.ensembles import distance, population
-from squeal.article.ensembles.distance import COUNTED, NO_LEVELS, Judgement, judge, price
+from squeal.article.ensembles import beyond, distance, population
+from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, read_stage, stage_file, write_stage
-from squeal.article.ensembles.gather import counts, gather, read_kept, undominated
+from squeal.article.ensembles.gather import FRONT, counts, gather, read_kept, undominated
 from squeal.article.ensembles.population import Stage, advance
 from squeal.article.ensembles.space import (
     DIMENSIONS,
@@ -22,8 +23,10 @@ from squeal.article.ensembles.space import (
     standing,
     starts,
 )
+from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import LENGTH, MASS
 from squeal.article.report.chapters import ENSEMBLES
+from squeal.article.studies.ensembles import RIVAL
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
 from squeal.model.contact import CONSISTENT
@@ -162,9 +165,34 @@ def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
     assert again.shares[0, 0, -1] == pytest.approx(math.log(0.5**2), rel=1e-6)
     with pytest.raises(InputError, match="make ensembles"):
         read_kept(tmp_path / "integral-centre-plus-1" / "stage-000.npz")
+    np.savez_compressed(tmp_path / "old.npz", **vars(kept) | {"margins": kept.margins[..., 1:]})
+    with pytest.raises(InputError, match="32 claims"):
+        read_kept(tmp_path / "old.npz")
     (tmp_path / "mean-frame-minus-5" / "stage-002.npz").unlink()
     with pytest.raises(InputError, match="2 stages"):
         gather(tmp_path)
+
+
+def test_a_search_goes_on_from_pads_that_keep_three_statements(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(population, "POPULATION", 16)
+    monkeypatch.setattr(beyond, "MOST", 0)
+    folder, more = tmp_path / "searched", tmp_path / "more"
+    told = [str(folder), str(more), "--stages"]
+    assert beyond.main([*told, "1"]) == 2
+    assert "draw more stages" in capsys.readouterr().err
+    stages = [pretended(beyond.LAW, seed, stage) for seed in SEEDS for stage in range(2)]
+    for i, stage in enumerate(stages):
+        write_stage(stage_file(folder, beyond.LAW, SEEDS[i // 2], i % 2), stage)
+    three = [INDEX[name] for name in FRONT]
+    wanted = sum(int((s.margins[:, three] > 0.0).all(axis=1).sum()) for s in stages)
+    assert len(beyond.beginning(folder).points) == wanted > 0
+    assert beyond.main([*told, "1"]) == 0
+    kept = read_stage(stage_file(more, beyond.LAW, 1, 0))
+    assert beyond.main([*told, "2"]) == 0  # goes on after the first
+    assert np.array_equal(read_stage(stage_file(more, beyond.LAW, 1, 0)).points, kept.points)
+    assert "stage 1" in capsys.readouterr().err
+    b1 = [INDEX[c.id] for c in CLAIMS if c.scenes[0] == "b1-a" and len(c.scenes) == 1]
+    assert np.isnan(kept.margins[:, b1]).all()
 
 
 def pretended(formulation, seed, stage):
@@ -176,6 +204,18 @@ def pretended(formulation, seed, stage):
     margins = random.normal(size=(16, 33)).astype(np.float32)
     share = 0.5 if stage else 1.0
     return Stage(points, yes, margins, yes, points, partial, NO_LEVELS, share, 1.0, 128, 9000, 0.5)
+
+
+def test_a_pad_of_the_consistent_law_keeps_27_listed_statements_by_both_paths():
+    alone = {j.id: j.holds for j in judge_one(RIVAL, CONSISTENT)}
+    margins = judge({name: np.array([value]) for name, value in RIVAL.items()}, CONSISTENT).margins
+    for claim, margin in zip(CLAIMS, margins[0], strict=True):
+        if np.isfinite(margin):
+            assert (margin > 0.0) == alone[claim.id], claim.id
+    listed = {c.id for c in CLAIMS if c.listed}
+    assert sum(alone[name] for name in listed) == 27
+    assert alone["B2-c-hammer"]
+    assert counts(margins)[1, 0] == 27
 
 
 def test_stored_ensembles_are_of_equal_effort():

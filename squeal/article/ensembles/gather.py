@@ -47,8 +47,9 @@ class Kept:
     most of all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads
     of the last populations; seen (F,): pads with all three margins of `FRONT`; together (F, 4):
     how many keep so many of the three; most (F, 4): the most B2 claims that one of them keeps;
-    front (n, dimensions), front_margins (n, 3), front_of (n,): pads whose three margins no other
-    pad surpasses, and their formulation.
+    lacks (F, claims): those on B2 that the first such pad of all three does not keep; front
+    (n, dimensions), front_margins (n, 3), front_of (n,): pads whose three margins no other pad
+    surpasses, and their formulation.
     """
 
     effort: np.ndarray
@@ -66,6 +67,7 @@ class Kept:
     seen: np.ndarray
     together: np.ndarray
     most: np.ndarray
+    lacks: np.ndarray
     front: np.ndarray
     front_margins: np.ndarray
     front_of: np.ndarray
@@ -75,11 +77,17 @@ def read_kept(file: Path) -> Kept:
     """What `main` stored. Raises InputError where the file is none of its own."""
     try:
         with np.load(file) as arrays:
-            return Kept(**{f.name: arrays[f.name] for f in fields(Kept)})
+            kept = Kept(**{f.name: arrays[f.name] for f in fields(Kept)})
     except (OSError, ValueError, KeyError) as error:
         raise InputError(
             f"{file}: {error}; a file written by `make ensembles` is allowed"
         ) from None
+    if (claims := kept.margins.shape[-1]) != len(CLAIMS):
+        raise InputError(
+            f"{file}: margins of {claims} claims are not allowed; `make ensembles` judges all "
+            f"{len(CLAIMS)}"
+        )
+    return kept
 
 
 def counts(margins: np.ndarray) -> np.ndarray:
@@ -109,6 +117,7 @@ class _Front:
         self.seen = 0
         self.together = np.zeros(4, dtype=int)
         self.most = np.zeros(4, dtype=int)
+        self.lacks = np.zeros(len(CLAIMS), dtype=bool)
         self.points = np.empty((0, len(DIMENSIONS)))
         self.margins = np.empty((0, 3))
 
@@ -117,7 +126,11 @@ class _Front:
         known = np.isfinite(three).all(axis=1)
         three, points = three[known], stage.points[known]
         held = (three > 0.0).sum(axis=1)
-        b2 = ((stage.margins[known] > 0.0) & B2).sum(axis=1)
+        keeps = stage.margins[known] > 0.0
+        b2 = (keeps & B2).sum(axis=1)
+        three_of = np.flatnonzero(held == 3)
+        if three_of.size and b2[three_of].max() > self.most[3]:
+            self.lacks = B2 & ~keeps[three_of[b2[three_of].argmax()]]
         self.seen += len(three)
         self.together += np.bincount(held, minlength=4)
         for n in range(4):
@@ -201,6 +214,7 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
         found["seen"].append(front.seen)
         found["together"].append(front.together)
         found["most"].append(front.most)
+        found["lacks"].append(front.lacks)
         found["front"].append(front.points)
         found["front_margins"].append(front.margins)
         found["front_of"].append(np.full(len(front.points), number))
@@ -238,7 +252,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("b2", type=Path, nargs="?", help="searches of model B2 alone")
     given = parser.parse_args(arguments)
     buffer = io.BytesIO()
-    kept: dict[str, Any] = vars(gather(given.folder, given.b2))
+    try:
+        kept: dict[str, Any] = vars(gather(given.folder, given.b2))
+    except InputError as error:
+        print(f"gather: {error}", file=sys.stderr)
+        return 2
     np.savez_compressed(buffer, **kept)
     sys.stdout.buffer.write(buffer.getvalue())
     return 0

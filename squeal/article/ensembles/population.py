@@ -111,7 +111,11 @@ def _lower(before: Stage) -> tuple[np.ndarray, np.ndarray]:
     near = before.partial[distance <= np.median(np.unique(distance))]
     levels = np.minimum(np.quantile(near, USUAL, axis=0), before.levels)
     levels[-1] = np.minimum(near[:, -1].max(), before.levels[-1])
-    return levels, np.flatnonzero((before.partial <= levels).all(axis=1))
+    good = np.flatnonzero((before.partial <= levels).all(axis=1))
+    if not good.size:  # of a few pads each may be the farthest in some sum
+        levels = np.minimum(near.max(axis=0), before.levels)
+        good = np.flatnonzero((before.partial <= levels).all(axis=1))
+    return levels, good
 
 
 def advance(

@@ -196,16 +196,18 @@ def _front(found: Ensembles) -> str:
     names = listed(list(found.names))
     if all_three == 0:
         return f"None of {thousands(seen)} pads judged on {names} keeps all three."
-    most = max(f.most[3] for f in found.fronts if f.together[3])
-    two = max(f.most[2] for f in found.fronts)
+    best = max((f for f in found.fronts if f.together[3]), key=lambda f: f.most[3])
+    law = CHOICES[best.formulation.line_force]
     rest = (
         "so that all that is said of model B2 can hold together"
-        if most == found.total_b2
-        else f"but at most {most} of the {found.total_b2} statements on model B2"
+        if best.most[3] == found.total_b2
+        else f"so that the three do not exclude each other; the best of them, with {law}, keeps "
+        f"{best.most[3]} of the {found.total_b2} statements on model B2 and lacks "
+        f"{listed(best.lacks)}"
     )
     return (
         f"Of {thousands(seen)} pads judged on {names}, {thousands(all_three)} keep all three, "
-        f"{rest}; with two of the three a pad keeps up to {two}."
+        f"{rest}."
     )
 
 

@@ -103,7 +103,8 @@ class Front(Record):
     """Three statements on model B2 that hinder each other.
 
     pads: judged on all three; together: how many keep none to all of them; most: the most of the
-    statements on B2 that one of those keeps, of `total`; points: margins over ample ones of the
+    statements on B2 that one of those keeps; lacks: those on B2 that the best pad with all three
+    does not keep; points: margins over ample ones of the
     pads that no other surpasses.
     """
 
@@ -111,6 +112,7 @@ class Front(Record):
     pads: int
     together: tuple[int, ...]
     most: tuple[int, ...]
+    lacks: tuple[str, ...]
     points: tuple[tuple[float, float, float], ...]
 
 

@@ -273,6 +273,7 @@ def study(files: Sequence[Path]) -> Ensembles:
             int(kept.seen[n]),
             tuple(map(int, kept.together[n])),
             tuple(map(int, kept.most[n])),
+            _names(kept.lacks[n]),
             tuple(
                 (float(a), float(b), float(c)) for a, b, c in kept.front_margins[kept.front_of == n]
             ),

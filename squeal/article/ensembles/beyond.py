@@ -1,0 +1,97 @@
+"""Model B2 alone: `python -m squeal.article.ensembles.beyond FOLDER MORE` searches on for one law.
+
+It sets out from all pads of the searches in FOLDER that keep the three statements that seem to
+hinder each other, and asks whether they can keep the others on model B2 as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from squeal.article.ensembles.distance import INDEX, NO_LEVELS, judge
+from squeal.article.ensembles.draw import SEEDS, read_stage, stage_file, write_stage
+from squeal.article.ensembles.gather import B2, FRONT
+from squeal.article.ensembles.population import Stage, advance
+from squeal.article.ensembles.space import decode
+from squeal.errors import InputError
+from squeal.model.contact import Formulation
+
+LAW = Formulation("mean", "centre", "+")
+"""The law with most pads that keep all three."""
+MOST = 9  # claims on model B2 that a pad must keep to be set out from
+FIRST, SEED = 100, 99  # number of the first stage and the seed, apart from those of other searches
+STAGES = 40
+
+
+def beginning(folder: Path) -> Stage:
+    """The pads that the search sets out from, judged on model B2 alone.
+
+    Raises InputError where there are none.
+    """
+    chosen = []
+    for seed in SEEDS:
+        stage = 0
+        while (file := stage_file(folder, LAW, seed, stage)).exists():
+            drawn = read_stage(file)
+            three = drawn.margins[:, [INDEX[name] for name in FRONT]] > 0.0
+            most = (drawn.margins[:, B2] > 0.0).sum(axis=1) >= MOST
+            chosen.append(drawn.points[three.all(axis=1) & most])
+            stage += 1
+    points = np.concatenate(chosen) if chosen else np.empty((0, len(INDEX)))
+    if not len(points):
+        raise InputError(f"{folder}: no pad keeps {', '.join(FRONT)}; draw more stages")
+    found = judge(decode(points), LAW, models=("B2",))
+    whole = found.whole
+    return Stage(
+        points,
+        whole,
+        found.margins,
+        whole,
+        points[whole],
+        found.partial[whole],
+        NO_LEVELS,
+        1.0,
+        1.0,
+        found.motions,
+        found.steps,
+        0.0,
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw the stages that are not in the folder MORE yet."""
+    parser = argparse.ArgumentParser(description="Search on for pads that keep all on model B2.")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("more", type=Path)
+    parser.add_argument("--stages", type=int, default=STAGES)
+    given = parser.parse_args(arguments)
+    last = None
+    for stage in range(given.stages):
+        file = stage_file(given.more, LAW, SEEDS[0], stage)
+        if file.exists():
+            last = read_stage(file)
+            continue
+        try:
+            before = beginning(given.folder) if last is None else last
+        except InputError as error:
+            print(f"beyond: {error}", file=sys.stderr)
+            return 2
+        last = advance(LAW, SEED, FIRST + stage, before, ("B2",))
+        write_stage(file, last)
+        held = (last.margins[last.whole][:, B2] > 0.0).sum(axis=1)
+        print(
+            f"stage {stage}: level {last.levels[-1]:.3f}, {last.taken.mean():.2f} taken, "
+            f"most of {B2.sum()} kept {held.max(initial=0)}",
+            file=sys.stderr,
+            flush=True,
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
