@@ -136,7 +136,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--models", nargs="+", default=["B1", "B2"], choices=["B1", "B2"])
     given = parser.parse_args(arguments)
     context = get_context("spawn")
-    searches = [(names[name], seed) for seed in given.seeds for name in given.formulations]
+    # turned by one for each seed, so that no process has all the formulations that take longest
+    searches = [
+        (names[given.formulations[(i + seed) % len(given.formulations)]], seed)
+        for seed in given.seeds
+        for i in range(len(given.formulations))
+    ]
     tasks = [
         context.Process(
             target=work,
