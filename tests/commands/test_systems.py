@@ -110,6 +110,17 @@ def test_sweeps(method, sparse, capsys):
     assert (found["basis"] is None) == (method == "full")
 
 
+def test_the_lowest_modes_of_a_band(sparse, capsys):
+    path, expected = sparse
+    options = ("--band", "200:300", "--modes", "4")
+    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
+    hertz = expected.imag / (2 * np.pi)
+    inside = expected[(hertz > 200) & (hertz < 300)]
+    _same(_values(found), np.array(sorted(inside, key=lambda v: v.imag)[:4]))
+    assert found["certified"]
+    assert found["count"] == len(inside)
+
+
 def test_set_changes_a_named_number(small, capsys):
     path, _ = small
     file = path / "system.yaml"
@@ -154,7 +165,7 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
         (("--modes", "0"), "whole number from 1"),
         (("--region", "1:0:0:1"), "RE0 < RE1"),
         (("--method", "best", "--band", "1:2"), "one of full, reduced, modal"),
-        (("--band", "1:2", "--modes", "3"), "one of them is allowed"),
+        (("--band", "1:2", "--region", "0:1:0:1"), "one of them is allowed"),
         (("--sweep", "1:0:5"), "A < B"),
         (("--set", "nu=1"), "unknown key"),
         (("--memory", "0"), "above 0"),

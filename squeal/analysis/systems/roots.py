@@ -31,7 +31,8 @@ SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamp
 class SystemRoots:
     """Roots of a system, by rising frequency, what proves them complete, and the verdict on them.
 
-    `region` None is the whole plane; `count` None if the number could not be settled.
+    `region` None is the whole plane; `count` None if the number could not be settled. `known` is
+    the number of roots that were found, of which the lowest may be all that is listed.
     """
 
     eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
@@ -39,11 +40,19 @@ class SystemRoots:
     count: int | None
     verdict: str
     criterion: str
+    known: int | None = None  # None: those that are listed
 
     @property
     def certified(self) -> bool:
         """True if the count proves that no root of the region is missing."""
-        return self.count == len(self.eigenvalues)
+        known = len(self.eigenvalues) if self.known is None else self.known
+        return self.count == known
+
+    def lowest(self, modes: int) -> SystemRoots:
+        """The first of them, which the count still proves to be the first."""
+        kept = self.eigenvalues[:modes]
+        verdict, criterion = judged(kept)
+        return SystemRoots(kept, self.region, self.count, verdict, criterion, len(self.eigenvalues))
 
 
 def system_roots(
@@ -58,6 +67,9 @@ def system_roots(
     the band or region, or the lowest. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
+    if wanted.rectangle is not None and wanted.modes is not None:
+        whole = Wanted(wanted.band, wanted.region)
+        return system_roots(system, whole, changes, progress).lowest(wanted.modes)
     if is_small(system):
         return _of_all(system.at(changes), wanted)
     problem = ScaledSystem(system).at(changes)

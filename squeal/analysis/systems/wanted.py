@@ -26,9 +26,9 @@ def quiet(text: str) -> None:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Roots of a band (Hz), of a region, or the lowest ones; at most one of the three is given.
+    """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
 
-    Raises InputError when made.
+    Raises InputError when made with a band and a region.
     """
 
     band: tuple[float, float] | None = None
@@ -36,8 +36,8 @@ class Wanted:
     modes: int | None = None
 
     def __post_init__(self) -> None:
-        if sum(x is not None for x in (self.band, self.region, self.modes)) > 1:
-            raise InputError("--band, --region, --modes: one of them is allowed")
+        if self.band is not None and self.region is not None:
+            raise InputError("--band, --region: one of them is allowed")
         if self.band is not None:
             band(*self.band)
 
