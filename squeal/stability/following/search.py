@@ -152,14 +152,17 @@ def _explained(place: list[Located] | tuple[Located, ...], a: Growth, b: Growth)
 def _cleaned(line: Line, found: list[Located]) -> list[tuple[Located, ...]]:
     """Places whose crossings change what grows; of others nothing, or what bisection tells."""
     kept = [tuple(place) for place in _places(line, found)]
+    most = 2 * _limit(BUDGET, line.n * (2 if line.damped else 1))
     result: list[tuple[Located, ...]] = []
     for place, a, b in _around(line, found):
         if _explained(place, line.growth(a), line.growth(b)):
             result += [tuple(place)] if place else []
         elif place and (several := _several(line, place, a, b)):
             result.append(several)
-        else:
+        elif len(line.states) < most:
             result += _bisected(line, a, b, place)
+        elif place:  # what is located is told, and the search is not certified
+            result.append(tuple(place))
     return result if found or result else kept
 
 
@@ -184,7 +187,7 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     if before == after:
         return []
     low, high = a, b
-    while high - low > max(1e-12 * (line.high - line.low), 4 * np.spacing(abs(high))):
+    while high - low > max(1e-10 * (line.high - line.low), 4 * np.spacing(abs(high))):
         middle = (low + high) / 2
         if line.growth(middle).numbers == before:
             low = middle
