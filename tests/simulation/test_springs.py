@@ -175,6 +175,7 @@ def test_quad_precision_and_batches_tell_the_same_motion():
         assert many["final"][i] == pytest.approx(run.final[1:], rel=1e-8)
 
 
+@needs_heyoka
 def test_measures_of_edges_are_refused():
     with pytest.raises(InputError, match="measured: not allowed with model BN"):
         simulate_many("BN", stack([upright()]), np.zeros((1, 6)), 1.0, measured=True)
