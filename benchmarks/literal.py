@@ -165,19 +165,22 @@ def part(eqs: Literal, chosen: np.ndarray) -> Literal:
     return Literal(eqs.model, {k: v[chosen] for k, v in eqs.p.items()}, eqs.form, C)
 
 
-def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """The equilibrium (3, n) of least potential at mu = 0, and where there is one."""
+def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Equilibria (3, n) of least potential at mu = 0, where there are any, and where several."""
     random = np.random.default_rng(0)
     p = eqs.p
     stiff = p["k1"] + p["k2"] + (p["k3"] + p["k4"] if eqs.model == "B1" else p["k_c"])
     size = p["F_n"] / stiff + abs(p["y0"]) + 1e-9 * p["w"]
-    best, least = np.zeros((3, n)), np.full(n, np.inf)
+    best, least, most = np.zeros((3, n)), np.full(n, np.inf), np.full(n, -np.inf)
     for start in range(STARTS):
         wide = start % 3 == 2
         q = random.normal(size=(3, n)) * (0.3 * p["w"] if wide else 3.0 * size) * (start > 0)
         q[2] /= p["w"]
         found, good = eqs.newton(q, 0.0, 40)
         energy = np.where(good, eqs.energy(found), np.inf)
+        most = np.maximum(most, np.where(good, energy, -np.inf))
         better = energy < least - 1e-9 * np.where(np.isfinite(least), np.abs(least), 0.0)
         best[:, better], least[better] = found[:, better], energy[better]
-    return best, np.isfinite(least)
+    there = np.isfinite(least)
+    several = there & (most - np.where(there, least, 0.0) > 1e-6 * np.abs(most))
+    return best, there, several
