@@ -47,6 +47,12 @@ def _balance(
         at = z[:, here]
         with np.errstate(all="ignore"):
             step, side[here] = newton_steps(*part.linearised(at, state, 3))
+        if kept is not None:  # a search: no leap to a place that the start has nothing to do with
+            pad = part.model.pad
+            longest = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
+            with np.errstate(invalid="ignore"):
+                ratio = np.abs(step) / np.array(np.broadcast_arrays(*longest, step[0])[:3])
+                step = step / np.maximum(1.0, ratio.max(axis=0))
         at[:3] -= step
         z[:, here] = at
         relative = np.max(np.abs(step), axis=0) / (1.0 + np.max(np.abs(at[:3]), axis=0))
