@@ -14,7 +14,7 @@ from squeal.errors import ComputationError
 from squeal.files.sources import ROOT
 from squeal.files.writing import column_name, write_csv
 from tests.commands.test_unstable import PAD
-from tests.conftest import SCENES
+from tests.conftest import SCENES, needs_heyoka
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
@@ -237,6 +237,7 @@ def test_a_fluttering_pad_and_its_onset_load_no_more(tmp_path):
         assert not loaded & {"squeal.scene.terms", "squeal.stability.sparse.region"}
 
 
+@needs_heyoka
 def test_a_simulation_loads_no_plots_and_no_second_integrator():
     loaded = modules_after("simulate", B1)
     assert "heyoka" in loaded

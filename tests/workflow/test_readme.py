@@ -8,7 +8,7 @@ from contextlib import redirect_stdout
 import pytest
 
 from squeal.commands.cli import COMMANDS, main
-from tests.conftest import ROOT
+from tests.conftest import ROOT, needs_heyoka
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -27,6 +27,7 @@ def printed(command):
     return out.getvalue()
 
 
+@needs_heyoka
 def test_console_blocks_show_what_the_commands_print(pad):
     blocks = [b for b in re.findall(r"```console\n(.*?)```", README, re.S) if "/squeal " in b]
     parts = [re.split(r"^\$ \.venv/bin/squeal (.*)\n", b, flags=re.M)[1:] for b in blocks]
