@@ -20,7 +20,7 @@ from squeal.simulation.reference import Reference, error_against, reference
 
 T = TypeVar("T")
 TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
-PATIENCE = 0.25  # s: a path slower than this is not asked for tighter tolerances
+PATIENCE = 0.15  # s: a path slower than this is not asked for tighter tolerances
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 OTHER_ORDER = 1e-25  # a tolerance of quad precision with another order and other steps
 

@@ -17,9 +17,9 @@ from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
-PADS = 256  # in each sample
+PADS = 192  # in each sample
 CONFIDENCE = 0.95
-LEAST, STEPS = 1e-3, 25  # relative changes of one number: from this to one, so many
+LEAST, STEPS = 1e-3, 17  # relative changes of one number: from this to one, so many
 
 
 def holding(many: list[dict[str, float]], formulation: Formulation) -> np.ndarray:
