@@ -1,26 +1,16 @@
 """A word about equilibria that the model does not mean: the same in every command."""
 
 import csv
-import json
 
 import pytest
 import yaml
 
-from squeal.commands.cli import main
 from squeal.scene import Scene
+from tests.commands.calls import answer
 from tests.conftest import SCENES, random_pad
 
 # beyond a fold that its branch passes twice, and beyond one from which it does not come back
 TWICE, NEVER = (Scene("B2", random_pad(seed, "B2")) for seed in (1014, 1018))
-
-
-def answer(capsys, command, scene, *more):
-    code = main([command, str(scene), *map(str, more), "--json"])
-    out, err = capsys.readouterr()
-    found = json.loads(out)
-    assert code == 0
-    assert err.splitlines() == [f"squeal: warning: {words}" for words in found["warnings"]]
-    return found
 
 
 @pytest.fixture(params=[TWICE, NEVER], ids=["twice", "never"])

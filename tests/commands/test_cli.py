@@ -13,26 +13,12 @@ from squeal.commands.cli import COMMANDS, main
 from squeal.errors import ComputationError
 from squeal.files.sources import ROOT
 from squeal.files.writing import column_name, write_csv
-from tests.commands.test_unstable import PAD
+from tests.commands.calls import answer, assert_refused, run
 from tests.conftest import SCENES, needs_heyoka
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
 DRUM = str(ROOT / "article" / "literature" / "systems" / "drum_brake.yaml")
-
-
-def run(capsys, *arguments):
-    code = main([str(a) for a in arguments])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
-
-
-def answer(capsys, *arguments):
-    code, out, err = run(capsys, *arguments, "--json")
-    found = json.loads(out)
-    told = "".join(f"squeal: warning: {words}\n" for words in found.get("warnings", []))
-    assert (code, err) == (0, told)
-    return found
 
 
 @pytest.mark.parametrize(
@@ -187,11 +173,8 @@ def test_sensitivities(capsys):
 )
 def test_refusals_are_one_sentence_and_exit_code_2(capsys, tmp_path, monkeypatch, arguments, part):
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, *arguments)
-    assert (code, out) == (2, "")
+    err = assert_refused(capsys, *arguments)
     assert part in err
-    assert err.startswith("squeal: ")
-    assert err.count("\n") == 1
     assert os.listdir(tmp_path) == []
 
 
@@ -202,8 +185,7 @@ def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys, tmp_path):
         "model: B1\nparameters: {m: 1, w: 1, h: 0.2, k1: 0, k2: 0, k3: 1, k4: 1, L1: 1, L2: 1,"
         " alpha1: pi/2, alpha2: pi/2, mu: 0.5, F_n: 0.01}\n"
     )
-    code, out, err = run(capsys, "eigenvalues", scene)
-    assert (code, out) == (1, "")
+    err = assert_refused(capsys, "eigenvalues", scene, code=1)
     assert "no steady sliding exists" in err
 
 
@@ -227,10 +209,8 @@ def test_queries_load_neither_integrators_nor_plots(command):
     assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
 
 
-def test_a_fluttering_pad_and_its_onset_load_no_more(tmp_path):
+def test_a_fluttering_pad_and_its_onset_load_no_more(pad):
     # what costs a tenth of a second to load has no place in a query of a third
-    pad = tmp_path / "pad.yaml"
-    pad.write_text(PAD)
     for command in ("eigenvalues", "critical-friction"):
         loaded = modules_after(command, str(pad))
         assert not loaded & {"heyoka", "scipy", "matplotlib", "control", "numpy.ma"}
@@ -326,8 +306,7 @@ def test_only_plain_files_are_written(capsys, tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     for target in (pipe, tmp_path):
-        code, out, err = run(capsys, "simulate", B1, "--csv", target)
-        assert (code, out) == (2, "")
+        err = assert_refused(capsys, "simulate", B1, "--csv", target)
         assert str(target) in err
     assert pipe.is_fifo()
 
@@ -352,7 +331,6 @@ def test_a_refused_simulation_writes_nothing(capsys, tmp_path):
     # the pad turns over: no history of half a run
     target, scene = tmp_path / "h.csv", wild(tmp_path, k1=0, k2=0, F_n=0.01)
     scene.write_text(scene.read_text() + "initial: {y: 5, theta_dot: 10}\n")
-    code, out, err = run(capsys, "simulate", scene, "--csv", target)
-    assert (code, out) == (1, "")
+    err = assert_refused(capsys, "simulate", scene, "--csv", target, code=1)
     assert "past 90 degrees at t = 0.157" in err
     assert not target.exists()

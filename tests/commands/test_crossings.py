@@ -1,12 +1,11 @@
 """`squeal critical-friction` lists every crossing, those included that change no verdict."""
 
-import json
-
 import numpy as np
 import pytest
 
 from squeal.commands.cli import main
 from squeal.scene import read_scene
+from tests.commands.calls import answer
 
 PAD = """\
 model: B3
@@ -20,15 +19,10 @@ K1: [[0,4,0,0,0],[0,0,0,0,0],[0,0,0,20,0],[0,0,0,0,0],[0,0,0,0,-1]]
 """
 
 
-def answer(capsys, file):
-    assert main(["critical-friction", str(file), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
 def test_divergence_of_a_pad_is_where_the_determinant_vanishes(tmp_path, capsys):
     file = tmp_path / "pad.yaml"
     file.write_text(PAD)
-    found = answer(capsys, file)["crossings"]
+    found = answer(capsys, "critical-friction", file)["crossings"]
     (crossing,) = [c for c in found if c["kind"] == "divergence" and c["mu"] < 0.25]
     scene = read_scene(file)
     step = 1e-6
@@ -48,7 +42,7 @@ def test_divergence_of_a_pad_is_where_the_determinant_vanishes(tmp_path, capsys)
 def test_all_thresholds_of_independent_parts_are_listed(tmp_path, capsys):
     file = tmp_path / "pairs.yaml"
     file.write_text(PAIRS)
-    found = answer(capsys, file)["crossings"]
+    found = answer(capsys, "critical-friction", file)["crossings"]
     # (2 - s)^2 = 1 - 4 mu, (20 - s)^2 = 100 - 200 mu and s = 1 - mu
     assert [c["mu"] for c in found] == pytest.approx([0.25, 0.5, 1.0], rel=1e-9)
     assert [c["kind"] for c in found] == ["flutter", "flutter", "divergence"]

@@ -1,28 +1,15 @@
 """`export`, `terms` and `map` of systems from matrices: round trips, closed forms, refusals."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array, random_array
 
-from squeal.commands import cli
 from squeal.files.matrices import read_matrix
 from squeal.scene.terms import read_system
 from tests import large
+from tests.commands.calls import answer, assert_refused, run
 from tests.conftest import SCENES
-
-
-def command(capsys, *arguments):
-    code = cli.main([str(a) for a in arguments])
-    return code, *capsys.readouterr()
-
-
-def answer(capsys, *arguments):
-    code, out, err = command(capsys, *arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
 
 
 def _values(found):
@@ -58,7 +45,7 @@ def test_a_reduced_system_has_the_roots_of_the_full_one(tmp_path, capsys):
     other = answer(capsys, "eigenvalues", folder / "system.yaml", "--band", "200:2000")
     assert other["rows"] < one["rows"] / 3
     assert np.allclose(_values(one), _values(other), rtol=1e-8)
-    code, _, err = command(capsys, "export", path, "--output", folder)
+    code, _, err = run(capsys, "export", path, "--output", folder)
     assert code == 2
     assert "is not empty" in err
 
@@ -77,7 +64,7 @@ def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
         assert abs(read_matrix(tmp_path / f"{name}.mtx").matrix - matrix).max() < 1e-14
     assert found["terms"][1]["nonzeros"] == K1.nnz
     mmwrite(tmp_path / "k2.mtx", K0 + 0.71 * K1)
-    code, _, err = command(capsys, "terms", *given)
+    code, _, err = run(capsys, "terms", *given)
     assert code == 1
     assert "is not linear in mu" in err
 
@@ -92,8 +79,7 @@ def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
 )
 def test_terms_refuses(arguments, words, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, out, err = command(capsys, "terms", *arguments)
-    assert (code, out) == (2, "")
+    err = assert_refused(capsys, "terms", *arguments)
     assert words in err
 
 
@@ -135,6 +121,5 @@ def test_a_chart_over_two_parameters(tmp_path, capsys):
 def test_map_refuses(options, words, tmp_path, capsys):
     path = tmp_path / "system.yaml"
     path.write_text(CHART)
-    code, out, err = command(capsys, "map", path, *options)
-    assert (code, out) == (2, "")
+    err = assert_refused(capsys, "map", path, *options)
     assert words in err

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file, wavfile
 
-from squeal.commands.cli import main
 from squeal.errors import ComputationError
 from squeal.files.provenance import provenance
 from squeal.files.results import Event, Run, Summary
@@ -19,6 +18,7 @@ from squeal.plots.motion import motion_figure, with_place
 from squeal.scene import Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.sound import PEAK, RATE, sound
+from tests.commands.calls import run
 from tests.conftest import SCENES
 from tests.simulation.test_response import RATE as PULSE
 from tests.simulation.test_response import bounce
@@ -26,12 +26,6 @@ from tests.simulation.test_simulation import upright
 
 MADE = provenance([], "squeal.commands.simulate")
 B1, B2 = (str(SCENES / f"{name}.yaml") for name in ("b1-c", "b2-c"))
-
-
-def run(capsys, *arguments):
-    code = main([str(a) for a in arguments])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
 
 
 @pytest.mark.parametrize("scene", [B1, B2])

@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from squeal.commands.cli import main
 from squeal.commands.tables import elided, number
 from squeal.files.writing import column_name
+from tests.commands.calls import assert_refused, run
 from tests.conftest import SCENES
 
 B1, B3 = SCENES / "b1-c.yaml", SCENES / "b3.yaml"
@@ -20,19 +20,6 @@ KINDS = {
     ".csv": b"mu,kind\n",
     ".json": b"{}",
 }
-
-
-def run(capsys, *arguments):
-    code = main([str(a) for a in arguments])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
-
-
-def refused(capsys, *arguments):
-    code, out, err = run(capsys, *arguments)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    return err
 
 
 @pytest.fixture
@@ -47,7 +34,9 @@ def test_an_input_is_never_overwritten(capsys, scene):
     before = scene.read_bytes()
     os.symlink(scene, "link.csv")
     for name in ("v.csv", "./v.csv", scene, "link.csv"):
-        assert "is an input too" in refused(capsys, "map", "v.csv", "--n", "2", "--csv", name)
+        assert "is an input too" in assert_refused(
+            capsys, "map", "v.csv", "--n", "2", "--csv", name
+        )
     assert scene.read_bytes() == before
     assert run(capsys, "map", "v.csv", "--n", "2", "--csv", "other.csv")[0] == 0
 
@@ -55,7 +44,7 @@ def test_an_input_is_never_overwritten(capsys, scene):
 def test_two_outputs_are_two_files(capsys, scene):
     (scene.parent / "t.csv").write_text("")
     os.symlink("t.csv", "t.pdf")
-    told = refused(capsys, "map", scene, "--n", "2", "--csv", "t.csv", "--pdf", "t.pdf")
+    told = assert_refused(capsys, "map", scene, "--n", "2", "--csv", "t.csv", "--pdf", "t.pdf")
     assert "--pdf t.pdf: is another output too" in told
 
 
@@ -70,14 +59,14 @@ def test_an_existing_file_of_another_kind_stays(capsys, scene, kind, ending):
         assert run(capsys, *arguments)[0] == 0
         assert target.read_bytes() != KINDS[kind]
     else:
-        assert "exists and is no" in refused(capsys, *arguments)
+        assert "exists and is no" in assert_refused(capsys, *arguments)
         assert target.read_bytes() == KINDS[kind]
 
 
 @pytest.mark.parametrize("content", [b"\0\1\2,\n", b"model: B1\nparameters: {m: 1, w: 2}\n"])
 def test_what_is_no_table_stays(capsys, scene, content):
     (scene.parent / "x.csv").write_bytes(content)
-    assert "exists and is no CSV file" in refused(capsys, "map", scene, "--csv", "x.csv")
+    assert "exists and is no CSV file" in assert_refused(capsys, "map", scene, "--csv", "x.csv")
 
 
 @pytest.mark.parametrize(
@@ -91,7 +80,7 @@ def test_what_is_no_table_stays(capsys, scene, content):
     ],
 )
 def test_other_endings_are_refused_before_anything_is_read(capsys, tmp_path, option, name, allowed):
-    told = refused(capsys, "map", tmp_path / "none.yaml", option, tmp_path / name)
+    told = assert_refused(capsys, "map", tmp_path / "none.yaml", option, tmp_path / name)
     assert f"{option} {tmp_path / name}" in told
     assert allowed in told
 

@@ -1,28 +1,15 @@
 """`critical-friction` of systems from matrices: known thresholds, dense and sparse; refusals."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.io import mmwrite
 from scipy.sparse import block_diag, csc_array
 
-from squeal.commands import cli
 from tests import large
+from tests.commands.calls import answer, assert_refused, run
 from tests.known import known_system
 
 W1, W2, E1, E2 = 2 * np.pi * 100, 2 * np.pi * 75, 0.02, 0.04
-
-
-def command(capsys, *arguments):
-    code = cli.main([str(a) for a in arguments])
-    return code, *capsys.readouterr()
-
-
-def answer(capsys, *arguments):
-    code, out, err = command(capsys, "critical-friction", *arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
 
 
 def drum():
@@ -56,7 +43,7 @@ def sparse(tmp_path_factory):
 
 def test_a_sparse_system(sparse, capsys):
     path, mu, omega = sparse
-    found = answer(capsys, path, "--max", "0.6", "--band", "60:110")
+    found = answer(capsys, "critical-friction", path, "--max", "0.6", "--band", "60:110")
     (crossing,) = found["crossings"]
     assert crossing["mu"] == pytest.approx(mu, rel=1e-10)
     assert crossing["interval"][0] <= mu <= crossing["interval"][1]
@@ -79,11 +66,11 @@ def test_a_small_system_in_files(tmp_path, capsys):
         "M: {file: 0.mtx}\nC: [{file: 1.mtx}, {file: 2.mtx, factor: mu}]\n"
         "K: [{file: 3.mtx}, {file: 4.mtx, factor: mu}]\n"
     )
-    found = answer(capsys, path)
+    found = answer(capsys, "critical-friction", path)
     assert [c["mu"] for c in found["crossings"]] == pytest.approx([e[0] for e in expected])
     assert found["certified"]
     table, figure = tmp_path / "t.csv", tmp_path / "f.svg"
-    code, out, _ = command(capsys, "critical-friction", path, "--csv", table, "--pdf", figure)
+    code, out, _ = run(capsys, "critical-friction", path, "--csv", table, "--pdf", figure)
     assert code == 0
     assert "a count of growing roots between the crossings agrees" in out
     assert len(table.read_text().splitlines()) == 1 + len(expected)
@@ -97,9 +84,9 @@ def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, caps
         "C: [{matrix: [[0.1, 0], [0, 0.1]], factor: 1/W}]\n"
         "K: [{matrix: [[2, 0], [0, 3]]}, {matrix: [[0, 1], [-1, 0]], factor: W}]\n"
     )
-    found = answer(capsys, path, "--max", "5000")
+    found = answer(capsys, "critical-friction", path, "--max", "5000")
     assert found["mu_start"] == pytest.approx(5.0)
-    found = answer(capsys, path, "--max", "2", "--min", "0.1")
+    found = answer(capsys, "critical-friction", path, "--max", "2", "--min", "0.1")
     # equal damping c = 0.1 / W: W^2 = 1/4 + c^2 times the mean square 5/2
     W = np.sqrt(np.roots([1.0, -0.25, -0.01 * 2.5]).max())
     assert [c["mu"] for c in found["crossings"]] == pytest.approx([W], rel=1e-9)
@@ -115,6 +102,5 @@ def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, caps
     ],
 )
 def test_refusals(options, words, sparse, capsys):
-    code, out, err = command(capsys, "critical-friction", sparse[0], *options)
-    assert (code, out) == (2, "")
+    err = assert_refused(capsys, "critical-friction", sparse[0], *options)
     assert words in err

@@ -1,14 +1,12 @@
 """`eigenvalues` of systems from matrices, against NumPy on the same matrices."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
-from squeal.commands import cli
 from tests import large
+from tests.commands.calls import answer, assert_refused, run
 
 FILE = """\
 name: blocks
@@ -17,18 +15,6 @@ M: {file: m.mtx}
 C: {file: c.mtx}
 K: [{file: k.mtx}, {file: f.mtx, factor: mu}]
 """
-
-
-def command(capsys, *arguments):
-    code = cli.main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def answer(capsys, *arguments):
-    code, out, err = command(capsys, *arguments, "--json")
-    assert code == 0, err
-    return json.loads(out)
 
 
 def _folder(path, n):
@@ -148,10 +134,10 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
         return roots(*arguments)
 
     monkeypatch.setattr(sweeps, "system_roots", stopping)
-    assert command(capsys, *options, *more)[0] == 130
+    assert run(capsys, *options, *more)[0] == 130
     assert not table.exists()
     solved.clear()
-    assert command(capsys, *options, *more)[0] == 0
+    assert run(capsys, *options, *more)[0] == 0
     assert len(solved) == 1
     assert [p.name for p in tmp_path.iterdir()] == ["sweep.csv"]
     assert len({line.split(",")[0] for line in table.read_text().splitlines()[1:]}) == 3
@@ -173,13 +159,12 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
 )
 def test_refusals(options, words, small, sparse, capsys):
     path, _ = sparse if "--memory" in options else small
-    code, out, err = command(capsys, "eigenvalues", path / "system.yaml", *options)
-    assert (code, out) == (2, "")
+    err = assert_refused(capsys, "eigenvalues", path / "system.yaml", *options)
     assert words in err
 
 
 def test_too_little_memory_is_told_before_anything_runs(sparse, capsys):
-    code, _, err = command(capsys, "eigenvalues", sparse[0] / "system.yaml", "--memory", "0.001")
+    code, _, err = run(capsys, "eigenvalues", sparse[0] / "system.yaml", "--memory", "0.001")
     assert code == 1
     assert "600 rows need about" in err
 
@@ -188,7 +173,7 @@ def test_too_little_memory_is_told_before_anything_runs(sparse, capsys):
 def test_pictures(sweep, small, tmp_path, capsys):
     figure = tmp_path / "roots.svg"
     options = ("--band", "0:800", *sweep, "--pdf", figure)
-    code, out, _ = command(capsys, "eigenvalues", small[0] / "system.yaml", *options)
+    code, out, _ = run(capsys, "eigenvalues", small[0] / "system.yaml", *options)
     assert code == 0
     assert "none is missing" in out
     assert "</svg>" in figure.read_text()

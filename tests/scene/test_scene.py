@@ -62,7 +62,7 @@ def read(tmp_path):
     return reader
 
 
-def refusal(read, content, *parts, purpose="query"):
+def assert_refused(read, content, *parts, purpose="query"):
     """The one sentence that refuses a scene; it must name the file and hold all the parts."""
     with pytest.raises(InputError) as caught:
         read(content, purpose)
@@ -91,20 +91,20 @@ def test_each_parameter_by_itself(read, model, name):
     p = PARAMETERS[name]
     key = f"parameters.{name}"
     if model not in models_with(name):
-        refusal(read, text(model, **{name: VALUES[name]}), key, "does not use it")
+        assert_refused(read, text(model, **{name: VALUES[name]}), key, "does not use it")
         return
     if p.required:
-        refusal(read, text(model, drop=[name]), key, "missing", model)
+        assert_refused(read, text(model, drop=[name]), key, "missing", model)
     else:
         read(text(model, drop=[name]))
     for bad in ("true", "[1]", "{a: 1}", "word", ".nan", ".inf", "1e999", "null", "''", "9" * 400):
-        refusal(read, text(model, **{name: bad}), key, "not allowed", "must be")
+        assert_refused(read, text(model, **{name: bad}), key, "not allowed", "must be")
     if p.kind.low == 0.0:
-        refusal(read, text(model, **{name: "-1e-300"}), key, "-1e-300")
+        assert_refused(read, text(model, **{name: "-1e-300"}), key, "-1e-300")
         if p.kind.low_allowed:
             read(text(model, **{name: "0"}))
         else:
-            refusal(read, text(model, **{name: "0.0"}), key, "above 0")
+            assert_refused(read, text(model, **{name: "0.0"}), key, "above 0")
 
 
 def test_moment_of_inertia_of_a_uniform_pad_is_the_default(read):
@@ -132,12 +132,12 @@ def test_angles(read, given, value):
     "given", ["0.75pi", "pi*2", "tau", "pi/0", "0.5*pi*2", "__import__('os')", "'0.5'", "1e400*pi"]
 )
 def test_bad_angles(read, given):
-    refusal(read, text(alpha1=f'"{given}"'), "parameters.alpha1", "0.75*pi")
+    assert_refused(read, text(alpha1=f'"{given}"'), "parameters.alpha1", "0.75*pi")
 
 
 @pytest.mark.parametrize("given", ["0x10", "1_000", "1:30", "0o17", "1e6m"])
 def test_only_plain_decimal_numbers(read, given):
-    refusal(read, text(m=given), "parameters.m", given)
+    assert_refused(read, text(m=given), "parameters.m", given)
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_only_plain_decimal_numbers(read, given):
     ],
 )
 def test_refused_keys(read, more, parts):
-    refusal(read, text(more=more), *parts)
+    assert_refused(read, text(more=more), *parts)
 
 
 @pytest.mark.parametrize(
@@ -179,19 +179,19 @@ def test_refused_keys(read, more, parts):
     ],
 )
 def test_refused_times(read, time, parts):
-    refusal(read, text().replace("{stop: 0.05, samples: 2001}", time), *parts)
+    assert_refused(read, text().replace("{stop: 0.05, samples: 2001}", time), *parts)
 
 
 @pytest.mark.parametrize("key", ["initial: {x: 0.1}", "time: {stop: 1, samples: 2}"])
 def test_b3_takes_no_initial_state_and_no_time(read, key):
-    refusal(read, text("B3", more=key + "\n"), key.split(":")[0], "B3", "leave it out")
+    assert_refused(read, text("B3", more=key + "\n"), key.split(":")[0], "B3", "leave it out")
 
 
 @pytest.mark.parametrize(
     "content", [b"", b"[1, 2]", b"just words", b"\xff\xfe", b"model: \xe9\n", b"a: &a [*a]\n"]
 )
 def test_refused_files(read, content):
-    refusal(read, content, "allowed")
+    assert_refused(read, content, "allowed")
 
 
 def test_missing_file_and_folder(tmp_path):
@@ -201,7 +201,7 @@ def test_missing_file_and_folder(tmp_path):
 
 
 def test_deep_nesting_is_refused(read):
-    refusal(read, "model: " + "[" * 3000 + "]" * 3000)
+    assert_refused(read, "model: " + "[" * 3000 + "]" * 3000)
 
 
 def test_byte_order_mark_and_carriage_returns_are_accepted(read):
@@ -213,13 +213,13 @@ def test_byte_order_mark_and_carriage_returns_are_accepted(read):
 def test_simulation_needs_a_time_and_a_nonlinear_model(read):
     without = text().replace("time: {stop: 0.05, samples: 2001}\n", "")
     read(without)
-    refusal(read, without, "time", "missing", purpose="simulate")
-    refusal(read, text("B3"), "model", "B3", purpose="simulate")
+    assert_refused(read, without, "time", "missing", purpose="simulate")
+    assert_refused(read, text("B3"), "model", "B3", purpose="simulate")
     assert read(text(more="damping: {ratios: [0, 0, 0]}\n"), purpose="simulate").damping
 
 
 def test_forces_over_a_zero_brake_force_are_refused(read):
-    refusal(read, text(F_n="0"), "parameters.F_n", "extrema", purpose="simulate")
+    assert_refused(read, text(F_n="0"), "parameters.F_n", "extrema", purpose="simulate")
     read(text(F_n="0", more="outputs: [events, shares]\n"), "simulate")
 
 
@@ -227,7 +227,7 @@ def test_formulations(read):
     assert read(text("B2")).formulation == CONSISTENT
     printed = 'formulation: {line_force: mean, delta_from: frame, delta_moment: "-"}\n'
     assert read(text("B2", more=printed)).formulation == AS_PRINTED
-    refusal(
+    assert_refused(
         read, text("B2", more="formulation: {line_force: sum}\n"), "line_force", "integral, mean"
     )
 
@@ -291,7 +291,7 @@ def test_an_alias_stands_for_its_anchor(read):
     ],
 )
 def test_refused_forms(read, content, parts):
-    message = refusal(read, content, *parts)
+    message = assert_refused(read, content, *parts)
     assert message.isprintable()
 
 
@@ -299,4 +299,6 @@ def test_aliases_of_aliases_are_refused_at_once(read):
     # a thousand million words if written out
     rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
     rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
-    refusal(read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "outputs", "must be one of")
+    assert_refused(
+        read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "outputs", "must be one of"
+    )

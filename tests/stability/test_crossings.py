@@ -32,7 +32,7 @@ def assembled(blocks, T, damping=None):
     return system
 
 
-def check(found, expected, rel=1e-8):
+def assert_crossings(found, expected, rel=1e-8):
     """Expected (mu, kind, direction, frequency in Hz), each within the interval that is told."""
     assert [(c.kind, c.direction) for c in found] == [(k, d) for _, k, d, _ in expected]
     for c, (mu, _, _, frequency) in zip(found, expected, strict=True):
@@ -63,14 +63,14 @@ def random_blocks(rng, n, damped):
 def test_random_blocks_without_damping(n):
     for seed in range(3):
         system, expected = random_blocks(np.random.default_rng([n, seed]), n, False)
-        check(crossings(system, 1.0), expected)
+        assert_crossings(crossings(system, 1.0), expected)
 
 
 @pytest.mark.parametrize("n", range(4, 17))
 def test_random_blocks_with_damping(n):
     for seed in range(2):
         system, expected = random_blocks(np.random.default_rng([n, seed]), n, True)
-        check(crossings(system, 1.0), expected)
+        assert_crossings(crossings(system, 1.0), expected)
 
 
 def test_what_happens_while_other_modes_grow_is_listed():
@@ -78,7 +78,7 @@ def test_what_happens_while_other_modes_grow_is_listed():
     found = crossings(assembled(blocks, np.eye(5)), 1.2)
     frequency = np.array([1.5, 5.0]) / (2 * np.pi)
     expected = [(0.25, "flutter", "up", frequency[0]), (0.5, "flutter", "up", frequency[1])]
-    check(found, [*expected, (1.0, "divergence", "up", 0.0)])
+    assert_crossings(found, [*expected, (1.0, "divergence", "up", 0.0)])
     assert [c.changes_verdict for c in found] == [True, False, False]
     assert [c.mode for c in found] == [2, 4, 1]  # of five modes by frequency at each place
     back = crossings(lambda mu: assembled(blocks, np.eye(5))(1.2 - mu), 1.2)
@@ -115,7 +115,9 @@ def test_clustered_thresholds_and_frequencies(n):
     w = 3.0 * (1 + 1e-4 * rng.permutation(n // 2))
     blocks = [coupled(a, b, 0.2) for a, b in zip(w, at, strict=True)]
     found = crossings(assembled(blocks, rng.normal(size=(n, n)) + 3 * np.eye(n)), 1.0)
-    check(found, [(a, "flutter", "up", b / (2 * np.pi)) for a, b in zip(at, w, strict=True)], 1e-8)
+    assert_crossings(
+        found, [(a, "flutter", "up", b / (2 * np.pi)) for a, b in zip(at, w, strict=True)], 1e-8
+    )
 
 
 def test_equal_subsystems_cross_together():
@@ -133,7 +135,9 @@ def test_nearly_defective_systems():
     plain, feed = assembled(blocks, np.eye(10)), np.triu(10 * rng.normal(size=(10, 10)), 2)
     feed[::2, 1::2] *= 1 - np.eye(5)
     found = crossings(lambda mu: (np.eye(10), None, plain(mu)[2] + feed), 1.0)
-    check(found, [(b, "flutter", "up", a / (2 * np.pi)) for a, b in zip(w, at, strict=True)], 1e-5)
+    assert_crossings(
+        found, [(b, "flutter", "up", a / (2 * np.pi)) for a, b in zip(w, at, strict=True)], 1e-5
+    )
 
 
 def test_rotor_of_thirty_degrees_of_freedom():
@@ -171,7 +175,9 @@ def test_gyroscopic_forces_end_flutter():
         return T.T @ T, T.T @ C @ T, -T.T @ np.kron(np.diag(k), np.eye(2)) @ T
 
     found = crossings(system, 1.0, mu_min=0.1)
-    check(found, [(2 * np.sqrt(x), "flutter", "down", np.sqrt(x) / (2 * np.pi)) for x in k], 1e-6)
+    assert_crossings(
+        found, [(2 * np.sqrt(x), "flutter", "down", np.sqrt(x) / (2 * np.pi)) for x in k], 1e-6
+    )
     assert [c.changes_verdict for c in found] == [False, False, True]
 
 

@@ -24,7 +24,7 @@ def dense_roots(M, C, K):
     return values[np.isfinite(values)] * rate
 
 
-def same(found, expected, relative=1e-8):
+def assert_same(found, expected, relative=1e-8):
     """Largest distance of two lists of roots, matched one to one, against a tolerance."""
     found, expected = np.asarray(found), np.asarray(expected)
     assert len(found) == len(expected)
@@ -33,11 +33,11 @@ def same(found, expected, relative=1e-8):
     assert distance[i, j].max() <= relative * np.abs(expected).max()
 
 
-def checked(matrices, region, expected, relative=1e-8, **options):
+def assert_modes(matrices, region, expected, relative=1e-8, **options):
     problem = quadratic(*matrices)
     found = modes_in(problem, region, **options)
     assert found.certified, found.count
-    same(found.values, expected[region.contains(expected)], relative)
+    assert_same(found.values, expected[region.contains(expected)], relative)
     M, C, K = matrices
     for e in found.eigenvalues:
         P = e.value**2 * M + e.value * C + K
@@ -62,7 +62,7 @@ PROBLEMS = {
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_published_problems_against_dense(name):
     matrices, region = PROBLEMS[name]
-    checked(matrices, region, dense_roots(*matrices), relative=1e-7)
+    assert_modes(matrices, region, dense_roots(*matrices), relative=1e-7)
 
 
 def test_acoustic_wave_against_its_closed_form():
@@ -81,7 +81,7 @@ def test_known_blocks_under_transformations():
     rng = np.random.default_rng(5)
     a, w = rng.uniform(-0.05, 0.2, 150), np.sort(rng.uniform(1.0, 20.0, 150))
     expected = np.concatenate([-a + 1j * w, -a - 1j * w])
-    found = checked(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
+    found = assert_modes(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
     assert len(found.shifts) > 1
 
 
@@ -90,7 +90,7 @@ def test_multiple_roots_are_counted_and_listed():
     a, w = rng.uniform(0.01, 0.1, 60), rng.uniform(1.0, 10.0, 60)
     matrices = large.twice(large.blocks(a, w, rng))
     expected = np.tile(np.concatenate([-a + 1j * w, -a - 1j * w]), 2)
-    checked(matrices, Rectangle(-1.0, 1.0, 3.0, 5.0), expected)
+    assert_modes(matrices, Rectangle(-1.0, 1.0, 3.0, 5.0), expected)
 
 
 def test_a_defective_pair_counts_twice():
@@ -99,7 +99,7 @@ def test_a_defective_pair_counts_twice():
     M = csc_array(np.eye(K.shape[0]))
     found = modes_in(quadratic(M, None, K), Rectangle(-1.0, 1.0, 1.0, 3.5))
     assert found.certified
-    same(found.values, [2j, 2j, 3j, 10**0.5 * 1j, 11**0.5 * 1j, 12**0.5 * 1j], relative=1e-6)
+    assert_same(found.values, [2j, 2j, 3j, 10**0.5 * 1j, 11**0.5 * 1j, 12**0.5 * 1j], relative=1e-6)
 
 
 def test_mixed_units_and_singular_mass():
@@ -114,7 +114,7 @@ def test_mixed_units_and_singular_mass():
     expected = np.concatenate([-a + 1j * w, -a - 1j * w])
     found = modes_in(quadratic(*massless), Rectangle(-1.0, 1.0, 2.0, 6.0))
     assert found.certified
-    same(found.values, expected[(expected.imag > 2) & (expected.imag < 6)])
+    assert_same(found.values, expected[(expected.imag > 2) & (expected.imag < 6)])
 
 
 def test_rigid_body_roots_are_among_the_lowest():
@@ -126,7 +126,7 @@ def test_rigid_body_roots_are_among_the_lowest():
     found = lowest_modes(quadratic(M, None, csc_array(K)), 4)
     assert found.certified
     exact = 2 * np.sin(np.pi * np.arange(1, 4) / (2 * n))
-    same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
+    assert_same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
 
 
 def test_complex_stiffness_has_one_root_above_the_axis_for_each_mode():
@@ -136,7 +136,7 @@ def test_complex_stiffness_has_one_root_above_the_axis_for_each_mode():
     expected = 1j * w * np.sqrt(1 + 0.05j)
     found = modes_in(quadratic(M, None, K), Rectangle(-5.0, 5.0, 0.5, 20.5))
     assert found.certified
-    same(found.values, expected[expected.imag < 20.5])
+    assert_same(found.values, expected[expected.imag < 20.5])
 
 
 def test_a_missing_root_is_noticed(monkeypatch):
