@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from squeal.equilibrium import Path
+from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import damped_model
 from squeal.model.linear import about_origin
+from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
 from squeal.stability import (
     GROWING,
+    Batched,
     CriticalPoint,
     Crossing,
     Matrices,
@@ -124,26 +128,30 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
         return at_origin, None
     path = Path.of(model, mu_max)
 
-    def on_branch(mu: float) -> Matrices:
-        matrices = path.linearisation(mu)
-        return matrices.M, matrices.C, matrices.K
+    def many(mus: list[float]) -> list[Matrices]:
+        return [(at.M, at.C, at.K) for at in path.linearisations(mus)]
 
-    return on_branch, path
+    return Batched(lambda mu: many([mu])[0], many), path
 
 
 def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
-    """The mu from which on equilibria exceed a limit, by bisection, and which limit that is."""
+    """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
+    statics = path.branch.statics
 
-    def excesses(mu: float) -> tuple[str, ...]:
-        found = path.equilibrium(mu)
-        return () if found is None else found.excesses
+    def beyond(places: Sequence[tuple[np.ndarray, State]]) -> list[bool]:
+        z = np.array([z for z, _ in places]).T
+        at = excursion(statics, z, np.array([state for _, state in places], dtype=float).T)
+        return (at.beyond().any(axis=0) & (np.asarray(at.reaction) > 0.0)).tolist()
 
-    mus = [float(point.z[3]) for point in path.points]
-    first = next((i for i, mu in enumerate(mus) if excesses(mu)), None)
-    if first is None:
+    known = beyond([(point.z, point.state) for point in path.points])
+    if not any(known):
         return path.mu_end, ()
+    mus, first = [float(point.z[3]) for point in path.points], known.index(True)
     low, high = mus[max(first - 1, 0)], mus[first]
     while high - low > 1e-9 * high:
-        middle = (low + high) / 2
-        low, high = (low, middle) if excesses(middle) else (middle, high)
-    return low, tuple(f"from mu = {high:.6g} on {words}" for words in excesses(high))
+        tried = np.linspace(low, high, 17).tolist()
+        first = [*beyond(path.all_at(tried[1:-1])), True].index(True)
+        low, high = tried[first], tried[first + 1]
+    at = path.equilibrium(high)
+    assert at is not None
+    return low, tuple(f"from mu = {high:.6g} on {words}" for words in at.excesses)

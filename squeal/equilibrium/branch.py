@@ -56,7 +56,8 @@ def _correct(
         f, J = statics.linearised(z, state)
         return np.append(f, row @ z - value), np.vstack([J, row])
 
-    found = newton(conditions, z, steps=12)
+    # after a step of 1e-9 what is left is rounding
+    found = newton(conditions, z, tolerance=1e-9, steps=12)
     return found.x if found.converged else None
 
 
@@ -109,15 +110,16 @@ def follow(
     state: State,
     mu_max: float,
     settings: ContinuationSettings = DEFAULT,
+    rising: bool = False,
 ) -> Branch:
     """Continue an equilibrium z (natural units, mu = 0) until mu first reaches `mu_max`.
 
     Within a contact state the branch is smooth and pseudo-arc-length continuation follows it,
     folds included. Where a gap passes zero the point is located and the branch goes on in the new
     state, in the direction that opens or closes that gap. It ends where the pad has turned past
-    90 degrees, so that no equilibrium beyond is reached.
+    90 degrees, so that no equilibrium beyond is reached; with `rising` just past its first fold.
     """
-    walk = _Walk(Branch(Statics.of(model), [Point(z, state)], settings=settings), mu_max)
+    walk = _Walk(Branch(Statics.of(model), [Point(z, state)], settings=settings), mu_max, rising)
     if mu_max <= 0.0:
         walk.branch.reached, walk.branch.end = True, "mu = 0"
         return walk.branch
@@ -131,8 +133,8 @@ def follow(
 class _Walk:
     """The end of a branch so far: place z, contact state, unit vector ahead, length of a step."""
 
-    def __init__(self, branch: Branch, mu_max: float) -> None:
-        self.branch, self.mu_max = branch, mu_max
+    def __init__(self, branch: Branch, mu_max: float, rising: bool) -> None:
+        self.branch, self.mu_max, self.rising = branch, mu_max, rising
         self.statics, self.settings = branch.statics, branch.settings
         self.z, self.state = branch.points[-1].z, branch.points[-1].state
         ahead = _tangent(self.statics, self.z, self.state)
@@ -159,8 +161,9 @@ class _Walk:
             if turned is None:
                 return self._ends(f"contact is lost at mu = {new[3]:.9g}")
             turn = turned
+        falls = new[3] < self.branch.points[-1].z[3]
         self.branch.points.append(Point(new, self.state))
-        if new[3] < 0.0:
+        if new[3] < 0.0 or (falls and self.rising):
             return self._ends(_turned_back(self.branch))
         pad = self.statics.model.pad
         if np.max(np.abs(new[:2])) > self.settings.farthest * (pad.L1 + pad.L2):

@@ -111,14 +111,14 @@ class PadModel:
         return State(*(self.gaps(q) < 0.0).tolist())
 
     def jacobian(self, q: Any, state: State) -> np.ndarray:
-        """Derivative of the loads by q, shape (3, 3), exact to rounding (complex step)."""
+        """Derivative of the loads by q, shape (3, 3, ...), exact to rounding (complex step)."""
         return complex_step(lambda q: self.loads(q, state), q)
 
     def rate_jacobian(self, q: Any, state: State) -> np.ndarray:
-        """Derivative of the loads by the velocities about rest at q (3,), shape (3, 3)."""
+        """Derivative of the loads by the velocities about rest at q (3, ...), shape (3, 3, ...)."""
         if not self.terms:
-            return np.zeros((3, 3))
-        return complex_step(lambda rates: self.loads(q, state, rates), np.zeros(3))
+            return np.zeros((3, *np.shape(q)))
+        return complex_step(lambda rates: self.loads(q, state, rates), np.zeros(np.shape(q)))
 
     @property
     def terms(self) -> tuple[str, ...]:

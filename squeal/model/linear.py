@@ -32,6 +32,12 @@ def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
     )
 
 
+def linearised_at(model: PadModel, q: np.ndarray, state: State) -> list[Linearisation]:
+    """`linearise` about each of the places q (3, n); parameters of the pad may be arrays (n,)."""
+    M, C, K = model.mass_matrix, 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
+    return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(q.shape[1])]
+
+
 def about_origin(model: PadModel) -> Linearisation:
     """Matrices in full contact about the origin; of B3, the article's with its right-hand side
     linearised too."""

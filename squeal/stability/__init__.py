@@ -11,7 +11,7 @@ from squeal.stability.family import GROWING
 from squeal.stability.gains import LoopThreshold
 from squeal.stability.judgement import Judgement, damped_verdicts, judge, verdict
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
-from squeal.stability.matrices import Matrices, System
+from squeal.stability.matrices import Batched, Matrices, System
 from squeal.stability.sensitivity import sensitivities
 from squeal.stability.thresholds import (
     critical_points,
@@ -23,10 +23,10 @@ from squeal.stability.unstable import UnstableMode, unstable_modes
 
 # fmt: off
 __all__ = [
-    "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop", "Judgement",
-    "LoopAnswer", "LoopThreshold", "Matrices", "Spectrum", "System", "Thresholds", "TrackedModes",
-    "UnstableMode", "complex_eigenvalues", "critical_points", "crossings", "damped_verdicts",
-    "friction_loop", "judge", "sensitivities", "sum_verdicts", "sweep", "thresholds", "track",
-    "undamped_verdicts", "unstable_modes", "verdict",
+    "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
+    "Judgement", "LoopAnswer", "LoopThreshold", "Matrices", "Spectrum", "System", "Thresholds",
+    "TrackedModes", "UnstableMode", "complex_eigenvalues", "critical_points", "crossings",
+    "damped_verdicts", "friction_loop", "judge", "sensitivities", "sum_verdicts", "sweep",
+    "thresholds", "track", "undamped_verdicts", "unstable_modes", "verdict",
 ]
 # fmt: on

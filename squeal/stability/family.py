@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from squeal.stability.eigen import (
     standard_eigenvalues,
 )
 from squeal.stability.judgement import judge_reduced
-from squeal.stability.matrices import Reduced, System, first_order, reduce
+from squeal.stability.matrices import Batched, Reduced, System, first_order, reduce
 
 GROWING = ("flutter", "divergence")
 SMALL = 3  # degrees of freedom up to which `cubic` tells everything about an undamped system
@@ -54,6 +55,13 @@ class Family:
         if mu not in self._reduced:
             self._reduced[mu] = reduce(*self.system(mu))
         return self._reduced[mu]
+
+    def prepare(self, mus: Iterable[float]) -> None:
+        """Evaluate the system at all mus that are to be asked for, if it is cheaper together."""
+        if isinstance(self.system, Batched):
+            wanted = [mu for mu in dict.fromkeys(mus) if mu not in self._reduced]
+            for mu, matrices in zip(wanted, self.system.many(wanted), strict=True):
+                self._reduced[mu] = reduce(*matrices)
 
     def small(self, mu: float) -> bool:
         """True where the invariants of `cubic` tell everything."""

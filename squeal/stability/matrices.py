@@ -16,6 +16,18 @@ Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
 """A family of systems: mu -> (M, C, K); C may be None (undamped)."""
 
+
+@dataclass(frozen=True)
+class Batched:
+    """A system (`one`) of which `many` values of mu together take hardly longer than one."""
+
+    one: System
+    many: Callable[[list[float]], list[Matrices]]
+
+    def __call__(self, mu: float) -> Matrices:
+        return self.one(mu)
+
+
 EPS = float(np.finfo(float).eps)
 
 

@@ -20,6 +20,7 @@ from squeal.stability.cubic import Value
 from squeal.stability.matrices import Array
 
 Function = Callable[[float], Value]
+Prepare = Callable[[list[float]], None]  # told of all places before a function is asked there
 
 DEGREES = (16, 32)
 RESOLVED = 1e-9  # size of the last coefficients, relative: the extrema are then good to 1e-4 or so
@@ -48,13 +49,15 @@ def nodes(low: float, high: float, degree: int) -> list[float]:
     ]
 
 
-def _interpolated(f: Function, low: float, high: float) -> tuple[Array, int, str]:
+def _interpolated(f: Function, low: float, high: float, prepare: Prepare) -> tuple[Array, int, str]:
     """Chebyshev series of f on [low, high], its degree, and whether it is far from zero (far),
     resolved (smooth) or neither (rough)."""
     centre, half, tail = (low + high) / 2, (high - low) / 2, math.inf
 
     def sampled(x: np.ndarray) -> np.ndarray:
-        return np.array([f(float(mu)).value for mu in centre + half * x])
+        mus = (centre + half * x).tolist()
+        prepare(mus)
+        return np.array([f(mu).value for mu in mus])
 
     for degree in DEGREES:
         series: Array = chebyshev.chebinterpolate(sampled, degree)  # type: ignore
@@ -68,18 +71,20 @@ def _interpolated(f: Function, low: float, high: float) -> tuple[Array, int, str
     return series, degree, "smooth" if noise else "rough"
 
 
-def is_smooth(f: Function, low: float, high: float) -> bool:
+def is_smooth(f: Function, low: float, high: float, prepare: Prepare) -> bool:
     """True if f is resolved on [low, high], or far from zero."""
-    return _interpolated(f, low, high)[2] != "rough"
+    return _interpolated(f, low, high, prepare)[2] != "rough"
 
 
-def _panels(f: Function, low: float, high: float, depth: int = 0) -> Iterator[list[float]]:
+def _panels(
+    f: Function, low: float, high: float, prepare: Prepare, depth: int = 0
+) -> Iterator[list[float]]:
     """Points of [low, high] between which f is monotone or far from zero, panel by panel."""
     centre, half = (low + high) / 2, (high - low) / 2
-    series, degree, kind = _interpolated(f, low, high)
+    series, degree, kind = _interpolated(f, low, high, prepare)
     if kind == "rough" and depth < DEPTH:
-        yield from _panels(f, low, centre, depth + 1)
-        yield from _panels(f, centre, high, depth + 1)
+        yield from _panels(f, low, centre, prepare, depth + 1)
+        yield from _panels(f, centre, high, prepare, depth + 1)
         return
     inside = np.array([])
     if kind != "far":
@@ -120,14 +125,17 @@ def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -
     return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)), jumps)
 
 
-def sign_changes(f: Function, low: float, high: float) -> tuple[list[Root], list[float]]:
+def sign_changes(
+    f: Function, low: float, high: float, prepare: Prepare = lambda mus: None
+) -> tuple[list[Root], list[float]]:
     """Roots of f in [low, high] and the points at which f was sampled.
 
     f gives a value and a bound of its rounding error. A point where f is smaller than its bound
     and not next to another such point is returned as a root too, so that one exactly at an end,
     or of even order, is not lost; a sign change need not follow from it.
     """
-    points = sorted({mu for panel in _panels(f, low, high) for mu in panel})
+    points = sorted({mu for panel in _panels(f, low, high, prepare) for mu in panel})
+    prepare(points)
     sampled = [f(mu) for mu in points]
     zero = [abs(v.value) <= v.bound for v in sampled]
     roots = []

@@ -147,6 +147,7 @@ class _Panel:
     @staticmethod
     def of(family: Family, damped: bool, low: float, high: float) -> _Panel:
         places = (low, *nodes(low, high, DEGREES[0]), high)
+        family.prepare(places)
         values: ComplexArray = np.array([family.roots(mu, damped) for mu in places])
         scale = float(np.abs(values).max()) or 1.0
         groups = _groups(np.array(places), values, 1e-9 * scale)
@@ -163,7 +164,9 @@ def _grouped(family: Family, damped: bool, zeros: int, low: float, high: float) 
         low, high = panel.low, panel.high
         found = list(_searched(family, damped, zeros, panel))
         # a function that is not smooth tells that its group is none
-        wanting = panel.large or not all(is_smooth(one.function, low, high) for one in found)
+        wanting = panel.large or not all(
+            is_smooth(one.function, low, high, family.prepare) for one in found
+        )
         if wanting and count < PANELS and high - low > 1e-9 * max(abs(low), abs(high)):
             middle = low + SPLIT * (high - low)
             panels.append(_Panel.of(family, damped, low, middle))

@@ -82,7 +82,9 @@ class Survey:
         found = []
         for search in searches(self.family, low, high):
             damped = search.damped
-            roots, sampled = sign_changes(search.function, search.low, search.high)
+            roots, sampled = sign_changes(
+                search.function, search.low, search.high, self.family.prepare
+            )
             self.points.update(sampled)
             # a jump: the members of a group changed unseen, and bisection has to tell what happens
             smooth = [root for root in roots if search.measure is None or not root.jumps]
@@ -98,7 +100,9 @@ class Survey:
                     pair, real = self.family.lead(mu, damped)
                     return Value(pair - real, 0.0)
 
-                roots, sampled = sign_changes(difference, a + margin, b - margin)
+                roots, sampled = sign_changes(
+                    difference, a + margin, b - margin, self.family.prepare
+                )
                 self.points.update(sampled)
                 yield from (Candidate(root) for root in roots)
 

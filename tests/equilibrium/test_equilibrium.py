@@ -10,7 +10,8 @@ import pytest
 from benchmarks.random_pads import APART, examine
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
-from squeal.equilibrium import Path, find_all, sliding_equilibrium
+from squeal.equilibrium import Path, find_all, follow, sliding_equilibrium
+from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.scene import read_scene
 from squeal.scene.schema import Damping
@@ -87,6 +88,49 @@ def test_equilibrium_along_the_branch_is_exact_on_both_sides_of_a_contact_change
         assert max(abs(a - b) for a, b in zip(q, e.q, strict=True)) < 1e-12 * scene.pad.w
     states = [path.equilibrium(change * (1 + s)).state for s in (-1e-6, 1e-6)]
     assert states[0] != states[1]
+
+
+def test_many_values_of_mu_together_are_those_of_one_by_one(monkeypatch):
+    scene = scene_of("b2-a")
+    path = Path.of(scene.pad_model, 1.0)
+    (change,) = path.breakpoints
+    mus = [0.0, 0.1, change * (1 - 1e-9), change, change * (1 + 1e-9), 0.7, 1.0]
+    places = path.all_at(mus)
+    assert len({state for _, state in places}) == 2
+    for mu, (z, state) in zip(mus, places, strict=True):
+        q = Exact(scene, state).equilibrium(path.branch.statics.to_si(z), mu)
+        place = path.branch.statics.to_si(z)
+        assert max(abs(a - b) for a, b in zip(q, place, strict=True)) < 1e-12 * scene.pad.w
+    # what is not found together is found alone
+    monkeypatch.setattr("squeal.equilibrium.path.solved", lambda _, __, z, *___: 0.0 * z[0])
+    for (z, state), (alone, own) in zip(places, path.all_at(mus), strict=True):
+        assert state == own
+        assert z == pytest.approx(alone, rel=1e-12)
+    with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.1: mu = 1 is reached"):
+        path.all_at([0.5, 1.1])
+
+
+def test_matrices_of_many_values_of_mu_hold_damping_and_falling_friction():
+    scene = scene_of("b2-a", mu=0.3, mu_s=0.5, mu_k=0.2, v_ref=0.3, V=1.0)
+    model = dataclasses.replace(scene.pad_model, damping=((3.0, 1.0, 0.0),) * 3)
+    path = Path.of(model, 1.0)
+    mus = [0.0, 0.2, path.breakpoints[0], 0.9]
+    for mu, many in zip(mus, path.linearisations(mus), strict=True):
+        one = path.linearisation(mu)
+        assert len(np.unique(one.C)) > 2
+        for name in ("M", "C", "K"):
+            size = np.abs(getattr(one, name)).max()
+            assert getattr(many, name) == pytest.approx(getattr(one, name), abs=1e-12 * size)
+
+
+def test_a_path_ends_at_its_fold_and_a_branch_goes_on():
+    model = scene_of("b2-c").pad_model
+    path = Path.of(model, 2.0)
+    start = path.points[0]
+    branch = follow(model, start.z, start.state, 2.0)
+    assert path.mu_end == path.fold == pytest.approx(branch.folds[0].z[3], rel=1e-12)
+    assert len(branch.points) > len(path.branch.points) + 10
+    assert path.end == f"the branch from mu = 0 turns back in a fold at mu = {path.fold:.9g}"
 
 
 @pytest.mark.parametrize("seed", range(16))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.stability import critical_points, verdict
+from squeal.stability import Batched, critical_points, verdict
 from tests.stability.conftest import random_pad
 
 I2, I3 = np.eye(2), np.eye(3)
@@ -207,3 +207,21 @@ def test_mode_that_damping_spares(mode_coupling):
 def test_empty_ranges_are_refused(mode_coupling, mu_max):
     with pytest.raises(InputError, match="mu_max"):
         critical_points(mode_coupling, mu_max)
+
+
+def test_a_batched_system_is_asked_together_and_tells_the_same(rng):
+    asked = []
+
+    def pad(mu):
+        M, K0, K1 = np.eye(3), np.diag([1.0, 2.0, 4.0]), np.zeros((3, 3))
+        K1[0, 1], K1[1, 0] = 1.0, -1.0
+        return M, None, K0 + mu * K1
+
+    def many(mus):
+        asked.append(len(mus))
+        return [pad(mu) for mu in mus]
+
+    alone, together = critical_points(pad, 2.0), critical_points(Batched(pad, many), 2.0)
+    assert together == alone
+    assert alone[0].mu == pytest.approx(0.5, rel=1e-12)  # where (2 - 1)^2 = 4 mu^2
+    assert max(asked) > 10
