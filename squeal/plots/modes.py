@@ -61,9 +61,10 @@ def eigenvalue_figure(values: np.ndarray, beside: np.ndarray | None = None) -> F
     return figure
 
 
-def exaggeration(pad: Pad) -> str:
-    """How much larger than a motion of a micrometre the shapes are drawn, in words."""
-    factor = LARGEST * pad.w / SEEN
+def exaggeration(w: float) -> str:
+    """How much larger than a motion of a micrometre shapes of a pad of half length w (m) are drawn,
+    in words."""
+    factor = LARGEST * w / SEEN
     digits = 10 ** int(np.floor(np.log10(factor)) - 1)
     return rf"motion of 1 $\mu$m enlarged {round(factor / digits) * digits} times"
 
@@ -102,7 +103,7 @@ def pad_figure(
             axes.set_xlim(left, right)
             axes.set_ylim(bottom, top)
         handles, names = legend_of_phases(moved)
-        names[1] += f" ({exaggeration(pad)})"
+        names[1] += f" ({exaggeration(pad.w)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
     return figure
 

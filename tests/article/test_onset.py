@@ -118,6 +118,7 @@ def made(
         cycles=Cycles("b2-c-mean", 0.005, points[0], decay, 1e-6, points),
         ratio=0.005,
         windows=40,
+        early=10,
     )
 
 
@@ -153,8 +154,71 @@ def test_tables_tell_what_is_kept_lost_and_not_settled():
     others = dataclasses.replace(
         found, exponents={"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
     )
-    assert "finite-time" in exponents_table(others)
+    assert "undecided" in exponents_table(others)
     assert "the model ends" in exponents_table(others)
+
+
+def rows(*rates: float, left: int | None = None) -> np.ndarray:
+    """Growth (40, 1) of deviations at some rates per window, NaN after `left` windows."""
+    logs = np.resize(rates, 40)[:, None].astype(float)
+    logs[left:] = np.nan if left else logs[left:]
+    return logs
+
+
+@pytest.mark.parametrize(
+    ("logs", "sign", "windows"),
+    [
+        (rows(0.5, 0.6), "chaotic", 40),
+        (rows(0.5, 0.6, left=30), "ends", 30),
+        (rows(-0.1, 0.1), "no growth", 40),
+        (np.linspace(0.1, 2.0, 40)[:, None], "finite-time", 40),
+        # in proportion to time: ln t drifts for ever and is no growth
+        (np.diff(np.log(np.arange(1.0, 42.0)))[:, None], "no growth", 40),
+    ],
+)
+def test_what_rates_of_growth_tell(logs, sign, windows):
+    scene = read_scene(SCENES / "b1-c.yaml", "simulate")
+    found = study.exponent(scene, logs, np.ones(6), 1.0, study.RATIO)
+    assert isinstance(found, Exponent)
+    assert (found.sign, found.windows) == (sign, windows)
+
+
+def test_what_ends_at_once_has_no_rate():
+    scene = read_scene(SCENES / "b1-c.yaml", "simulate")
+    found = study.exponent(scene, rows(0.5, left=5), np.ones(6), 1.0, study.RATIO)
+    assert isinstance(found, Missing)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "words", "without"),
+    [
+        ([(8.0, 9.0), (15.0, 15.5)], ("$8$ to $15$", "at most $1$"), "outgrow"),
+        ([(60.0, 80.0)], ("In B1 (a) deviations outgrow",), "variational"),
+        ([(60.0, 80.0), (8.0, 9.0)], ("In B1 (a) deviations outgrow", "at most $1$"), "nothing"),
+    ],
+)
+def test_two_methods_are_compared_while_they_follow_one_motion(pairs, words, without):
+    ended: dict[str, Exponent | Missing] = {
+        f"b1-{case}, undamped": Exponent(0.0, 0.5, 0.1, 0.02, "ends", 90, *pair)
+        for case, pair in zip("ab", pairs, strict=False)
+    }
+    values, _ = generated(
+        dataclasses.replace(made(), exponents=ended), Spectra(scenes={}, ratio=0.005)
+    )
+    assert "no exponent exists" in values["onset.signs"]
+    assert all(part in values["onset.second"] for part in words)
+    assert without not in values["onset.second"]
+    assert values["onset.longest"] == "90"
+
+
+@needs_heyoka
+def test_undamped_growth_is_that_of_the_variational_equations():
+    scenes = {"b2-c": read_scene(SCENES / "b2-c.yaml", "simulate")}
+    starts = {name: np.array(one.initial) for name, one in scenes.items()}
+    found = study.exponents(scenes, starts, 0.0)["b2-c"]
+    assert found.windows == study.LASTING
+    assert found.sign == "chaotic"
+    assert found.early == pytest.approx(found.variational, abs=0.05)
 
 
 def test_without_a_cycle_the_reason_is_given():
@@ -218,7 +282,7 @@ def test_the_sentence_on_pitch_follows_the_spectrum(strongest, tonal, period, wo
 
 def test_without_heyoka_the_reason_is_drawn_and_told():
     why = "No heyoka on this machine simulates no batches of pads."
-    none = Onset({}, 0.05, {}, {}, {}, {}, Missing(why), 0.005, 40, why)
+    none = Onset({}, 0.05, {}, {}, {}, {}, Missing(why), 0.005, 40, 10, why)
     values, tables = generated(none, Spectra(scenes={}, ratio=0.005))
     assert why.rstrip(".") in values["onset.cycle"]
     assert set(tables) == {"lasting", "exponents"}

@@ -40,8 +40,8 @@ def test_the_pad_moves_by_the_shape(scene):
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     # half a length of 0.04 m times 0.35 is 14 mm
     assert any("enlarged 14000 times" in text for text in texts)
-    assert "14000" in exaggeration(scene.pad)
-    assert "7000" in exaggeration(scene.pad.replace(w=0.02))
+    assert "14000" in exaggeration(scene.pad.w)
+    assert "7000" in exaggeration(0.02)
 
 
 def test_only_the_upper_half_plane_is_drawn():

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from squeal.article.cases import title
 from squeal.article.figures.loci import rows
 from squeal.article.results.loci import Loci, Modes, ModeShape, SceneLoci
+from squeal.plots.modes import exaggeration
 from squeal.plots.pads import draw_pad, draw_surface, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
@@ -75,6 +76,8 @@ def modes_figure(found: Loci) -> Figure:
         grid[0, 0].set_xlim(left, right)
         grid[0, 0].set_ylim(bottom, top)
         handles, names = legend_of_phases([shape_of(mode) for _, _, mode, _ in shown])
+        factors = dict.fromkeys(exaggeration(scene.w) for scene in scenes)
+        names[1] += f" ({'; '.join(factors)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3)
     return figure
 

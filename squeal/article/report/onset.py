@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from squeal.article.report.latex import (
     Generated,
     in_words,
@@ -19,8 +21,10 @@ CONFIDENCE = 0.95  # of the intervals, as `squeal.simulation.batch.neighbours` m
 WORDS = {
     "chaotic": "chaotic",
     "no growth": "no exponential growth shown",
-    "finite-time": "not settled: a finite-time rate",
+    "finite-time": "undecided: the rate has not settled",
+    "ends": "the model ends: a rate of that time",
 }
+ACCURACY = 10.0  # decimal digits of the simulations: deviations that grow by more follow no motion
 
 
 def lasting_table(found: Onset) -> str:
@@ -43,19 +47,20 @@ def lasting_table(found: Onset) -> str:
 
 def exponents_table(found: Onset) -> str:
     """Exponents with their intervals, damped ones first."""
-    head = ["motion", "damping", "exponent, 1/ms", ""]
+    head = ["motion", "damping", "windows", "exponent, 1/ms", ""]
     damped: list[list[str]] = []
     undamped: list[list[str]] = []
     for name, one in found.exponents.items():
         stem, _, free = name.partition(", ")
         row = [motion_title(stem)]
         if isinstance(one, Missing):
-            row += ["", "--", typeset(one.reason)]
+            row += ["", "--", "--", typeset(one.reason)]
         else:
             value = rf"{number(one.rate, 2)} $\pm$ {number(one.half_width, 2)}"
-            row += [percent(one.ratio) if one.ratio else "none", value, WORDS[one.sign]]
+            damping = percent(one.ratio) if one.ratio else "none"
+            row += [damping, str(one.windows), value, WORDS[one.sign]]
         (undamped if free else damped).append(row)
-    return tabular("llrl", head, [damped, undamped])
+    return tabular("llrrl", head, [damped, undamped])
 
 
 def _lasting(found: Onset) -> dict[str, str]:
@@ -162,9 +167,38 @@ def _exponents(found: Onset) -> str:
     words = {
         "chaotic": "chaotic are",
         "no growth": "no exponential growth is shown in",
-        "finite-time": "the rate has not settled in",
+        "finite-time": "undecided, since the rate has not settled, are",
+        "ends": "no exponent exists, since the motion leaves the model, in",
     }
     return "; ".join(f"{words[sign]} {in_words(names)}" for sign, names in by.items())
+
+
+def _second(found: Onset) -> str:
+    """How growth by neighbours compares with that by the variational equations."""
+    both = {
+        name.partition(",")[0]: (one.early, one.variational)
+        for name, one in found.exponents.items()
+        if isinstance(one, Exponent) and one.early is not None and one.variational is not None
+    }
+    if not both:
+        return ""
+    limit = ACCURACY * math.log(10.0)
+    near = {name: pair for name, pair in both.items() if max(pair) < limit}
+    lost = in_words([motion_title(name) for name in both if name not in near])
+    parts = []
+    if near:
+        apart = number(max(abs(a - b) for a, b in near.values()), 2)
+        least, most = (number(f(min(pair) for pair in near.values()), 2) for f in (min, max))
+        parts.append(
+            f"Over the first {found.early} times the logarithm of the growth, {least} to {most}, "
+            f"differs by at most {apart} from that by the variational equations."
+        )
+    if lost:
+        parts.append(
+            f"In {lost} deviations outgrow the accuracy of the simulation before, so that two "
+            "methods do not follow one motion."
+        )
+    return " ".join(parts)
 
 
 TONAL = 0.9  # of the power: more than that at multiples of one frequency is a tone
@@ -205,5 +239,8 @@ def generated(found: Onset, spectra: Spectra) -> Generated:
     values["onset.hysteresis"] = _hysteresis(found)
     values["onset.confidence"] = percent(CONFIDENCE, 0)
     values["onset.signs"] = _exponents(found) or "none was measured"
+    values["onset.second"] = _second(found)
+    lasting = [one.windows for one in found.exponents.values() if isinstance(one, Exponent)]
+    values["onset.longest"] = str(max(lasting, default=found.windows))
     tables = {"lasting": lasting_table(found), "exponents": exponents_table(found)}
     return values, tables

@@ -8,7 +8,7 @@ from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
 ROUNDING = 1e-4  # of a multiplier
-Sign = Literal["chaotic", "no growth", "finite-time"]
+Sign = Literal["chaotic", "no growth", "finite-time", "ends"]
 
 
 class Late(Record):
@@ -51,9 +51,12 @@ class Sweep(Record):
 class Exponent(Record):
     """Largest Lyapunov exponent in 1/ms with the half width of its 95 % interval.
 
-    sign: finite-time where the rate has not settled, so that it is no exponent; chaotic where all
-    of the interval is above `least`, what deviations that grow in proportion to time would give;
-    else no growth is shown. windows: how many times the scene's time; ratio: of damping.
+    sign: ends where the motion leaves the model after `windows` times the scene's time, so that
+    the rate is one of that time and an exponent does not exist; chaotic where all of the interval
+    is above `least`, what deviations that grow in proportion to time would give; finite-time where
+    the rate is above it and has not settled, so that it is no exponent; else no growth is shown.
+    ratio: of damping; early, variational: logarithms of the growth over the first of the times of
+    the scene, by neighbours and by the variational equations, None where not compared.
     """
 
     ratio: Share
@@ -62,6 +65,8 @@ class Exponent(Record):
     least: float
     sign: Sign
     windows: int
+    early: float | None = None
+    variational: float | None = None
 
 
 class CyclePoint(Record):
@@ -109,7 +114,8 @@ class Onset(Result):
     """late: by name of the motion (as in `squeal.article.results.energy`); sweeps and sections: of
     those whose contact still changes at the damping `ratio`; thresholds: at which their equilibria
     begin to flutter at that ratio, None if they do not in the range; step: of mu; windows: of
-    `late`; left_out: why there is nothing, empty if there is."""
+    `late`; early: over which growth is compared by two methods; left_out: why there is nothing,
+    empty if there is."""
 
     late: dict[str, tuple[Late | Missing, ...]]
     step: float
@@ -120,4 +126,5 @@ class Onset(Result):
     cycles: Cycles | Missing
     ratio: Share
     windows: int
+    early: int
     left_out: str = ""

@@ -19,6 +19,7 @@ from squeal.article.results.onset import (
     Late,
     Onset,
     Section,
+    Sign,
     Sweep,
     Way,
 )
@@ -36,10 +37,17 @@ from squeal.model.units import natural_units
 from squeal.scene import Scene
 from squeal.scene.schema import Damping
 from squeal.simulation.batch.many import DONE, simulate_many, stack
-from squeal.simulation.batch.neighbours import SETTLING, damping_of, growth, neighbours
+from squeal.simulation.batch.neighbours import (
+    SETTLING,
+    damping_of,
+    directions,
+    growth,
+    neighbours,
+)
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Events, Extrema, Observer
+from squeal.simulation.variations import variations
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005
@@ -48,6 +56,8 @@ LATE, SEEN = 40, 2  # windows until a motion is looked at, and for how long
 STEP = 5  # windows of a step of a sweep before it is looked at
 KICK = 0.05  # of the static compression
 TOLERANCE = 1e-10
+LASTING = 1000  # windows over which neighbours of undamped motions are compared
+EARLY = 10  # windows over which they are compared with the variational equations
 MEMBERS = 4  # motions from which an exponent is taken
 MOST = 3  # motions that are swept
 BRANCH_STEP = 0.1  # of the branch of cycles, in natural units, periods and mu
@@ -273,24 +283,38 @@ def exponents(scenes: dict[str, Scene], states: dict[str, np.ndarray], ratio: fl
         # motions of one attractor from several states; without damping each state has its own
         starts += list(states[name] + 1e-2 * random * size)
         models += [model] * len(random)
-    logs = neighbours(models, np.array(starts), stretch, LATE)
-    found: dict[str, Exponent | Missing] = {}
-    for name, columns in zip(scenes, np.split(logs, len(scenes), axis=1), strict=True):
-        if np.isnan(columns).any():
-            found[name] = Missing("the model ends")
-            continue
-        rate = growth(columns, stretch)
-        least = np.log(1.0 / SETTLING) / ((1.0 - SETTLING) * LATE * stretch)
-        sign = "chaotic" if rate.rate - rate.half_width > least else "no growth"
-        found[name] = Exponent(
-            ratio,
-            rate.rate / 1e3,
-            rate.half_width / 1e3,
-            float(least) / 1e3,
-            sign if rate.settled else "finite-time",  # type: ignore[arg-type]
-            LATE,
-        )
-    return found
+    logs = neighbours(models, np.array(starts), stretch, LATE if ratio else LASTING)
+    parts = np.split(logs, len(scenes), axis=1), directions(len(models))[:: len(random)]
+    return {
+        name: exponent(scene, columns, away, stretch, ratio)
+        for (name, scene), columns, away in zip(scenes.items(), *parts, strict=True)
+    }
+
+
+def exponent(
+    scene: Scene, logs: np.ndarray, away: np.ndarray, stretch: float, ratio: float
+) -> Exponent | Missing:
+    """The exponent of a scene from the growth (count, members) of `neighbours`.
+
+    Undamped motions that diverge are compared with the variational equations over their beginning;
+    away (6,): the direction of the first neighbour.
+    """
+    count = int(np.isfinite(logs).all(axis=1).sum())
+    if count < EARLY:
+        return Missing("the model ends")
+    rate = growth(logs[:count], stretch)
+    least = float(np.log(1.0 / SETTLING) / ((1.0 - SETTLING) * count * stretch))
+    sign: Sign = "chaotic" if rate.rate - rate.half_width > least else "no growth"
+    if count < len(logs):
+        sign = "ends"
+    elif not rate.settled and rate.rate > least:
+        sign = "finite-time"
+    found = Exponent(ratio, rate.rate / 1e3, rate.half_width / 1e3, least / 1e3, sign, count)
+    if ratio or sign == "no growth":
+        return found
+    other = variations(scene, EARLY)
+    grown = other.logarithm + float(np.log(np.linalg.norm(other.matrix @ away)))
+    return dataclasses.replace(found, early=float(logs[:EARLY, 0].sum()), variational=grown)
 
 
 def study(files: Sequence[Path]) -> Onset:
@@ -298,7 +322,7 @@ def study(files: Sequence[Path]) -> Onset:
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
-        return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, why)
+        return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, EARLY, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
     motions = under_both_laws(scenes)
     models, ends = {}, {}
@@ -343,4 +367,5 @@ def study(files: Sequence[Path]) -> Onset:
         ),
         ratio=RATIO,
         windows=LATE,
+        early=EARLY,
     )

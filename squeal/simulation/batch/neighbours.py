@@ -40,6 +40,12 @@ def damping_of(models: Sequence[PadModel]) -> np.ndarray:
     return np.array([none if one.damping is None else one.damping for one in models])
 
 
+def directions(n: int) -> np.ndarray:
+    """Unit vectors (n, 6) in natural units: where the neighbours of n motions start."""
+    away = np.random.default_rng(0).normal(size=(n, 6))
+    return np.asarray(away / np.linalg.norm(away, axis=1)[:, None])
+
+
 def neighbours(
     models: Sequence[PadModel], states: np.ndarray, stretch: float, count: int
 ) -> np.ndarray:
@@ -55,24 +61,30 @@ def neighbours(
             for one, state in zip(models, states, strict=True)
         ]
     )
-    away = np.random.default_rng(0).normal(size=(n, 6))
-    away *= SIZE / np.linalg.norm(away, axis=1)[:, None]
+    away = SIZE * directions(n)
     here = np.array(states, dtype=float)
+    going = np.arange(n)
     pads, damping = stack([one.pad for one in models] * 2), np.tile(damping_of(models), (2, 1, 1))
     logs = np.full((count, n), np.nan)
-    going = np.ones(n, dtype=bool)
     for row in logs:
-        both = np.concatenate([here, here + away * scale])
+        both = np.concatenate([here[going], here[going] + away[going] * scale[going]])
         many = simulate_many(
             first.name, pads, both, stretch, TOLERANCE, first.formulation, damping=damping
         )
-        going &= np.all(many["outcome"].reshape(2, n) == DONE, axis=0)
-        one, other = many["final"].reshape(2, n, 6)
-        away[going] = ((other - one) / scale)[going]
-        here[going] = one[going]
-        size = np.linalg.norm(away, axis=1)
-        row[going] = np.log(size[going] / SIZE)
-        away *= (SIZE / size)[:, None]
+        good = np.all(many["outcome"].reshape(2, -1) == DONE, axis=0)
+        one, other = many["final"].reshape(2, -1, 6)[:, good]
+        if not good.all():
+            going = going[good]
+            if not going.size:
+                break
+            some = [models[i] for i in going.tolist()]
+            pads = stack([one.pad for one in some] * 2)
+            damping = np.tile(damping_of(some), (2, 1, 1))
+        here[going] = one
+        away[going] = (other - one) / scale[going]
+        size = np.linalg.norm(away[going], axis=1)
+        row[going] = np.log(size / SIZE)
+        away[going] *= (SIZE / size)[:, None]
     return logs
 
 
