@@ -109,6 +109,10 @@ def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
     return np.concatenate(done, axis=1) if done else z[:, :0]
 
 
+def _is_near(z: np.ndarray, others: list[np.ndarray], distance: float) -> bool:
+    return bool(others) and bool(np.abs(z - np.array(others)).max(axis=1).min() < distance)
+
+
 def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     """All sliding equilibria (R_n > 0) at the pad's mu, least potential energy first.
 
@@ -122,14 +126,18 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     for state in filter(any, model.states):
         ends = _newton_many(statics, _seeds(statics, model.pad.mu, near), state)
         ends = ends[:, np.lexsort(np.round(ends[:3], 6))] if ends.shape[1] else ends
+        refused: list[np.ndarray] = []  # the same places are met from many seeds
         for z in ends.T:
-            close = 1e-6 * (1.0 + np.max(np.abs(z[:3])))
-            if any(np.max(np.abs(z - other)) < close for other, _ in found):
+            size = 1.0 + np.max(np.abs(z[:3]))
+            known = [other for other, _ in found]
+            if _is_near(z, known, 1e-6 * size) or _is_near(z, refused, 1e-9 * size):
                 continue
             polished = statics.newton(z, state)
-            if polished is None or not statics.admits(polished, state):
+            if polished is None:
                 continue
-            if not any(np.max(np.abs(polished - other)) < close for other, _ in found):
+            if not statics.admits(polished, state):
+                refused.append(polished)
+            elif not _is_near(polished, known, 1e-6 * size):
                 found.append((polished, state))
     records = [record(statics, z, state) for z, state in found]
     return sorted((r for r in records if r is not None), key=lambda r: r.potential)
