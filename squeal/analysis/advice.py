@@ -27,7 +27,7 @@ from squeal.analysis.subject import (
 )
 from squeal.errors import ComputationError, InputError
 from squeal.scene import Scene
-from squeal.stability import Spectrum, complex_eigenvalues
+from squeal.stability import GROWING, Spectrum, complex_eigenvalues
 
 Progress = Callable[[int, int], None]
 ROUNDING = 1e-12  # relative: a smaller change is none
@@ -225,7 +225,9 @@ def _outcome(
     if mu is None:
         return Outcome(value)
     if mu <= AT_ONCE:
-        return Outcome(value, 0.0, found.at_zero if first is None or not mu else first.kind)
+        return Outcome(
+            value, 0.0, found.at_zero if first is None or found.at_zero in GROWING else first.kind
+        )
     if first is not None and first.mu == mu:
         return Outcome(value, mu, first.kind, first.frequency_hz)
     return Outcome(value, mu, "end of the branch")

@@ -26,27 +26,15 @@ DEGREES = (16, 32)
 RESOLVED = 1e-9  # size of the last coefficients, relative: the extrema are then good to 1e-4 or so
 NOISE = 1e-5  # of the size: more in the last coefficients is no rounding
 DEPTH = 5
-JUMP = 1e-3  # of the values that a sign change was noticed by: what is left of them at a root
 
 
 @dataclass(frozen=True)
 class Root:
-    """A sign change: its place, the bracket that was left of it, and whether that is tight.
-
-    `jumps`: the function is not small there, so that it is not continuous.
-    """
+    """A sign change: its place, the bracket that was left of it, and whether that is tight."""
 
     mu: float
     interval: tuple[float, float]
     converged: bool
-    jumps: bool = False
-
-
-def nodes(low: float, high: float, degree: int) -> list[float]:
-    """The Chebyshev points at which a function on [low, high] is interpolated."""
-    return [
-        float(mu) for mu in (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts1(degree + 1)
-    ]
 
 
 def _interpolated(f: Function, low: float, high: float, prepare: Prepare) -> tuple[Array, int, str]:
@@ -71,11 +59,6 @@ def _interpolated(f: Function, low: float, high: float, prepare: Prepare) -> tup
     return series, degree, "smooth" if noise else "rough"
 
 
-def is_smooth(f: Function, low: float, high: float, prepare: Prepare) -> bool:
-    """True if f is resolved on [low, high], or far from zero."""
-    return _interpolated(f, low, high, prepare)[2] != "rough"
-
-
 def _panels(
     f: Function, low: float, high: float, prepare: Prepare, depth: int = 0
 ) -> Iterator[list[float]]:
@@ -92,7 +75,8 @@ def _panels(
         turning = chebyshev.chebroots(slope) if len(slope) > 1 else inside
         real = turning.real[np.abs(turning.imag) <= 1e-6]
         inside = centre + half * real[np.abs(real) < 1]
-    yield sorted([low, high, *nodes(low, high, degree), *map(float, inside)])
+    nodes = centre + half * chebyshev.chebpts1(degree + 1)
+    yield sorted([low, high, *map(float, nodes), *map(float, inside)])
 
 
 def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -> Root:
@@ -121,8 +105,7 @@ def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -
         t = min(1 - edge, max(edge, t))
     best = float(best)
     ends = (best, best) if fa == 0 else (float(min(a, b)), float(max(a, b)))
-    jumps = min(abs(fa), abs(fb)) > JUMP * max(abs(f_low), abs(f_high))
-    return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)), jumps)
+    return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)))
 
 
 def sign_changes(

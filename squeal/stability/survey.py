@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,14 +17,12 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.stability.cubic import Value
-from squeal.stability.family import SMALL, Family
+from squeal.stability.family import Family
 from squeal.stability.matrices import System
 from squeal.stability.roots import Root, sign_changes
-from squeal.stability.searches import Search, nearest, searches
+from squeal.stability.searches import Search, coalescing, searches
 
-MERGE = 1e-12, 1e-10  # candidates closer than this, relative to the range, are one place:
-# of small undamped systems, and of others
-HIDDEN = 1e-7  # of the range: how far rounding may shift what bisection finds
+MERGE = 1e-12  # of the range: candidates closer than this are one place
 
 
 @dataclass(frozen=True)
@@ -56,7 +53,10 @@ class Change:
 
 
 class Survey:
-    """A range of mu, searched: `changes` are all places where what grows changes."""
+    """A range of mu, searched: `changes` are all places where what grows changes.
+
+    Raises UnsuitedError for a system that its family is not for, InputError for an empty range.
+    """
 
     def __init__(
         self, system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
@@ -66,11 +66,9 @@ class Survey:
         self.family = Family(system)
         self.low, self.high = mu_min, mu_max
         inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
-        self.edges = [mu_min, *inner, mu_max]
-        self.damped: list[bool] = []  # of the stretches between the edges
         self.points: set[float] = {mu_min}
         found = [Candidate(Root(b, (b, b), True), jump=True) for b in inner]
-        for low, high in itertools.pairwise(self.edges):
+        for low, high in itertools.pairwise([mu_min, *inner, mu_max]):
             start = low if low == mu_min else float(np.nextafter(low, high))
             stop = high if high == mu_max else float(np.nextafter(high, low))
             found += self._searched(start, stop)
@@ -78,28 +76,23 @@ class Survey:
         self._places = self._merged(found + list(self._unannounced()))
 
     def _searched(self, low: float, high: float) -> Iterator[Candidate]:
-        damped, small = False, self.family.at((low + high) / 2).n <= SMALL
         found = []
         for search in searches(self.family, low, high):
-            damped = search.damped
             roots, sampled = sign_changes(
                 search.function, search.low, search.high, self.family.prepare
             )
             self.points.update(sampled)
-            # a jump: the members of a group changed unseen, and bisection has to tell what happens
-            smooth = [root for root in roots if search.measure is None or not root.jumps]
-            found += [Candidate(root, search) for root in smooth]
-        self.damped.append(damped)
+            found += [Candidate(root, search) for root in roots]
         yield from found
+
         # between those places no mode changes its kind, but the faster growth may change hands
+        def difference(mu: float) -> Value:
+            pair, real = self.family.rates(mu)
+            return Value(pair - real, 0.0)
+
         for a, b in itertools.pairwise([low, *sorted(c.root.mu for c in found), high]):
             margin = 1e-9 * (b - a)
-            if small and margin > 0 and min(self.family.lead((a + b) / 2, damped)) > 0:
-
-                def difference(mu: float) -> Value:
-                    pair, real = self.family.lead(mu, damped)
-                    return Value(pair - real, 0.0)
-
+            if margin > 0 and min(self.family.rates((a + b) / 2)) > 0:
                 roots, sampled = sign_changes(
                     difference, a + margin, b - margin, self.family.prepare
                 )
@@ -108,7 +101,7 @@ class Survey:
 
     def _merged(self, candidates: list[Candidate]) -> list[list[Candidate]]:
         """Candidates by place, sorted; a breakpoint wins over roots next to it."""
-        width = MERGE[not self.family.small((self.low + self.high) / 2)] * (self.high - self.low)
+        width = MERGE * (self.high - self.low)
         places: list[list[Candidate]] = []
         for candidate in sorted(candidates, key=lambda c: c.root.mu):
             if not places or candidate.root.mu - places[-1][-1].root.mu > width:
@@ -121,17 +114,8 @@ class Survey:
 
     def state(self, mu: float) -> State:
         """What grows at mu, by more than rounding."""
-        found = self.family.growing(mu)
+        found = self.family.growth(mu)
         return State(found.pairs, found.reals, self.family.verdict(mu))
-
-    def _seems(self, mu: float) -> State | tuple[int, int, str]:
-        """As `state`, cheaper and coarser for large systems."""
-        if self.family.at(mu).n <= SMALL:
-            return self.state(mu)
-        return self.family.seems(mu, self._damped_at(mu))
-
-    def _damped_at(self, mu: float) -> bool:
-        return self.damped[max(0, min(bisect_left(self.edges, mu), len(self.damped)) - 1)]
 
     def _middles(self) -> list[float]:
         """A value of mu below, between and above the places, far from them."""
@@ -140,7 +124,7 @@ class Survey:
         if at and self.high - at[-1] <= 1e-9 * abs(self.high):
             beyond = self.high + 1e-6 * abs(self.high)
             try:
-                self.family.growing(beyond)
+                self.family.growth(beyond)
                 found[-1] = beyond
             except (InputError, ComputationError, ValueError, ArithmeticError):
                 pass
@@ -162,11 +146,7 @@ class Survey:
                 yield from several if len(several) > 1 else []
         for k, points in sampled.items():
             middle = middles[k]
-            seems, known = self._seems(middle), self.state(middle)
-            row = [(middle, known)] + [
-                (mu, self.state(mu)) for mu in points if self._seems(mu) != seems
-            ]
-            row += [(mu, known) for mu in points if self._seems(mu) == seems]
+            row = [(mu, self.state(mu)) for mu in (middle, *points)]
             for (a, before), (b, after) in itertools.pairwise(sorted(row)):
                 if before != after:
                     yield self._bisected(a, b, before)
@@ -190,9 +170,6 @@ class Survey:
             else:
                 high = middle
         mu = (low + high) / 2
-        if self.family.at(mu).n > SMALL:  # where rounding hides what grows is not known better
-            hidden = HIDDEN * (self.high - self.low)
-            return Candidate(Root(mu, (low - hidden, high + hidden), False))
         return Candidate(Root(mu, (low, high), high - low <= 1e-12 * max(abs(low), abs(high))))
 
     def changes(self) -> Iterator[Change]:
@@ -209,17 +186,13 @@ class Survey:
         """
         if kind == "divergence":
             return 0.0
-        order = ("axis", "coalescence")
         announced = [
             c.search
-            for source in order
             for c in change.candidates
-            if c.search is not None and c.search.source == source
+            if c.search is not None and c.search.source == "coalescence"
         ]
         if announced:
             return announced[min(skip, len(announced) - 1)].frequency(self.family, change.mu)
         if change.below.pairs == change.above.pairs or change.candidates[0].jump:
             return self.family.growing_frequency(change.mu, kind, above) * 2 * math.pi
-        damped = self._damped_at(change.mu)
-        source = "axis" if damped else "coalescence"
-        return nearest(self.family.roots(change.mu, damped), source, damped)
+        return coalescing(self.family.roots(change.mu))

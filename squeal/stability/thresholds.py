@@ -1,9 +1,9 @@
 """Thresholds of a family of systems: every change of verdict, every crossing of the axis.
 
-Up to three degrees of freedom candidates are the roots of smooth functions of mu (`searches`), so
-that neither real parts, which start like a square root at a coalescence, nor a verdict and its
-rounding decide where a threshold lies. What grows between neighbouring candidates tells which of
-them matter (`survey`). Eigenvalues of larger systems are followed (`following`).
+Up to three degrees of freedom and without damping candidates are the roots of smooth functions of
+mu (`searches`), so that neither real parts, which start like a square root at a coalescence, nor a
+verdict and its rounding decide where a threshold lies. What grows between neighbouring candidates
+tells which of them matter (`survey`). Eigenvalues of all other systems are followed (`following`).
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from squeal.errors import InputError
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.stability.family import GROWING, SMALL
+from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import followed
-from squeal.stability.matrices import System, check_system, reduce
+from squeal.stability.growth import GROWING
+from squeal.stability.matrices import System, check_system
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -33,10 +33,11 @@ def thresholds(
     InputError for an empty range and whatever `system` raises.
     """
     check_system(system, "thresholds")
-    if _large(system, mu_max, mu_min):
+    try:
+        survey = Survey(system, mu_max, breakpoints, mu_min)
+        return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
+    except UnsuitedError:
         return followed(system, mu_max, breakpoints, mu_min)
-    survey = Survey(system, mu_max, breakpoints, mu_min)
-    return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
 
 
 def critical_points(
@@ -58,21 +59,6 @@ def crossings(
     """
     check_system(system, "crossings")
     return thresholds(system, mu_max, breakpoints, mu_min).crossings
-
-
-def _large(system: System, mu_max: float, mu_min: float) -> bool:
-    """True if a system has more rows than the invariants and groups of `searches` are for, or a
-    mass matrix that they cannot be reduced by."""
-    if not (math.isfinite(mu_min) and math.isfinite(mu_max) and mu_min < mu_max):
-        return False  # refused by the survey
-    M, C, K = system(mu_min + 0.53 * (mu_max - mu_min))
-    if np.shape(M)[0] > SMALL:
-        return True
-    try:
-        reduce(M, C, K)
-    except InputError:
-        return bool(np.linalg.matrix_rank(np.asarray(M, dtype=float)) == len(np.asarray(M)))
-    return False
 
 
 def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
@@ -113,7 +99,7 @@ def _axis_crossings(survey: Survey) -> list[Crossing]:
                     kind,
                     "up" if rise > 0 else "down",
                     omega / (2 * math.pi),
-                    _interval(survey, _first(change, kind)),
+                    _interval(_first(change, kind)),
                     _mode(survey, change.mu, omega),
                     change.below.verdict != change.above.verdict,
                 )
@@ -129,14 +115,10 @@ def _first(change: Change, kind: str) -> Candidate:
     return change.candidates[0]
 
 
-def _interval(survey: Survey, candidate: Candidate) -> tuple[float, float]:
-    if candidate.search is None:
-        return candidate.root.interval
-    return candidate.search.interval(survey.family, candidate.root)
+def _interval(candidate: Candidate) -> tuple[float, float]:
+    root, search = candidate.root, candidate.search
+    return root.interval if search is None else search.interval(root)
 
 
 def _mode(survey: Survey, mu: float, omega: float) -> int:
-    damped = survey.family.at(mu).B is not None
-    size = np.abs(survey.family.roots(mu, damped))
-    slower = size < omega * (1 - 1e-6) if damped else np.sqrt(size) < omega * (1 - 1e-6)
-    return 1 + int(np.sum(slower)) // (2 if damped else 1)
+    return 1 + int(np.sum(np.sqrt(np.abs(survey.family.roots(mu))) < omega * (1 - 1e-6)))

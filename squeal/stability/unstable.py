@@ -10,8 +10,8 @@ import numpy as np
 
 from squeal.stability.crossing import Crossing
 from squeal.stability.eigen import Eigenvalue, complex_eigenvalues
-from squeal.stability.family import Family
-from squeal.stability.matrices import System, check_system
+from squeal.stability.growth import growth_of
+from squeal.stability.matrices import System, check_system, reduce
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 STEPS = 8  # in which several growing modes are followed from one crossing to the next
@@ -43,8 +43,9 @@ def growing_eigenvalues(system: System, mu: float) -> list[Eigenvalue]:
 
     Sorted by falling growth rate.
     """
-    count = Family(system).growing(mu)
-    found = sorted(complex_eigenvalues(*system(mu)).eigenvalues, key=lambda e: -e.growth_rate)
+    matrices = system(mu)
+    count = growth_of(reduce(*matrices))
+    found = sorted(complex_eigenvalues(*matrices).eigenvalues, key=lambda e: -e.growth_rate)
     pairs = [e for e in found if e.value.imag > 0][: count.pairs]
     reals = [e for e in found if e.value.imag == 0][: count.reals]
     return sorted((e for e in pairs + reals if e.growth_rate > 0), key=lambda e: -e.growth_rate)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.stability.family import GROWING
-from squeal.stability.following.line import Growth, Line
+from squeal.stability.following.line import Line
 from squeal.stability.following.locate import Located
 from squeal.stability.following.search import Searched, search
+from squeal.stability.growth import GROWING, Growth
 from squeal.stability.matrices import System
 
 HIDDEN = 1e-7  # of a step: how far rounding may shift what bisection finds
@@ -122,8 +122,9 @@ def _point(event: _Event) -> CriticalPoint | None:
     grows = above in GROWING
     kind = above if grows else "restabilised"
     concerned = above if grows else below
-    leading = [c for c in event.located if c.kind == concerned] or list(event.located)
-    omega = leading[0].omega if leading else _fastest(event, concerned)
+    way = 1 if grows else -1
+    leading = [c for c in event.located if c.kind == concerned and c.direction == way]
+    omega = leading[0].omega if leading else _fastest(event, concerned, grows)
     if concerned == "divergence":
         omega = 0.0
     settled = all(c.converged for c in event.located)
@@ -142,12 +143,13 @@ def _residual(one: Located) -> float | None:
     return one.residual if math.isfinite(one.residual) else None
 
 
-def _fastest(event: _Event, kind: str) -> float:
-    """Angular frequency (rad/s) of the fastest growing pair next to a jump or an exchange."""
+def _fastest(event: _Event, kind: str, above: bool) -> float:
+    """Angular frequency (rad/s) of the fastest growing pair beside an event, on one side of it."""
     if kind == "divergence":
         return 0.0
-    states = event.line.states
-    state = min(states, key=lambda s: abs(s.value - event.mu))
+    low, high = event.interval
+    beside = [s for s in event.line.states if (s.value > high if above else s.value < low)]
+    state = min(beside or event.line.states, key=lambda s: abs(s.value - event.mu))
     z = state.roots
     rates = z.real if event.line.damped else np.abs(np.sqrt(-z + 0j).real)
     pairs = np.abs(z.imag) > state.noise
@@ -157,7 +159,15 @@ def _fastest(event: _Event, kind: str) -> float:
 
 def _crossings(event: _Event) -> Iterator[Crossing]:
     changes = event.below.verdict != event.above.verdict
-    if event.located:
+    pairs = event.above.pairs - event.below.pairs
+    reals = event.above.reals - event.below.reals
+    # two divergent roots for a growing pair: nothing crosses
+    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
+    rises = {"flutter": pairs - joined, "divergence": reals + 2 * joined}
+    located = dict.fromkeys(rises, 0)
+    for c in event.located:
+        located[c.kind] += int(c.direction)
+    if event.located and located == rises:
         for c in event.located:
             yield Crossing(
                 float(c.value),
@@ -170,12 +180,8 @@ def _crossings(event: _Event) -> Iterator[Crossing]:
                 _residual(c),
             )
         return
-    pairs = event.above.pairs - event.below.pairs
-    reals = event.above.reals - event.below.reals
-    # two divergent roots for a growing pair: nothing crosses
-    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
-    for kind, rise in (("flutter", pairs - joined), ("divergence", reals + 2 * joined)):
-        omega = _fastest(event, kind)
+    for kind, rise in rises.items():
+        omega = _fastest(event, kind, rise > 0)
         for _ in range(abs(rise)):
             way = "up" if rise > 0 else "down"
             yield Crossing(

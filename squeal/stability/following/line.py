@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.stability.growth import Growth, counted
 from squeal.stability.matrices import EPS, Array, System, checked, first_order, reduce
 from squeal.stability.terms import TermSystem, is_sparse
 
@@ -37,28 +38,6 @@ class State:
     right: ComplexArray = field(repr=False)  # (N, m)
     left: ComplexArray = field(repr=False)
     noise: Array = field(repr=False)
-
-
-@dataclass(frozen=True)
-class Growth:
-    """How many pairs and how many real roots grow, and the fastest rate of each (1/s)."""
-
-    pairs: int
-    reals: int
-    pair_rate: float
-    real_rate: float
-
-    @property
-    def verdict(self) -> str:
-        """flutter or divergence, whichever grows faster, or quiet."""
-        if not self.pairs and not self.reals:
-            return "quiet"
-        return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
-
-    @property
-    def numbers(self) -> tuple[int, int]:
-        """Growing pairs and growing real roots."""
-        return self.pairs, self.reals
 
 
 class Line:
@@ -155,9 +134,7 @@ class Line:
             oscillates = np.abs(z.imag) > noise
             grows = oscillates | (z.real < -noise)
             rates = np.abs(np.sqrt(-z + 0j).real)
-        pairs, reals = grows & oscillates & (z.imag > 0), grows & ~oscillates
-        fastest = (float(np.max(rates[w], initial=0.0)) for w in (pairs, reals))
-        return Growth(int(pairs.sum()), int(reals.sum()), *fastest)
+        return counted(grows & oscillates & (z.imag > 0), grows & ~oscillates, rates)
 
     def omega(self, z: complex) -> float:
         """Angular frequency (rad/s) of a root."""

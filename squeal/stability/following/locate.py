@@ -98,7 +98,7 @@ def _beside(line: Line, guess: Guess) -> Located | None:
                 low = middle
             else:
                 high = middle
-        move = (low + high) / 2
+        move = float(np.clip(p + (low + high) / 2, line.low, line.high)) - p
         p, near = p + move, pair.mean + move * pair.mean_slope
         if abs(p - guess.value) > SLACK * guess.width:
             return None

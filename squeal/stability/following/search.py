@@ -10,14 +10,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.stability.following.line import Growth, Line, norm
+from squeal.errors import ComputationError, InputError
+from squeal.stability.following.line import Line, norm
 from squeal.stability.following.locate import Located, located
 from squeal.stability.following.sign import count_right
 from squeal.stability.following.steps import Stepper
+from squeal.stability.growth import Growth
 from squeal.stability.matrices import System
 
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
@@ -124,7 +127,10 @@ def _middles(line: Line, places: list[list[Located]]) -> list[float]:
     at = [line.low, *(p[0].value for p in places), line.high]
     middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
     if places and line.high - places[-1][-1].value <= 1e-9 * abs(line.high):
-        middles[-1] = line.high + 1e-6 * (line.high - line.low)
+        beyond = line.high + 1e-6 * (line.high - line.low)
+        with suppress(InputError, ComputationError, ValueError, ArithmeticError):
+            line.at(beyond)  # there may be none, beyond a fold
+            middles[-1] = beyond
     return middles
 
 
