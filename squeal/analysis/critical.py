@@ -128,10 +128,14 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
         return at_origin, None
     path = Path.of(model, mu_max)
 
+    def one(mu: float) -> Matrices:
+        at = path.linearisation(mu)
+        return at.M, at.C, at.K
+
     def many(mus: list[float]) -> list[Matrices]:
         return [(at.M, at.C, at.K) for at in path.linearisations(mus)]
 
-    return Batched(lambda mu: many([mu])[0], many), path
+    return Batched(one, many), path
 
 
 def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,25 +83,31 @@ def _at_tilt(statics: Statics, z: np.ndarray, state: State, tilt: float) -> np.n
 
 
 def _fold(statics: Statics, a: np.ndarray, b: np.ndarray, state: State) -> np.ndarray:
-    """The point between a and b at which mu is stationary along the branch, by bisection."""
+    """The point between a and b at which mu is stationary along the branch, by regula falsi."""
     chord = (b - a) / np.linalg.norm(b - a)
-    low, high = float(chord @ a), float(chord @ b)
-    z = a
-    ahead = _tangent(statics, a, state)
-    sign = np.sign(ahead[3] * (ahead @ chord))
+
+    def rise(z: np.ndarray) -> float:
+        ahead = _tangent(statics, z, state)
+        return float(ahead[3] * np.sign(ahead @ chord))
+
+    z, at, side = a, math.inf, None
+    low, high = (float(chord @ a), rise(a)), (float(chord @ b), rise(b))
     for _ in range(100):
-        middle = 0.5 * (low + high)
-        found = _correct(statics, z + (middle - chord @ z) * chord, state, chord, middle)
+        last, at = at, (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1])
+        # mu itself is stationary there, and so twice as exact
+        if abs(at - last) <= 1e-10 * (abs(low[0]) + abs(high[0])):
+            break
+        found = _correct(statics, z + (at - chord @ z) * chord, state, chord, at)
         if found is None:
             break
-        z = found
-        ahead = _tangent(statics, z, state)
-        if np.sign(ahead[3] * (ahead @ chord)) == sign:
-            low = middle
+        z, here = found, rise(found)
+        # an end that stays for the second time counts half (Illinois)
+        before, side = side, (here > 0) == (low[1] > 0)
+        share = 0.5 if side == before else 1.0
+        if side:
+            low, high = (at, here), (high[0], share * high[1])
         else:
-            high = middle
-        if high - low <= 1e-15 * (abs(low) + abs(high)):
-            break
+            high, low = (at, here), (low[0], share * low[1])
     return z
 
 

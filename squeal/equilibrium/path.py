@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -93,7 +94,7 @@ class Path:
         return places
 
     def _near(self, mu: float) -> tuple[np.ndarray, State, bool]:
-        """A place on the chord next to the equilibrium at mu, its state, True if it is exact."""
+        """A place on the chord near the equilibrium at mu, its state, True if it is exact."""
         mus = [float(point.z[3]) for point in self.points]
         if not mus[0] <= mu <= mus[-1]:
             raise ComputationError(f"no equilibrium at mu = {mu:.9g}: {self.end}")
@@ -102,7 +103,10 @@ class Path:
             point = self.points[max(i, 0)]
             return point.z, point.state, True
         low, high = self.points[i].z, self.points[i + 1].z
-        guess = low + (high - low) * (mu - mus[i]) / (mus[i + 1] - mus[i])
+        share = (mu - mus[i]) / (mus[i + 1] - mus[i])
+        if mus[i + 1] == self.fold and self.points[i + 1].state == self.points[i].state:
+            share = 1.0 - math.sqrt(1.0 - share)  # mu is stationary at a smooth fold
+        guess = low + (high - low) * share
         guess[3] = mu
         return guess, self.points[i].state, False
 
