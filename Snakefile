@@ -30,6 +30,7 @@ localrules:
     all,
     everything_but_pdf,
     gathered,
+    searches_gathered,
 
 
 rule all:

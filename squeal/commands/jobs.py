@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from squeal.analysis.maps import COUNT as POINTS
 from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.analysis.pads import BINS, COUNT, SEED, RandomPads, Range
 from squeal.commands.map import write_map
-from squeal.commands.numbers import spaced
+from squeal.commands.numbers import band_of, spaced
+from squeal.commands.source import read_source
 from squeal.commands.sweep import sweep, write_sweep
 from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
@@ -27,7 +28,11 @@ from squeal.files.place import Place
 from squeal.files.values import Angle, Text, Word
 from squeal.files.writing import write_csv
 from squeal.model.pad import PARAMETERS
-from squeal.scene import PlainSystem, Scene, read_plain, read_scene
+from squeal.scene import PlainSystem, Scene, read_scene
+
+if TYPE_CHECKING:
+    from squeal.analysis.systems.wanted import Wanted
+    from squeal.stability.terms import TermSystem
 
 _RANGE = {
     "low": Key("least value", Angle(), required=True),
@@ -55,6 +60,7 @@ KINDS = {
         {
             "scene": _FILE,
             "values": Key("A:B:N, that many values from A to B", Text(), required=True),
+            "band": Key("LOW:HIGH in Hz, of a system from matrices", Text(), default="all roots"),
         },
         "sweep",
     ),
@@ -144,6 +150,34 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class SystemSweep:
+    """Roots of a system from matrices, each value solved on the full system.
+
+    As `squeal eigenvalues --sweep A:B:N --method full --csv`; a basis that serves all values would
+    be made anew in every part.
+    """
+
+    system: TermSystem
+    wanted: Wanted
+    values: tuple[float, ...]
+
+    @property
+    def size(self) -> int:
+        """The number of values."""
+        return len(self.values)
+
+    def write(self, path: Path, start: int, stop: int) -> None:
+        """The roots at these values."""
+        from squeal.analysis.systems.sweeps import full_rows
+        from squeal.commands.systems import write_sweep
+
+        rows = list(full_rows(self.system, self.wanted, self.values[start:stop]))
+        write_sweep(path, self.system.parameter, rows)
+
+    gather = staticmethod(_stack)
+
+
+@dataclass(frozen=True)
 class Pads:
     """How many random pads have each verdict; a unit is a block of them."""
 
@@ -184,15 +218,29 @@ def _logarithmic(said: dict[str, Any]) -> bool:
     return said.get("spread") == "logarithms"
 
 
+def _sweep(given: dict[str, Any], at: Place) -> Job:
+    source = read_source(given["scene"], ())
+    general, plain = source.terms(), source.system()
+    if general is None and (plain is None or "band" not in given):
+        if "band" in given:
+            raise (at / "band").must_be(given["band"], "left out with a scene, which has six roots")
+        values = tuple(spaced(given["values"], str(at / "values"), 0.0))
+        return Sweep(source.scene() if plain is None else plain, values)
+    from squeal.analysis.systems.wanted import Wanted, check_memory, is_small
+
+    system = plain.terms() if general is None else general.system
+    if not is_small(system):
+        check_memory(system, None)
+    wanted = Wanted(band_of(given["band"], str(at / "band")) if "band" in given else None)
+    return SystemSweep(system, wanted, tuple(spaced(given["values"], str(at / "values"))))
+
+
 def read_job(file: Path) -> Job:
     """The job of a file. Raises InputError for what it may not say."""
     kind, given = _kind(file)
-    path = Path(given["scene"])
     if kind == "sweep":
-        plain = "M" in read_document(path)
-        values = spaced(given["values"], f"{file}: values", 0.0)
-        return Sweep(read_plain(path) if plain else read_scene(path), tuple(values))
-    scene = read_scene(path)
+        return _sweep(given, Place(str(file)))
+    scene = read_scene(Path(given["scene"]))
     if kind == "pads":
         ranges = tuple(
             Range(name, each["low"], each["high"], _logarithmic(each))

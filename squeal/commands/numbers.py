@@ -42,8 +42,8 @@ def spaced(given: str, option: str, low: float = -math.inf, high: float = math.i
     return [a + (b - a) * i / (int(n) - 1) for i in range(int(n))]
 
 
-def band_of(given: str) -> tuple[float, float]:
+def band_of(given: str, option: str = "--band") -> tuple[float, float]:
     """The ends of a band of frequencies, LOW:HIGH. Raises InputError."""
     words = "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000"
-    low, high = numbers(given, "--band", 2, words, lambda low, high: 0.0 <= low < high)
+    low, high = numbers(given, option, 2, words, lambda low, high: 0.0 <= low < high)
     return low, high

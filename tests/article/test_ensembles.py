@@ -13,6 +13,7 @@ from squeal.article.ensembles import beyond, distance, population
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import FRONT, counts, gather, read_kept, undominated
+from squeal.article.ensembles.gather import main as gather_main
 from squeal.article.ensembles.population import Stage, advance
 from squeal.article.ensembles.space import (
     DIMENSIONS,
@@ -171,6 +172,33 @@ def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
     (tmp_path / "mean-frame-minus-5" / "stage-002.npz").unlink()
     with pytest.raises(InputError, match="2 stages"):
         gather(tmp_path)
+
+
+def test_searches_in_parts_and_after_an_interruption_are_the_same(
+    tmp_path, monkeypatch, capsysbinary
+):
+    laws, seeds = FORMULATIONS[:2], (1, 2)
+    monkeypatch.setattr(population, "POPULATION", 8)
+    monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
+    monkeypatch.setattr("squeal.article.ensembles.gather.FORMULATIONS", laws)
+    monkeypatch.setattr("squeal.article.ensembles.gather.SEEDS", seeds)
+    options = ["--stages", "3", "--workers", "1", "--seeds", *map(str, seeds)]
+    options += ["--formulations", *map(name_of, laws)]
+
+    def drawn(folder, *parts):
+        for part in parts:
+            assert main([str(folder), *options, "--part", part]) == 0
+        assert gather_main([str(folder), "--untimed"]) == 0
+        return capsysbinary.readouterr().out
+
+    whole = drawn(tmp_path / "whole", "1-of-1")
+    assert drawn(tmp_path / "parts", "3-of-3", "1-of-3", "2-of-3") == whole
+    # killed while it wrote a stage: that file is half there, the stages before it stand
+    last = stage_file(tmp_path / "parts", laws[1], 1, 2)
+    last.with_suffix(".part.npz").write_bytes(last.read_bytes()[:100])
+    last.unlink()
+    assert drawn(tmp_path / "parts", "1-of-2", "2-of-2") == whole
+    assert main([str(tmp_path), "--part", "9-of-8"]) == 2
 
 
 def test_a_search_goes_on_from_pads_that_keep_three_statements(tmp_path, monkeypatch, capsys):

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from scipy.io import mmwrite
+from scipy.sparse import coo_array
 
 import squeal
 from squeal.analysis.maps import NAMES
@@ -17,6 +19,7 @@ from squeal.errors import ComputationError, InputError
 from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+PLAIN = str(ROOT / "squeal" / "article" / "literature" / "systems" / "mode_coupling.yaml")
 ANGLES = {name: {"low": 0, "high": "pi"} for name in ("alpha1", "alpha2")}
 PADS = {
     "pads": {
@@ -57,6 +60,50 @@ def test_a_sweep_in_parts_is_that_of_the_query(in_parts, tmp_path, capsys):
     found = {in_parts(job, parts) for parts in (1, 4)}
     assert query(["eigenvalues", B1, "--mu", "0:0.9:13", "--csv", str(tmp_path / "query.csv")]) == 0
     assert found == {(tmp_path / "query.csv").read_bytes()}
+
+
+@pytest.fixture
+def chain(tmp_path):
+    """A system file of masses between springs and a sliding force, with matrix files: its name."""
+    n = 40
+    M, K = np.eye(n), 2e6 * np.eye(n) - 1e6 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    K1 = np.zeros((n, n))
+    K1[n // 2, n // 2 + 1] = 3e6
+    K1[n // 2 + 1, n // 2] = -3e6
+    for name, matrix in {"M": M, "K0": K, "K1": K1}.items():
+        mmwrite(tmp_path / f"{name}.mtx", coo_array(matrix))
+    file = tmp_path / "chain.yaml"
+    file.write_text(
+        "parameters: {mu: 0.1}\nM: {file: M.mtx}\n"
+        "K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]\ndamping: {rayleigh: [1.0, 1.0e-6]}\n"
+    )
+    return str(file)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_a_sweep_of_a_large_system_in_parts_is_that_of_the_query(
+    in_parts, tmp_path, capsys, monkeypatch, chain, large
+):
+    if large:  # as if it were: each value by shift and invert, counted by the argument principle
+        monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", 10)
+    job = {"sweep": {"scene": chain, "values": "0:0.9:7", "band": "150:300"}}
+    found = {in_parts(job, parts) for parts in (1, 3, 7)}
+    table = tmp_path / "query.csv"
+    options = ["--sweep", "0:0.9:7", "--band", "150:300", "--method", "full", "--csv", str(table)]
+    assert query(["eigenvalues", chain, *options]) == 0
+    assert found == {table.read_bytes()}
+    assert table.read_text().count("flutter") > 0
+
+
+def test_a_band_is_for_systems_alone(tmp_path, capsys):
+    file = tmp_path / "job.yaml"
+    sweep = {"scene": B1, "values": "0:0.9:7", "band": "150:300"}
+    file.write_text(yaml.safe_dump({"sweep": sweep}))
+    assert main([str(file), "--part", "1-of-1", "--out", str(tmp_path / "out.csv")]) == 2
+    assert "left out with a scene" in capsys.readouterr().err
+    file.write_text(yaml.safe_dump({"sweep": sweep | {"scene": PLAIN, "band": "9:3"}}))
+    assert main([str(file), "--part", "1-of-1", "--out", str(tmp_path / "out.csv")]) == 2
+    assert "job.yaml: band 9:3" in capsys.readouterr().err
 
 
 def test_random_pads_in_parts_are_the_same_pads(in_parts):

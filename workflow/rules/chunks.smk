@@ -7,6 +7,25 @@ SCENE_OF = {
 }
 
 
+def scene_and_matrices(wildcards):
+    """The scene or system file of a job, and the matrix files that it names."""
+    scene = Path(SCENE_OF[wildcards.job])
+
+    def files(said):
+        for entry in said.values() if isinstance(said, dict) else said:
+            if isinstance(entry, dict) and "file" in entry:
+                yield str(scene.parent / entry["file"])
+            elif isinstance(entry, dict | list):
+                yield from files(entry)
+
+    return [str(scene), *files(yaml.safe_load(scene.read_text(encoding="utf-8")))]
+
+
+# the searches of the chapter on ensembles, `--config stages=10` for a few; a stage that stands in
+# the folder, of an interrupted job too, is not drawn again
+SEARCHED = "searched/ensembles"
+
+
 scattergather:
     part=8,
 
@@ -14,7 +33,7 @@ scattergather:
 rule part:
     input:
         job="workflow/jobs/{job}.yaml",
-        scene=lambda wildcards: SCENE_OF[wildcards.job],
+        scene=scene_and_matrices,
         lock=LOCK,
         package=sources("squeal.commands.parts"),
     output:
@@ -44,3 +63,33 @@ rule gathered:
         job="|".join(SCENE_OF),
     shell:
         "python -m squeal.commands.parts {input.job} --gather {input.parts} --out {output} 2> {log}"
+
+
+rule searches:
+    input:
+        lock=LOCK,
+        package=sources("squeal.article.ensembles.draw"),
+    output:
+        temp(touch("results/jobs/ensembles/{scatteritem}.drawn")),
+    log:
+        "logs/part/ensembles/{scatteritem}.log",
+    threads: 1
+    resources:
+        mem_mb=lambda wildcards, threads: 500 + 500 * threads,
+        runtime=600,
+    params:
+        stages=f"--stages {config['stages']}" if "stages" in config else "",
+    shell:
+        "OPENBLAS_NUM_THREADS=1 python -m squeal.article.ensembles.draw {SEARCHED} {params.stages} "
+        "--part {wildcards.scatteritem} --workers {threads} 2> {log}"
+
+
+rule searches_gathered:
+    input:
+        gather.part("results/jobs/ensembles/{scatteritem}.drawn"),
+    output:
+        "results/jobs/ensembles.npz",
+    log:
+        "logs/part/ensembles.log",
+    shell:
+        "python -m squeal.article.ensembles.gather {SEARCHED} --untimed > {output} 2> {log}"

@@ -19,6 +19,8 @@ import numpy as np
 
 from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
+from squeal.commands.parts import cut
+from squeal.errors import InputError
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 
@@ -134,6 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--formulations", nargs="+", default=list(names), choices=list(names))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--models", nargs="+", default=["B1", "B2"], choices=["B1", "B2"])
+    parser.add_argument("--part", default="1-of-1", help="3-of-8: of the searches only these")
     given = parser.parse_args(arguments)
     context = get_context("spawn")
     # turned by one for each seed, so that no process has all the formulations that take longest
@@ -142,6 +145,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for seed in given.seeds
         for i in range(len(given.formulations))
     ]
+    try:
+        searches = searches[slice(*cut(given.part, len(searches)))]
+    except InputError as error:
+        print(f"draw: {error}", file=sys.stderr)
+        return 2
+    if given.workers == 1:
+        work(given.folder, given.stages, tuple(given.models), searches)
+        return 0
     tasks = [
         context.Process(
             target=work,
