@@ -221,14 +221,17 @@ def _logarithmic(said: dict[str, Any]) -> bool:
 def _sweep(given: dict[str, Any], at: Place) -> Job:
     source = read_source(given["scene"], ())
     general, plain = source.terms(), source.system()
-    if general is None and (plain is None or "band" not in given):
-        if "band" in given:
-            raise (at / "band").must_be(given["band"], "left out with a scene, which has six roots")
+    if general is not None:
+        system = general.system
+    elif plain is not None and "band" in given:
+        system = plain.terms()
+    elif "band" in given:
+        raise (at / "band").must_be(given["band"], "left out with a scene, which has six roots")
+    else:
         values = tuple(spaced(given["values"], str(at / "values"), 0.0))
         return Sweep(source.scene() if plain is None else plain, values)
     from squeal.analysis.systems.wanted import Wanted, check_memory, is_small
 
-    system = plain.terms() if general is None else general.system
     if not is_small(system):
         check_memory(system, None)
     wanted = Wanted(band_of(given["band"], str(at / "band")) if "band" in given else None)
