@@ -15,8 +15,8 @@
 
 BIN := .venv/bin
 ENVIRONMENT := .venv/environment.stamp
-LINTERS := .venv/linters.stamp
-PEERS := .venv/peers.stamp
+LINTERS := .venv/lint.stamp
+PEERS := .venv/benchmark.stamp
 CITE := .venv/cite/stamp
 CLUSTER := .venv/cluster.stamp
 DOCS := .venv/docs.stamp
@@ -128,32 +128,16 @@ $(ENVIRONMENT): pyproject.toml requirements/installer.txt requirements/environme
 	@workflow/setup/environment.sh
 	@touch $@
 
-$(PEERS): $(ENVIRONMENT) requirements/benchmark.txt
-	@workflow/setup/environment.sh benchmark
-	@touch $@
-
-$(LINTERS): $(ENVIRONMENT) requirements/lint.txt
-	@workflow/setup/environment.sh lint
-	@touch $@
-
 pythons:
 	@workflow/setup/pythons.sh $(or $(DIRECTORY),$(error DIRECTORY=... is needed, outside the repository))
 
 platforms: $(ENVIRONMENT)
 	@workflow/setup/platforms.sh
 
-$(CLUSTER): $(ENVIRONMENT) requirements/cluster.txt
-	@workflow/setup/environment.sh cluster
+.venv/%.stamp: requirements/%.txt $(ENVIRONMENT)
+	@workflow/setup/environment.sh $*
 	@touch $@
 
-$(DOCS): $(ENVIRONMENT) requirements/docs.txt
-	@workflow/setup/environment.sh docs
-	@touch $@
-
-$(RELEASE): $(ENVIRONMENT) requirements/archive.txt
-	@workflow/setup/apart.sh archive
-	@touch $@
-
-$(CITE): $(ENVIRONMENT) requirements/cite.txt
-	@workflow/setup/apart.sh cite
+.venv/%/stamp: requirements/%.txt $(ENVIRONMENT)
+	@workflow/setup/apart.sh $*
 	@touch $@

@@ -24,7 +24,7 @@ extensions = [
     "run",
 ]
 root_doc = "index"
-exclude_patterns = ["_build", "_extensions", "gallery/*", "generated/*.md", "generated/work"]
+exclude_patterns = ["_build", "_extensions", "gallery/*", "generated/*.md", "generated/commands"]
 nitpicky = True
 # names of other packages, whose documentation is not at hand, and type variables
 OTHERS = (*sys.stdlib_module_names, "numpy", "np", "scipy", "matplotlib", "heyoka", "hy")

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def prepare(app: Sphinx) -> None:
     """Fill the folder in which the commands run."""
-    folder = Path(app.srcdir) / "generated" / "work"
+    folder = Path(app.srcdir) / "generated" / "commands"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")

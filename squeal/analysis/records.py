@@ -38,15 +38,7 @@ def to_records(result: Any) -> list[dict[str, Any]]:
     if isinstance(result, Analysis):
         return to_records(result.spectrum)
     if isinstance(result, Spectrum):
-        return [
-            {
-                "real": e.value.real,
-                "imag": e.value.imag,
-                "frequency_hz": e.frequency_hz,
-                "damping_ratio": e.damping_ratio,
-            }
-            for e in result.eigenvalues
-        ]
+        return [e.to_dict() for e in result.eigenvalues]
     if isinstance(result, CriticalFriction):
         return [asdict(point) for point in result.points]
     if isinstance(result, Advice):

@@ -148,10 +148,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "M": M.tolist(),
         "C": (np.zeros_like(M) if C is None else C).tolist(),
         "K": K.tolist(),
-        "eigenvalues": [
-            row | {"residual": e.residual}
-            for row, e in zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
-        ],
+        "eigenvalues": [e.to_dict() | {"residual": e.residual} for e in spectrum.eigenvalues],
         "unstable": unstable_rows(listed),
         "mode_shapes": plain_shape_rows(spectrum),
         "verdict": judgement.verdict,

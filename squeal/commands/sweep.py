@@ -49,15 +49,7 @@ def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
 
 def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:
     """Eigenvalues as JSON rows, sorted by frequency."""
-    return [
-        {
-            "real": e.value.real,
-            "imag": e.value.imag,
-            "frequency_hz": e.frequency_hz,
-            "damping_ratio": e.damping_ratio,
-        }
-        for e in spectrum.eigenvalues
-    ]
+    return [e.to_dict() for e in spectrum.eigenvalues]
 
 
 def eigenvalue_table(spectrum: Spectrum) -> str:
@@ -97,8 +89,8 @@ def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:
     """A row for each eigenvalue, with its backward error and condition."""
     units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
     columns = units | {"residual": "", "condition": ""}
-    pairs = zip(eigenvalue_rows(spectrum), spectrum.eigenvalues, strict=True)
-    write_table(path, columns, ([*row.values(), e.residual, e.condition] for row, e in pairs))
+    rows = ([*e.to_dict().values(), e.residual, e.condition] for e in spectrum.eigenvalues)
+    write_table(path, columns, rows)
 
 
 def sweep_rows(steps: Sequence[Step], contact: bool) -> list[dict[str, Any]]:

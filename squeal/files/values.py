@@ -10,6 +10,7 @@ import math
 import re
 import sys
 import warnings
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any
@@ -30,23 +31,30 @@ def _fits(value: Any) -> bool:
     return bool(-sys.float_info.max <= value <= sys.float_info.max)
 
 
-class Kind:
-    """What all kinds of values offer: each says what it allows, and describes and converts it."""
+class Kind(ABC):
+    """What all kinds of values offer: each says what it allows, and describes and reads it."""
 
+    @abstractmethod
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
-        raise NotImplementedError
 
+    @abstractmethod
     def schema(self) -> dict[str, Any]:
         """The JSON schema of the value in a file."""
-        raise NotImplementedError
 
-    def convert(self, value: Any) -> Any:
-        """The value of a file as it is used, None where it is not allowed."""
-        raise NotImplementedError
-
+    @abstractmethod
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
+
+
+class Single(Kind):
+    """A kind whose value is converted by itself."""
+
+    @abstractmethod
+    def convert(self, value: Any) -> Any:
+        """The value of a file as it is used, None where it is not allowed."""
+
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
         found = self.convert(value)
         if found is None:
             raise at.must_be(value, self.allowed())
@@ -54,7 +62,7 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class Number(Kind):
+class Number(Single):
     """A finite number in a range whose ends are excluded unless they are allowed."""
 
     low: float = -math.inf
@@ -153,7 +161,7 @@ def warn_of_degrees(value: Any, at: Place) -> None:
 
 
 @dataclass(frozen=True)
-class Whole(Kind):
+class Whole(Single):
     """A whole number from low to high."""
 
     low: int
@@ -171,7 +179,7 @@ class Whole(Kind):
 
 
 @dataclass(frozen=True)
-class Word(Kind):
+class Word(Single):
     """One of a few words."""
 
     choices: tuple[str, ...]
@@ -205,7 +213,7 @@ class Words(Word):
 
 
 @dataclass(frozen=True)
-class Text(Kind):
+class Text(Single):
     """Free text."""
 
     def allowed(self) -> str:
@@ -219,7 +227,7 @@ class Text(Kind):
 
 
 @dataclass(frozen=True)
-class Named(Kind):
+class Named(Single):
     """A name: letters, digits and underscores, no digit first."""
 
     def allowed(self) -> str:
@@ -261,7 +269,7 @@ class Numbers(Kind):
 
 
 @dataclass(frozen=True)
-class Row(Kind):
+class Row(Single):
     """A list of so many numbers."""
 
     count: int

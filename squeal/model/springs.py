@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,7 +26,7 @@ class Spring(NamedTuple):
     share: float = 1.0
 
 
-class Springs:
+class Springs(ABC):
     """Unilateral springs along the lower face, whose points are the contact points.
 
     The face is straight. A spring at the place p therefore has the gap a g_l + b g_t of the gaps
@@ -41,9 +42,9 @@ class Springs:
     level_friction: ClassVar[bool]
 
     @property
+    @abstractmethod
     def springs(self) -> tuple[Spring, ...]:
         """The springs, from the leading to the trailing edge."""
-        raise NotImplementedError
 
     @property
     def points(self) -> int:

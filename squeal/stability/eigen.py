@@ -44,6 +44,15 @@ class Eigenvalue:
         """-Re / |value|; 0 for a rigid-body root, which neither grows nor decays."""
         return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
 
+    def to_dict(self) -> dict[str, float]:
+        """real, imag (rad/s), frequency_hz and damping_ratio."""
+        return {
+            "real": self.value.real,
+            "imag": self.value.imag,
+            "frequency_hz": self.frequency_hz,
+            "damping_ratio": self.damping_ratio,
+        }
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:

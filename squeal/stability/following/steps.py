@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Guess:
     width: float  # of the parameter within which it must lie
 
 
-def _cubic(a: Array, da: Array, b: Array, db: Array) -> Array:
+def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
     """Coefficients (4, ...) by rising powers of t through values and derivatives at 0 and 1."""
     return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
 
@@ -165,7 +166,7 @@ class _Step:
     @staticmethod
     def _extremes(a: Array, da: Array, b: Array, db: Array) -> tuple[Array, Array]:
         t = np.linspace(0.0, 1.0, 17)[:, None]
-        c = _cubic(a, da, b, db)
+        c = hermite_cubic(a, da, b, db)
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
         return values.min(axis=0), values.max(axis=0)
 
@@ -194,11 +195,11 @@ class _Step:
         z = np.array([self.za[k], self.da[k], self.zb[k], self.db[k]])
         if not self.line.damped and not self._both_real()[k]:
             return
-        cubic = _cubic(*z.real)
+        cubic = hermite_cubic(*z.real)
         if starts:  # on the line at the very start: what follows is told by the slope
             cubic[0] = 0.0
         for t in _zeros(cubic):
-            value = complex(np.polyval(_cubic(*z)[::-1], t))
+            value = complex(np.polyval(hermite_cubic(*z)[::-1], t))
             at = self.a if t < 0.5 else self.b
             index = k if t < 0.5 else self.j[k]
             yield Guess(
@@ -233,7 +234,7 @@ class _Step:
             off = abs(b - a - (da + slope) / 2)
             if off > DOUBT * max(abs(b - a), 1e-3 * unit):
                 return None
-        means, ds = _cubic(*np.array(mean)), _cubic(*np.array(d))
+        means, ds = hermite_cubic(*np.array(mean)), hermite_cubic(*np.array(d))
         return list(self._along_pair(k, other, means, ds))
 
     def _along_pair(self, k: int, other: int, means: Array, ds: Array) -> Iterator[Guess]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.stability.following.steps import hermite_cubic
 from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
 from squeal.stability.sparse.dense import dense_roots
 from squeal.stability.sparse.factor import one_thread
@@ -56,7 +57,7 @@ class Step:
         a, b = self.before.roots[self.first].real, self.after.roots[self.second].real
         da = h * self.before.slopes[self.first].real
         db = h * self.after.slopes[self.second].real
-        return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
+        return hermite_cubic(a, da, b, db)
 
 
 class Along:
