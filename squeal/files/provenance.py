@@ -7,6 +7,7 @@ import platform
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -84,10 +85,18 @@ def version(package: str) -> str:
     loaded = getattr(sys.modules.get(package), "__version__", None)
     if isinstance(loaded, str):
         return loaded
-    from importlib import metadata  # slow to load, and text for people needs none of it
+    return _installed(package)
+
+
+@cache
+def _installed(package: str) -> str:
+    from importlib import metadata, util  # slow to load, and text for people needs none of it
 
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
-        names = metadata.packages_distributions().get(package, ())
+        pass
+    if package not in sys.modules and util.find_spec(package) is None:
+        return NOT_INSTALLED  # without reading the names of all that is installed
+    names = metadata.packages_distributions().get(package, ())
     return metadata.version(names[0]) if names else NOT_INSTALLED

@@ -18,6 +18,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT.name
+_STATEMENTS = (ast.stmt, ast.ExceptHandler, ast.match_case)  # imports are in no expression
 
 
 @cache
@@ -39,7 +40,7 @@ def _imports(path: Path) -> frozenset[str]:
         node = wanted.pop()
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             continue  # seen by type checkers alone
-        wanted += ast.iter_child_nodes(node)
+        wanted += (n for n in ast.iter_child_nodes(node) if isinstance(n, _STATEMENTS))
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
