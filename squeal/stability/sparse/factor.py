@@ -1,4 +1,4 @@
-"""Factorised sparse matrices: solutions, and the phase of the determinant."""
+"""Factorised sparse matrices: solutions and the determinant."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Factor(Protocol):
         """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
         ...
 
-    def phase(self) -> complex:
-        """det A / |det A|, 0 if the determinant vanishes."""
+    def logarithm(self) -> complex:
+        """log det A, its imaginary part up to whole turns."""
         ...
 
 
@@ -53,10 +53,8 @@ class _SuperLU:
             return np.asarray(real + 1j * self._lu.solve(np.ascontiguousarray(right.imag), trans))
         return np.asarray(self._lu.solve(right.astype(complex) if self._complex else right, trans))
 
-    def phase(self) -> complex:
-        pivots = self._lu.U.diagonal()
-        swaps = _odd(self._lu.perm_r) != _odd(self._lu.perm_c)
-        return _phase(pivots) * (-1 if swaps else 1)
+    def logarithm(self) -> complex:
+        return _logarithm(self._lu.U.diagonal(), _odd(self._lu.perm_r) != _odd(self._lu.perm_c))
 
 
 class _Full:
@@ -76,16 +74,14 @@ class _Full:
             lu_solve((self._lu, self._rows), right, trans=int(transposed), check_finite=False)
         )
 
-    def phase(self) -> complex:
+    def logarithm(self) -> complex:
         swaps = int(np.sum(self._rows != np.arange(len(self._rows))))
-        return _phase(np.diag(self._lu)) * (-1 if swaps % 2 else 1)
+        return _logarithm(np.diag(self._lu), swaps % 2 == 1)
 
 
-def _phase(pivots: NDArray) -> complex:
-    size = np.abs(pivots)
-    if not np.all(size > 0):
-        return 0j
-    return complex(np.exp(1j * np.sum(np.angle(pivots / size))))
+def _logarithm(pivots: NDArray, negative: bool) -> complex:
+    """Sum of the logarithms of pivots, none of which vanishes; half a turn more if negative."""
+    return complex(np.sum(np.log(pivots.astype(complex)))) + (1j * np.pi if negative else 0j)
 
 
 def _odd(permutation: NDArray) -> bool:

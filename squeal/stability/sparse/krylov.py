@@ -3,7 +3,8 @@
 With lambda = shift + radius / theta the problem reads
 theta^2 P(shift) x + theta radius P'(shift) x + radius^2 M x = 0: the roots nearest the shift
 become the largest theta, of size one at the distance `radius`. The companion vectors [theta x; x]
-are kept as U [G1; G2] with one orthonormal U (Lu, Su and Bai 2016), which halves memory and work.
+are kept as U [G1; G2] with one orthonormal U (Lu, Su and Bai 2016), which halves memory and work;
+of real matrices at a real shift all of it is real.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ class Near:
 
     shift: complex
     values: ComplexArray  # (m,) by distance
-    vectors: ComplexArray = field(repr=False)  # (n, m) of unit length
+    vectors: ComplexArray = field(repr=False)  # (n, m) of unit length, or (n, 0)
     reach: float
 
 
@@ -45,12 +46,15 @@ class Krylov:
         self.shift, self.radius = shift, radius
         self._factor, self._transposed = factor, transposed
         self._slope = radius * self.problem.slope(shift)
-        start = rng.standard_normal(problem.n) + 1j * rng.standard_normal(problem.n)
+        self._type = float if problem.real and shift.imag == 0.0 else complex
+        start = rng.standard_normal(problem.n)
+        if self._type is complex:
+            start = start + 1j * rng.standard_normal(problem.n)
         start = factor.solve(radius**2 * (self.problem.M @ start), transposed)
-        self._U = np.zeros((problem.n, 0), dtype=complex, order="F")
+        self._U = np.zeros((problem.n, 0), dtype=self._type, order="F")
         self._used = 0
-        self._G = np.zeros((2, 0, 0), dtype=complex)
-        self._H = np.zeros((0, 0), dtype=complex)
+        self._G = np.zeros((2, 0, 0), dtype=self._type)
+        self._H = np.zeros((0, 0), dtype=self._type)
         self.steps = 0
         self._room(2 * EVERY)
         self._U[:, 0] = start / np.linalg.norm(start)
@@ -61,10 +65,10 @@ class Krylov:
         """Enlarge the arrays for so many steps."""
         if self._U.shape[1] > steps:
             return
-        grown = np.zeros((self.problem.n, steps + 1), dtype=complex, order="F")
+        grown = np.zeros((self.problem.n, steps + 1), dtype=self._type, order="F")
         grown[:, : self._used] = self._U[:, : self._used]
-        G = np.zeros((2, steps + 1, steps + 1), dtype=complex)
-        H = np.zeros((steps + 1, steps), dtype=complex)
+        G = np.zeros((2, steps + 1, steps + 1), dtype=self._type)
+        H = np.zeros((steps + 1, steps), dtype=self._type)
         k = self._G.shape[1]
         G[:, :k, :k] = self._G
         H[: self._H.shape[0], : self._H.shape[1]] = self._H
@@ -84,7 +88,7 @@ class Krylov:
         right = self._slope @ first + self.radius**2 * (self.problem.M @ second)
         r = -self._factor.solve(right, self._transposed)
         before = float(np.linalg.norm(r))
-        top = np.zeros(k + 1, dtype=complex)
+        top = np.zeros(k + 1, dtype=self._type)
         for _ in range(2):  # the second pass restores orthogonality to rounding
             s = (r.conj() @ U[:, :k]).conj()
             r -= U[:, :k] @ s
@@ -94,9 +98,9 @@ class Krylov:
             U[:, k] = r / rest
             top[k] = rest
             self._used = k + 1
-        bottom = np.zeros(k + 1, dtype=complex)
+        bottom = np.zeros(k + 1, dtype=self._type)
         bottom[:k] = G1[:k, j]
-        h = np.zeros(j + 1, dtype=complex)
+        h = np.zeros(j + 1, dtype=self._type)
         for _ in range(2):
             s = G1[: k + 1, : j + 1].conj().T @ top + G2[: k + 1, : j + 1].conj().T @ bottom
             top -= G1[: k + 1, : j + 1] @ s
@@ -108,8 +112,8 @@ class Krylov:
             G1[: k + 1, j + 1], G2[: k + 1, j + 1] = top / size, bottom / size
         self.steps = j + 1
 
-    def found(self) -> Near:
-        """What has converged so far."""
+    def found(self, vectors: bool = True) -> Near:
+        """What has converged so far; without `vectors` (n, 0) it is less work."""
         m, k = self.steps, self._used
         theta, Y = np.linalg.eig(self._H[:m, :m])
         size = np.abs(theta)
@@ -120,12 +124,14 @@ class Krylov:
         reach = float(np.min(distance[~good], initial=np.inf))
         order = np.argsort(distance[good])
         theta, Y = theta[good][order], Y[:, good][:, order]
+        values = self.shift + self.radius / theta
+        if not vectors:
+            return Near(self.shift, values, np.zeros((len(self._U), 0), dtype=complex), reach)
         # theta x = U G1 y and x = U G2 y: the longer of the two has the smaller error
         small = self._G[0, :k, :m] @ Y / theta if len(theta) else self._G[0, :k, :m] @ Y
         large = self._G[1, :k, :m] @ Y
         inner = np.where(np.abs(theta) >= 1.0, small, large)
-        vectors = self._U[:, :k] @ inner
-        if vectors.size:
-            vectors = vectors / np.linalg.norm(vectors, axis=0)
-        values = self.shift + self.radius / theta
-        return Near(self.shift, values, vectors, reach)
+        shapes = self._U[:, :k] @ inner
+        if shapes.size:
+            shapes = shapes / np.linalg.norm(shapes, axis=0)
+        return Near(self.shift, values, shapes, reach)

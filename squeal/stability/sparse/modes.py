@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.stability.eigen import Eigenvalue
@@ -18,6 +19,7 @@ from squeal.stability.sparse.region import Disc, Discs, Rectangle, Region
 
 STEPS = 180  # of one subspace; what it does not reach is left to other shifts
 BEYOND = 1.2  # reach wanted beyond the region, relative: the count then needs fewer determinants
+AROUND = 1.5  # the same of the lowest modes
 PIECES = 200  # shifts before a region is refused
 TRIES = 3  # starts for a region whose count tells of missing roots
 
@@ -61,9 +63,17 @@ class _Search:
         self.shifts: list[complex] = []
 
     def around(
-        self, shift: complex, radius: float, enough: Callable[[Near], bool], seed: int
+        self,
+        shift: complex,
+        radius: float,
+        enough: Callable[[Near], bool],
+        seed: int,
+        wanted: Callable[[Near], NDArray[np.bool_]] = lambda near: (
+            np.abs(near.values - near.shift) < near.reach
+        ),
     ) -> Near:
-        """Roots near a shift until they are `enough` or the subspace is full."""
+        """Roots near a shift until they are `enough` or the subspace is full; left vectors of
+        those that are `wanted`, others come without effort or not at all."""
         problem = self.problem
         self.progress(f"factorising {problem.n} rows at {shift:.6g}")
         shift, factor = factorise_at(problem, shift)
@@ -72,36 +82,38 @@ class _Search:
         limit = min(STEPS, 2 * problem.n - 1)
         while True:
             krylov.advance(min(EVERY, limit - krylov.steps))
-            near = krylov.found()
-            if krylov.steps >= limit or enough(near):
+            if krylov.steps >= limit or enough(krylov.found(vectors=False)):
                 break
+        near = krylov.found()
         left = np.full(near.vectors.shape, np.nan, dtype=complex)
-        if self.left and len(near.values):
-            left = self._left(factor, near, krylov.steps, radius, rng)
+        if self.left and np.any(wanted(near)):
+            left = self._left(factor, near, wanted(near), krylov.steps, radius, rng)
         self.roots = merged(self.roots, Roots(near.values, near.vectors, left), abs(shift) + radius)
         self.discs.append((shift, near.reach))
         self.shifts.append(shift)
         return near
 
     def _left(
-        self, factor: Factor, near: Near, steps: int, radius: float, rng: np.random.Generator
+        self,
+        factor: Factor,
+        near: Near,
+        wanted: NDArray[np.bool_],
+        steps: int,
+        radius: float,
+        rng: np.random.Generator,
     ) -> ComplexArray:
-        """Left vectors of the roots within reach, y^H P = 0; NaN where none converged."""
+        """Left vectors of the wanted roots, y^H P = 0; NaN where none converged."""
         krylov = Krylov(self.problem, near.shift, factor, radius, rng, transposed=True)
-        result = np.full(near.vectors.shape, np.nan, dtype=complex)
-        wanted = np.abs(near.values - near.shift) < near.reach
         scale = abs(near.shift) + radius
-        for more in (steps, EVERY, EVERY):
-            krylov.advance(min(more, 2 * self.problem.n - 1 - krylov.steps))
-            other = krylov.found()
-            free = np.ones(len(other.values), dtype=bool)
-            for j, value in enumerate(near.values):
-                distance = np.where(free, np.abs(other.values - value), np.inf)
-                k = int(np.argmin(distance)) if len(distance) else -1
-                if k >= 0 and distance[k] <= 1e-6 * scale:
-                    result[:, j], free[k] = other.vectors[:, k].conj(), False
-            if not np.any(np.isnan(result[0, wanted])):
+        most = min(steps + 2 * EVERY, 2 * self.problem.n - 1)
+        krylov.advance(steps * 2 // 3)
+        while True:
+            which = _paired(near.values, krylov.found(vectors=False).values, 1e-6 * scale)
+            if krylov.steps >= most or np.all(which[wanted] >= 0):
                 break
+            krylov.advance(min(EVERY, most - krylov.steps))
+        result = np.full(near.vectors.shape, np.nan, dtype=complex)
+        result[:, which >= 0] = krylov.found().vectors[:, which[which >= 0]].conj()
         return result
 
     def complete(self) -> Roots:
@@ -113,6 +125,18 @@ class _Search:
     def covered(self) -> Discs:
         discs = Discs(tuple(self.discs))
         return discs.mirrored() if self.problem.real else discs
+
+
+def _paired(values: ComplexArray, others: ComplexArray, most: float) -> NDArray[np.intp]:
+    """The index of the nearest other value no further than `most`, each used once; -1 without."""
+    result = np.full(len(values), -1)
+    free = np.ones(len(others), dtype=bool)
+    for j, value in enumerate(values):
+        distance = np.where(free, np.abs(others - value), np.inf)
+        k = int(np.argmin(distance)) if len(distance) else -1
+        if k >= 0 and distance[k] <= most:
+            result[j], free[k] = k, False
+    return result
 
 
 def modes_in(
@@ -176,12 +200,16 @@ def lowest_modes(
     shift = complex(1e-4 * problem.rate)
     with one_thread():
         # a first look sets the scale, so that the discs end where roots do
-        search.around(shift, abs(shift), lambda near: len(near.values) >= 4, 0)
+        search.around(shift, abs(shift), lambda near: len(near.values) >= 4, 0, _none)
         scale = float(np.median(np.abs(search.roots.values))) or abs(shift)
         shift = complex(0.3 * scale)
         for attempt in range(TRIES):
             near = search.around(
-                shift, scale, lambda near: _within(near, shift, problem.real) > 2 * modes, attempt
+                shift,
+                scale,
+                lambda near: int(np.sum(_within(near))) > 2 * modes,
+                attempt,
+                _within,
             )
             roots = search.complete()
             radius = _end(roots.values, modes, near.reach - abs(shift))
@@ -195,8 +223,13 @@ def lowest_modes(
     return _answer(search, roots, region, count)
 
 
-def _within(near: Near, shift: complex, real: bool) -> int:
-    return int(np.sum(np.abs(near.values) < near.reach - abs(shift)))
+def _within(near: Near) -> NDArray[np.bool_]:
+    """Roots in a disc around zero beyond which there is as much known ground as the count needs."""
+    return np.abs(near.values) < (near.reach - abs(near.shift)) / AROUND
+
+
+def _none(near: Near) -> NDArray[np.bool_]:
+    return np.zeros(len(near.values), dtype=bool)
 
 
 def _end(values: ComplexArray, modes: int, sure: float) -> float:
@@ -239,36 +272,29 @@ def _with_left(problem: Quadratic, roots: Roots) -> Roots:
 
 def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with their backward errors and conditions, by rising frequency."""
-    residuals = problem.backward_errors(roots.values, roots.right)
-    found = []
-    for j, value in enumerate(roots.values):
-        x, y = roots.right[:, j], roots.left[:, j]
-        size = abs(value)
-        weight = size**2 * problem.norms[0] + size * problem.norms[1] + problem.norms[2]
-        across = abs(y.conj() @ (problem.slope(value) @ x))
-        lengths = float(np.linalg.norm(x) * np.linalg.norm(y))
-        condition = weight * lengths / (size * across) if size * across > 0 else float("inf")
-        if np.isnan(across):
-            condition = float("nan")
-        found.append(
-            Eigenvalue(
-                complex(value),
-                _physical(problem, x),
-                _physical(problem, y),
-                float(residuals[j]),
-                condition,
-            )
-        )
+    values, right, left = roots.values, roots.right, roots.left
+    residuals = problem.backward_errors(values, right)
+    size = np.abs(values)
+    weight = size**2 * problem.norms[0] + size * problem.norms[1] + problem.norms[2]
+    image = problem.M @ (right * (2 * values)) + problem.C @ right
+    across = size * np.abs(np.sum(left.conj() * image, axis=0))
+    lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
+    condition = np.full(len(values), np.inf)
+    np.divide(weight * lengths, across, out=condition, where=across != 0)
+    x, y = _physical(problem, right), _physical(problem, left)
+    found = [
+        Eigenvalue(complex(v), x[:, j], y[:, j], float(residuals[j]), float(condition[j]))
+        for j, v in enumerate(values)
+    ]
     return tuple(sorted(found, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag)))
 
 
 def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
-    """A vector in the caller's coordinates: x^H M x = 1 if it has mass, largest part positive."""
-    if np.isnan(z[0]):
-        return z
-    mass = abs(z.conj() @ (problem.M @ z))
-    z = z / (np.sqrt(mass) if mass > 0 else np.linalg.norm(z))
-    largest = z[np.argmax(np.abs(z))]
-    vector = problem.scale * z * (abs(largest) / largest)
-    vector.setflags(write=False)
-    return np.asarray(vector)
+    """Columns (n, m) in the caller's coordinates: x^H M x = 1 if there is mass, largest part
+    positive; NaN where a vector is unknown."""
+    mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
+    size = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
+    largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
+    vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / size)
+    vectors.setflags(write=False)
+    return np.asarray(vectors)

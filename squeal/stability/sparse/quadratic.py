@@ -48,7 +48,9 @@ class Quadratic:
         return self._combined(value * value, value, 1.0)
 
     def slope(self, value: complex) -> Any:
-        """dP/dlambda = 2 value M + C, a CSC array."""
+        """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
+        if value.imag == 0.0:
+            value = value.real
         return self._combined(2 * value, 1.0, 0.0)
 
     def _combined(self, m: complex, c: complex, k: complex) -> Any:

@@ -7,6 +7,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import InputError
+from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.modes import lowest_modes, modes_in
 from squeal.stability.sparse.region import Rectangle, band
 from squeal.stability.sparse.scaled import quadratic
@@ -166,3 +167,39 @@ def test_refusals():
     empty = csc_array(np.diag([1.0, 0.0]))
     with pytest.raises(InputError, match="row 2 of M, C and K is empty"):
         quadratic(empty, None, empty)
+
+
+def test_a_disc_is_counted_by_sizes_alone_and_by_rates(monkeypatch):
+    """Known blocks: both ways to the count agree with the list, also with a root hidden."""
+    from squeal.stability.sparse import count
+
+    rng = np.random.default_rng(9)
+    a, w = rng.uniform(0.01, 0.1, 60), np.linspace(1.0, 20.0, 60)
+    problem = quadratic(*large.blocks(a, w, rng))
+    found = lowest_modes(problem, 12)
+    assert found.certified
+    assert_same(found.values, np.concatenate([-a[:12] + 1j * w[:12], -a[:12] - 1j * w[:12]]))
+    assert found.count.evaluations in [pieces + 1 for pieces in count.ARCS]
+    some = np.ones((60, len(found.known)), dtype=complex)
+    hidden = Roots(found.known, some, some).picked(np.abs(abs(found.known.imag) - w[5]) > 1e-3)
+    assert len(hidden.values) == len(found.known) - 2
+    told = count._conjugate(problem, found.region, hidden, lambda text: None)
+    assert told is None or told.inside == 24
+    monkeypatch.setattr(count, "ARCS", ())
+    other = lowest_modes(problem, 12)
+    assert other.certified
+    assert other.count.inside == 24
+
+
+@pytest.mark.parametrize("inside", [0.3j, 0.9j, 0.6 + 0.6j, 0.95 * np.exp(1.3j)])
+def test_a_conjugate_phase_knows_roots_inside(inside):
+    """sum c_k sin k t is the phase of a function without roots inside and of no other."""
+    from squeal.stability.sparse.count import _sines
+
+    t = np.pi * np.arange(33) / 32
+    z = np.exp(1j * t)
+    outside = np.log((1.6j - z) * (-1.6j - z)) + np.log(2.0 + z) + 0.3 * z
+    assert np.allclose(_sines(outside.real), outside.imag - outside.imag[0], atol=1e-6)
+    wrong = outside + np.log((z - inside) * (z - np.conj(inside)))
+    off = _sines(wrong.real) - wrong.imag
+    assert np.max(np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi)))) > 1.0
