@@ -56,7 +56,11 @@ FORMULATION = Group(
             Word(("+", "-")),
             default="+",
         ),
-        "springs": Key("how many springs the lower face has", Whole(2, 1000), default="16"),
+        "springs": Key(
+            "how many springs the lower face has, at w (2 i + 1 - N)/sqrt(N^2 - 1) from its middle",
+            Whole(2, 1000),
+            default="16",
+        ),
     }
 )
 FORMULATION_CHOICES: dict[str, tuple[str, ...]] = {

@@ -9,9 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
+import numpy as np
+
 from squeal.model.law import FACE_STATES, NORMAL_REACTION, Signal, Touching, face_state
 from squeal.model.mechanics import Coefficients, Loads, Number, Point, Pose, gaps
 from squeal.model.states import STATES, State
+
+LIGHT = 1e-8  # of k_c w: a lighter touch leaves of delta's digits nothing but rounding
 
 
 class Spring(NamedTuple):
@@ -161,5 +165,9 @@ class SpringContact(Springs):
         return tuple(Spring((2 * i + 1 - n) / wide, "k_c", 1.0 / n) for i in range(n))
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and delta."""
-        return self.resultant(c, at, on)
+        """Rn and delta; of a touch too light to tell, delta is the middle of what touches."""
+        force, place = self.resultant(c, at, on)
+        first, last = at.arm(c.rlx, c.rly)[0], at.arm(c.rtx, c.rty)[0]
+        arms = [a * first + b * last for a, b in self._weights]
+        middle = np.divide(sum(t * arm for t, arm in zip(on, arms, strict=True)), sum(on))
+        return force, np.where(np.less(force, LIGHT * c.k_c * c.w), middle, place)

@@ -23,6 +23,7 @@ from squeal.simulation.observers import Observer, observers_for
 from squeal.simulation.response import Response, Watch
 
 Backend = Literal["auto", "heyoka", "scipy"]
+LEAST_TURN = 1e-15  # rad
 BACKENDS = Word(("auto", "heyoka", "scipy"))
 
 
@@ -122,6 +123,25 @@ def first_state(model: PadModel, state: np.ndarray) -> State:
     )
 
 
+def off_level(model: PadModel, state: np.ndarray, contact: State) -> np.ndarray:
+    """A scaled state from which partial contact can go on.
+
+    A level pad exactly on the surface that turns leaves the contact length 0/0: it is turned by
+    less than anything that is computed from it is rounded by.
+    """
+    if model.law.points > 2 or sum(contact) != 1:
+        return state
+    gaps = _heights(model, state)
+    if abs(gaps[0] - gaps[1]) >= LEAST_TURN * model.pad.w:
+        return state
+    turned = [np.array(state), np.array(state)]
+    for way, one in zip((1, -1), turned, strict=True):
+        one[2] += way * LEAST_TURN
+    touching = contact.index(True)
+    first, second = (_heights(model, one)[touching] for one in turned)
+    return turned[0] if first < second else turned[1]
+
+
 def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
     return complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
 
@@ -178,6 +198,7 @@ def integrate(
     """
     dense = any(o.dense for o in observers)
     contact = first_state(model, np.asarray(state, dtype=float))
+    state = off_level(model, state, contact)
     t, steps, changes = 0.0, 0, 0
 
     def change(point: int) -> None:
@@ -203,6 +224,7 @@ def integrate(
             late = _late(model, state, contact, leg.point, heights)
             for point in (leg.point, *late):
                 change(point)
+            state = off_level(model, state, contact)
     return t, state, steps, changes
 
 

@@ -11,11 +11,12 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.commands.cli import main
 from squeal.errors import ComputationError
 from squeal.files.place import Place
+from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.scene import Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.run import first_place
-from tests.conftest import SCENES
+from tests.conftest import SCENES, random_pad
 
 
 def scene(name, **more: Any):
@@ -88,3 +89,21 @@ def test_set_changes_the_start_and_keeps_it(tmp_path, capsys):
     assert finals[0] == finals[1] == finals[2]
     assert main(["simulate", str(path), "--set", "initial=rest"]) == 2
     assert "one of origin, equilibrium" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rate", [5.0, -5.0])
+@pytest.mark.parametrize("law", ["integral", "mean"])
+def test_a_level_pad_on_the_surface_that_begins_to_turn(rate, law):
+    def run(tilt, backend="auto"):
+        start = (0.0, 0.0, tilt, 0.0, 0.0, rate)
+        pad = dataclasses.replace(random_pad(11, "B2"), theta0=0.0, y0=0.0)
+        scene = Scene("B2", pad, Formulation(line_force=law), initial=start, stop=1e-4, samples=2)
+        return np.array(simulate(scene, backend=backend).final)
+
+    # the contact length is 0/0 there and half the face at once; the motion depends on the start
+    # continuously, so that it lies between those from a little tilt to either side
+    level, beside = run(0.0), [run(tilt) for tilt in (1e-9, -1e-9)]
+    scale = np.abs(level) + 1e-12
+    assert np.abs(level - sum(beside) / 2).max() / scale.max() < 1e-9
+    assert np.all(np.abs(level - beside[0]) / scale < 1e-5)
+    assert run(0.0, "scipy") == pytest.approx(level, rel=1e-7)

@@ -15,9 +15,10 @@ from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import PARAMETERS, Model, Pad
+from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.simulation.legs import LIMITS
-from squeal.simulation.run import first_state
+from squeal.simulation.run import first_state, off_level
 
 if TYPE_CHECKING:
     from squeal.simulation.batch.measures import Seen
@@ -100,7 +101,9 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
     touching = (heights < 0.0).astype(int)
     # on the switching surface, or too near to tell, the first motion decides
     for i in np.flatnonzero((np.abs(heights) < 1e-9 * (1.0 + c.w + c.h)).any(axis=0)):
-        touching[:, i] = first_state(_single(scaled, count, int(i)), state[:, i])
+        one = _single(scaled, count, int(i))
+        touching[:, i] = first_state(one, state[:, i])
+        state[:, i] = off_level(one, state[:, i], State(*touching[:, i].astype(bool).tolist()))
     terms = np.array(np.broadcast_arrays(*scaled.term_values, state[0])[:-1]).reshape(-1, count)
     return _Natural(units, scaled, terms, numbers, touching, state, task.stop / units.time)
 
