@@ -88,15 +88,15 @@ def walk(eqs: Literal, q: np.ndarray, good: np.ndarray, mus: np.ndarray) -> np.n
 def map_differences(scene: Scene, axes: tuple[Axis, Axis]) -> tuple[int, int, list[str]]:
     """How many points of a map were compared, and those in which brute force differs.
 
-    Between them: how many of the others differ, where the pad rests in several places without
-    friction, so that the branch to follow is a choice (the sign of Eq. 21 only).
+    Between them: how many others differ where no place of rest without friction is admissible, so
+    that the branch to follow is a choice (the sign of Eq. 21 only), and the map warns of the point.
     """
     found = stability_map(scene, axes)
     grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
     changes = {axis.name: values.ravel() for axis, values in zip(axes, grid, strict=True)}
     n = grid[0].size
     eqs = literal(scene, changes, n)
-    q, good, several = frictionless(eqs, n)
+    q, good, choice = frictionless(eqs, n)
     end = np.broadcast_to(eqs.p["mu"], n)
     path = walk(eqs, q, good, np.linspace(0.0, 1.0, STEPS + 1)[:, None] * end)
     there = np.isfinite(path[-1]).all(axis=0)
@@ -104,12 +104,13 @@ def map_differences(scene: Scene, axes: tuple[Axis, Axis]) -> tuple[int, int, li
     values = spectra(part(eqs, there), path[-1][:, there], end[there])
     names[there], _ = judged(values, scene.damping is not None)
     ours = np.array(NAMES, dtype=object)[found.codes.ravel()]
+    warned = choice & ~found.admissible.ravel()
     rows = [
         f"{axes[0].name} = {grid[0].flat[i]:.6g}, {axes[1].name} = {grid[1].flat[i]:.6g}: "
         f"map {ours[i]}, brute force {names[i]}"
-        for i in np.flatnonzero((ours != names) & ~several)
+        for i in np.flatnonzero((ours != names) & ~warned)
     ]
-    return n, int(((ours != names) & several).sum()), rows
+    return n, int(((ours != names) & warned).sum()), rows
 
 
 Bracket = tuple[float, float, str, int]
@@ -248,8 +249,8 @@ def main() -> None:
             rows += [f"{name}, {'damped' if damped else 'undamped'}: {row}" for row in differ]
         print(f"{FORMS[kind]}: {len(crossing)} pads", file=sys.stderr, flush=True)
     print(
-        f"{total['points']} map points ({total['chosen']} differ in the place of rest that is "
-        f"followed, of several); {total['pads']} pads with {total['up']} crossings upwards "
+        f"{total['points']} map points ({total['chosen']} differ where the map warns that no place "
+        f"of rest is admissible); {total['pads']} pads with {total['up']} crossings upwards "
         f"and {total['down']} downwards"
     )
     print("\n".join(rows) or "no difference")

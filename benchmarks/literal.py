@@ -43,7 +43,7 @@ class Literal:
     def spring_loads(self, q: np.ndarray) -> np.ndarray:
         """Forces and moment (3, n) of springs 1 and 2."""
         p, here, rest = self.p, self.corners(q), self.corners(0.0 * q)
-        a1, a2 = p["alpha1"], p["alpha2"]
+        a1, a2 = (np.broadcast_to(p[name], q.shape[1:]) for name in ("alpha1", "alpha2"))
         fixed = (
             rest[0] + p["L1"] * np.array([np.cos(a1), np.sin(a1)]),
             rest[1] + p["L2"] * np.array([-np.cos(a2), np.sin(a2)]),
@@ -96,11 +96,8 @@ class Literal:
     def slopes(self, q: np.ndarray, mu: Any) -> tuple[np.ndarray, np.ndarray]:
         """Loads (3, n) and their derivative (n, 3, 3) at q, in the contact that q tells."""
         touching = self.depths(q) > 0.0
-        columns = [
-            self.loads(q + 1e-30j * np.eye(3)[i][:, None], mu, touching).imag / 1e-30
-            for i in range(3)
-        ]
-        return self.loads(q, mu, touching), np.moveaxis(np.array(columns), 0, -1).transpose(1, 0, 2)
+        shifted = self.loads(q[:, None] + 1e-30j * np.eye(3)[:, :, None], mu, touching)
+        return shifted[:, 0].real, shifted.imag.transpose(2, 0, 1) / 1e-30
 
     def newton(self, q: np.ndarray, mu: Any, rounds: int) -> tuple[np.ndarray, np.ndarray]:
         """Equilibria near q (3, n), and where they were found."""
@@ -138,6 +135,22 @@ class Literal:
         pl, pt = self.depths(q)
         return total + p["k_c"] / 2 * (np.maximum(pl + s * (pt - pl), 0.0) ** 2).mean(axis=0)
 
+    def reaction(self, q: np.ndarray) -> np.ndarray:
+        """Rn (n,) at q (3, n)."""
+        f = self.loads(q, 0.0, self.depths(q) > 0.0) - self.spring_loads(q)
+        return np.asarray(f[1] + self.p["F_n"])
+
+    def admissible(self, q: np.ndarray) -> np.ndarray:
+        """Where q (3, n) tilts by 0.2 rad, travels by half of the shortest length and presses with
+        ten times the load at most; the load is F_n, or what presses in the initial position."""
+        p = self.p
+        lengths = np.minimum(p["w"], np.minimum(p["L1"], p["L2"]))
+        load = np.maximum(p["F_n"], self.reaction(0.0 * q))
+        level = np.abs(p["theta0"] + q[2]) <= 0.2
+        near = np.hypot(q[0], q[1]) <= 0.5 * lengths
+        with np.errstate(invalid="ignore"):
+            return np.asarray(level & near & (self.reaction(q) <= 10.0 * load))
+
 
 def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     """The equations of a scene with some parameters replaced."""
@@ -166,12 +179,18 @@ def part(eqs: Literal, chosen: np.ndarray) -> Literal:
 
 
 def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Equilibria (3, n) of least potential at mu = 0, where there are any, and where several."""
+    """Where n pads rest at mu = 0: places (3, n), where there are any, and where it is a choice.
+
+    Of several places the admissible ones (`Literal.admissible`) go before others, then the least
+    potential decides, as docs/queries.md has it. It is a choice where several are there of which
+    none is admissible: which of them a search meets is then no property of the pad.
+    """
     random = np.random.default_rng(0)
     p = eqs.p
     stiff = p["k1"] + p["k2"] + (p["k3"] + p["k4"] if eqs.model == "B1" else p["k_c"])
     size = p["F_n"] / stiff + abs(p["y0"]) + 1e-9 * p["w"]
     best, least, most = np.zeros((3, n)), np.full(n, np.inf), np.full(n, -np.inf)
+    meant = np.zeros(n, dtype=bool)
     for start in range(STARTS):
         wide = start % 3 == 2
         q = random.normal(size=(3, n)) * (0.3 * p["w"] if wide else 3.0 * size) * (start > 0)
@@ -179,8 +198,14 @@ def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
         found, good = eqs.newton(q, 0.0, 40)
         energy = np.where(good, eqs.energy(found), np.inf)
         most = np.maximum(most, np.where(good, energy, -np.inf))
-        better = energy < least - 1e-9 * np.where(np.isfinite(least), np.abs(least), 0.0)
-        best[:, better], least[better] = found[:, better], energy[better]
+        fits = good & eqs.admissible(found)
+        lower = energy < least - 1e-9 * np.where(np.isfinite(least), np.abs(least), 0.0)
+        better = (fits & ~meant) | ((fits == meant) & lower)
+        best[:, better], least[better], meant[better] = (
+            found[:, better],
+            energy[better],
+            fits[better],
+        )
     there = np.isfinite(least)
     several = there & (most - np.where(there, least, 0.0) > 1e-6 * np.abs(most))
-    return best, there, several
+    return best, there, several & ~meant

@@ -144,7 +144,10 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
 
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
-    """Where the branch starts: the equilibrium of least potential energy without friction."""
+    """Where the branch starts: the equilibrium of least potential energy without friction.
+
+    Admissible ones go before others, and of the latter those that the load reaches.
+    """
     best = _least(model.replace(mu=0.0))
     if best is None:
         return None
@@ -157,7 +160,7 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
 def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
     found = find_all(smooth, near=True) or find_all(smooth)
-    return found[0] if found else None
+    return min(found, key=lambda e: (not e.admissible, e.potential), default=None)
 
 
 def _beyond(branch: Branch) -> str:

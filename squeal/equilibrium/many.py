@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Statics
@@ -97,8 +98,9 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
 
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches, and
-    the least potential energy decides, as it does for a single pad. Of such other laws' pads that
-    then rest nowhere `LOST` are searched for everywhere; more are left aside.
+    the least potential energy of the admissible ones, if there are any, decides, as it does for a
+    single pad. Of such other laws' pads that then rest nowhere `LOST` are searched for everywhere;
+    more are left aside.
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
@@ -106,17 +108,18 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
     if not doubtful.size:
         return z, side
     part = dataclasses.replace(statics, model=subset(statics.model, names, doubtful))
-    least = np.full(doubtful.size, np.inf)
+    least, meant = np.full(doubtful.size, np.inf), np.zeros(doubtful.size, dtype=bool)
     for state in filter(any, statics.model.states):
+        touching = np.array(state, dtype=float)[:, None]
         for trial in _seeds(part, doubtful.size):
             met = solved(part, names, trial, 20, state)
-            own = np.all((part.gaps(trial) < 0.0) == np.array(state)[:, None], axis=0)
-            energy = np.where(
-                (met != 0.0) & own, part.model.energy(part.place(trial), np.zeros(3), state), np.inf
-            )
+            own = np.all((part.gaps(trial) < 0.0) == (touching > 0.0), axis=0) & (met != 0.0)
             with np.errstate(invalid="ignore"):
-                better = energy < least - 1e-9 * np.abs(energy)
-            least[better] = energy[better]
+                energy = part.model.energy(part.place(trial), np.zeros(3), state)
+                fits = ~excursion(part, trial, touching).beyond().any(axis=0)
+                lower = energy < least - 1e-9 * np.abs(energy)
+            better = own & ((fits & ~meant) | ((fits == meant) & lower))
+            least[better], meant[better] = energy[better], fits[better]
             z[:, doubtful[better]], side[doubtful[better]] = trial[:, better], met[better]
     lost = doubtful[~np.isfinite(least)]
     side[lost] = 0.0

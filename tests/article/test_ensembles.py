@@ -27,9 +27,12 @@ from squeal.article.ensembles.space import (
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import LENGTH, MASS
 from squeal.article.report.chapters import ENSEMBLES
+from squeal.article.report.ensembles import generated
+from squeal.article.studies import ensembles as studied
 from squeal.article.studies.ensembles import RIVAL
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
+from squeal.files.provenance import NOT_INSTALLED
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
@@ -289,3 +292,15 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
     error = float(np.std(np.log(found))) / math.sqrt(len(found))
     assert np.log(found).mean() == pytest.approx(math.log(level**3), abs=4.0 * error)
     assert error < 0.3
+
+
+def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
+    monkeypatch.setattr(studied, "version", lambda _: NOT_INSTALLED)
+    monkeypatch.setattr(studied, "judge", None)  # would simulate
+    found = studied.study([ROOT / ENSEMBLES])
+    assert "heyoka is not installed" in found.left_out
+    assert not found.wrong
+    values, tables = generated(found)
+    assert values["ensembles.left-out"].startswith("Left out here")
+    assert "ensembles.rival" not in values
+    assert tables["ensemble-searches"].count("--, --, --, --") == 8

@@ -59,7 +59,7 @@ def ensemble_table(found: Ensembles) -> str:
             _span([s.most.listed for s in e.seeds]),
             _span([s.level for s in e.seeds]),
             _span([s.log_share for s in e.seeds], 2),
-            ", ".join(_over(e.horizons[str(w)]) for w in found.windows),
+            ", ".join(_over(e.horizons.get(str(w))) for w in found.windows),
         ]
         for e in found.ensembles
     ]
@@ -242,17 +242,19 @@ def generated(found: Ensembles) -> Generated:
         "ensembles.random": thousands(min(e.random for e in found.ensembles)),
         "ensembles.seeds": str(min(len(e.seeds) for e in found.ensembles)),
         "ensembles.longest": str(found.windows[-1]),
-        "ensembles.long": _long(found),
-        "ensembles.rival": _rival(found),
+        "ensembles.left-out": typeset(found.left_out),
         "ensembles.standing": _standing(found),
         "ensembles.confined": _confined(found),
         "ensembles.front": _front(found),
         "ensembles.chance": str(max(e.best.informative for e in found.ensembles)),
         "ensembles.best": str(max(s.most.informative for e in found.ensembles for s in e.seeds)),
         "ensembles.ceiling": str(found.total.informative - 1),
-        "ensembles.side": _steadier(found.chosen),
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
+    if not found.left_out:
+        values["ensembles.long"] = _long(found)
+        values["ensembles.rival"] = _rival(found)
+        values["ensembles.side"] = _steadier(found.chosen)
     tables = {
         "ensemble-searches": ensemble_table(found),
         "ensemble-ranges": range_table(found),

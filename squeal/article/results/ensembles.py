@@ -130,7 +130,8 @@ class Ensembles(Result):
     informative: the statements whose verdict is no consequence of others; names: of the three
     statements of the fronts; total: statements on model B2 alone; rival: the
     pad found elsewhere that keeps 27 listed statements, by law; rival_level: the level that all
-    searches of the consistent law reached; ranges: of the numbers, by law.
+    searches of the consistent law reached; ranges: of the numbers, by law; left_out: why no pad is
+    judged afresh, empty if they are: horizons, rival and chosen are then empty too.
     """
 
     ensembles: tuple[Ensemble, ...]
@@ -151,6 +152,7 @@ class Ensembles(Result):
     chosen_from: str
     candidates: int
     check: Check
+    left_out: str = ""
 
     @property
     def wrong(self) -> str:

@@ -34,6 +34,7 @@ from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
+from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
 
 WINDOWS = (1, 3, 10, 40)
@@ -104,11 +105,13 @@ def over_windows(
     return rows, found
 
 
-def ensemble(kept: Kept, number: int) -> Ensemble:
-    """The record of one formulation."""
+def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
+    """The record of one formulation; without judging its horizons are empty."""
     f = FORMULATIONS[number]
     best = int(np.lexsort([-kept.best[number, :, 0], -kept.best[number, :, 2]])[0])
-    horizons, _ = over_windows(decode(kept.points[number][[best]].astype(float)), f)
+    horizons: dict[str, Counts | None] = {}
+    if judging:
+        horizons = over_windows(decode(kept.points[number][[best]].astype(float)), f)[0][0]
     pads, motions, steps, seconds = kept.effort[number].sum(axis=0).tolist()
     random, ran = kept.random[number].sum(axis=0).tolist()
     histograms = kept.random_counts[number]
@@ -135,7 +138,7 @@ def ensemble(kept: Kept, number: int) -> Ensemble:
         best=Counts(*(int(np.flatnonzero(row)[-1]) for row in histograms)),
         seeds=seeds,
         best_pads=_shares((kept.margins[number] > 0.0).sum(axis=0), len(seeds)),
-        horizons=horizons[0],
+        horizons=horizons,
     )
 
 
@@ -262,11 +265,12 @@ def check(kept: Kept) -> Check:
 
 
 def study(files: Sequence[Path]) -> Ensembles:
-    """The study of the stored ensembles."""
+    """The study of the stored ensembles; without heyoka no pad is judged afresh."""
     (file,) = files
     kept = read_kept(file)
+    judging = version("heyoka") != NOT_INSTALLED
     numbered = {name: FORMULATIONS.index(f) for name, f in LAWS.items()}
-    pads, origin, candidates = chosen(kept)
+    pads, origin, candidates = chosen(kept) if judging else ({}, "", 0)
     fronts = tuple(
         Front(
             _switches(FORMULATIONS[n]),
@@ -282,7 +286,7 @@ def study(files: Sequence[Path]) -> Ensembles:
     )
     last = kept.levels[numbered["consistent"], :, -1]
     return Ensembles(
-        ensembles=tuple(ensemble(kept, n) for n in range(len(FORMULATIONS))),
+        ensembles=tuple(ensemble(kept, n, judging=judging) for n in range(len(FORMULATIONS))),
         stages=int(kept.stages),
         windows=WINDOWS,
         confidence=CONFIDENCE,
@@ -300,10 +304,11 @@ def study(files: Sequence[Path]) -> Ensembles:
         names=FRONT,
         total_b2=int(B2.sum()),
         fronts=fronts,
-        rival=side_by_side(dict(RIVAL)),
+        rival=side_by_side(dict(RIVAL)) if judging else {},
         rival_level=float(last.max()),
         chosen=pads,
         chosen_from=origin,
         candidates=candidates,
-        check=check(kept),
+        check=check(kept) if judging else Check(0, 0, 0),
+        left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )
