@@ -5,10 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
+from benchmarks.literal import frictionless, literal
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, judged_equilibria, sweep_mu
-from squeal.analysis.maps import NAMES, codes_at
-from squeal.equilibrium import sliding_equilibrium
+from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
+from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.admissible import LIMITED, Excursion, excursion
 from squeal.equilibrium.settings import AdmissibleLimits
 from squeal.equilibrium.statics import Statics
@@ -127,3 +128,20 @@ def test_a_branch_that_leaves_the_model_on_its_way():
     low, high = (found.admissible_to * (1 + sign * 1e-6) for sign in (-1, 1))
     for mu, kept in ((low, True), (high, False)):
         assert analyse(scene.replace(mu=mu)).admissible is kept
+
+
+@pytest.mark.parametrize("seed", [237, 300])
+def test_of_several_places_of_rest_all_take_the_least_of_the_admissible_ones(seed):
+    model = PadModel("B2", random_pad(seed, "B2"), Formulation(delta_moment="-"))
+    places = find_all(model.replace(mu=0.0), near=True)
+    assert not places[0].admissible  # of least potential energy, but far off
+    best = next(e for e in places if e.admissible)
+    # the equations written out once more
+    scene = Scene("B2", model.pad, model.formulation)
+    (x,), (y,), (theta,) = frictionless(literal(scene, {}, 1), 1)[0]
+    assert best.q == pytest.approx((x, y, theta), abs=1e-9)
+    taken, how = sliding_equilibrium(model.replace(mu=1e-6))
+    assert taken.q == pytest.approx(best.q, abs=1e-3 * model.pad.w)
+    assert "continued from mu = 0" in how
+    axes = Axis("mu", 0.0, 1e-6, 2), Axis("h", model.pad.h, model.pad.h * (1 + 1e-6), 2)
+    assert stability_map(scene, axes).admissible.all()
