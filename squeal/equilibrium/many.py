@@ -116,7 +116,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
             own = np.all((part.gaps(trial) < 0.0) == (touching > 0.0), axis=0) & (met != 0.0)
             with np.errstate(invalid="ignore"):
                 energy = part.model.energy(part.place(trial), np.zeros(3), state)
-                fits = ~excursion(part, trial, touching).beyond().any(axis=0)
+                fits = np.asarray(~excursion(part, trial, touching).beyond().any(axis=0))
                 lower = energy < least - 1e-9 * np.abs(energy)
             better = own & ((fits & ~meant) | ((fits == meant) & lower))
             least[better], meant[better] = energy[better], fits[better]

@@ -79,6 +79,19 @@ def test_pandas_takes_them():
     assert isinstance(frame, pandas.DataFrame)
     assert run.history is not None
     assert frame["Rn"].to_numpy().tobytes() == run.history["Rn"].tobytes()
+    # a column a key, in their order, numbers as numbers, with a row a record, or none
+    pad = squeal.read_scene(SCENES / "b1-a.yaml")
+    found = squeal.analyse(pad), squeal.critical_friction(pad), squeal.sweep_mu(pad, [0.1, 0.2])
+    for result in found:
+        frame, rows = squeal.to_dataframe(result), squeal.to_records(result)
+        assert list(frame.columns) == list(rows[0])
+        assert len(frame) == len(rows) > 0
+        for name in frame.columns:
+            if isinstance(rows[0][name], float):
+                assert frame[name].dtype == float
+            assert frame[name].tolist() == [row[name] for row in rows]
+    quiet = squeal.critical_friction(squeal.read_scene(SCENES / "b3.yaml"))
+    assert squeal.to_dataframe(quiet).empty
 
 
 def test_scenes_change_in_place_of_files():
