@@ -43,17 +43,17 @@ def build(folder: Path) -> Path:
 
     Returns the page's path. Raises ComputationError without compilers.
     """
-    from page import export  # heyoka is not everywhere
+    from page import export, tables  # heyoka is not everywhere
 
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         code = compile_modules(export.modules(), Path(scratch))
-    tables = json.dumps(export.tables(SCENES), ensure_ascii=False, separators=(",", ":"))
+    described = json.dumps(tables.tables(SCENES), ensure_ascii=False, separators=(",", ":"))
     (folder / "model.wasm").write_bytes(code)
-    (folder / "model.json").write_text(tables, encoding="utf-8")
+    (folder / "model.json").write_text(described, encoding="utf-8")
     parts = {
         "style": (HERE / "style.css").read_text(encoding="utf-8"),
-        "tables": tables.replace("<", "\\u003c"),
+        "tables": described.replace("<", "\\u003c"),
         "module": base64.b64encode(gzip.compress(code, mtime=0)).decode(),
         "script": bundle("main"),
     }

@@ -1,38 +1,42 @@
-"""The compiled code behind the page, as LLVM text, and the tables that describe it.
+"""The compiled code behind the page, as LLVM text.
 
 Everything rests on the symbolic equations that the Taylor integrator compiles: steps with their
-events, loads with K, C and their derivative by mu, gaps, the plotted signals, coefficients.
+events, with and without damping, loads with K, C, their derivative by mu and the potential energy,
+gaps, the plotted signals, coefficients.
 """
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import heyoka as hy
 
-from squeal.article.cases import CASES, stem
 from squeal.model.contact import (
     FORMULATION_CHOICES,
     Formulation,
     contact_law,
     contact_model,
-    models_with,
 )
-from squeal.model.law import ContactLaw
-from squeal.model.mechanics import Coefficients, coefficients, pose
+from squeal.model.law import ContactLaw, Touching
+from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
-from squeal.model.states import NONE, STATES, State
-from squeal.scene import Scene, read_scene
+from squeal.model.states import NONE, State, states
 from squeal.scene.keys import DEFAULT_TOLERANCE
-from squeal.simulation.integrators.taylor import FAINT, coefficient_names, compiled, equations
-from squeal.simulation.legs import LIMITS
+from squeal.simulation.integrators.taylor import (
+    FAINT,
+    OWN_CODE,
+    coefficient_names,
+    compiled,
+    equations,
+    state_parameters,
+)
 
-OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
-SHOWN = ("B1", "B2")  # models on the page
+SHOWN = ("B1", "B2", "BN")  # models on the page
+SPRINGS = (4, 8, 16, 32)  # of model BN; each number is code of its own
+DAMPED = ("damping",)
 VARIABLES = hy.make_vars("x", "y", "s", "u", "v", "r")  # those of `equations`
 # The steps of a law are small in heyoka's compact mode: 15 kB instead of 60 kB; clang optimises.
 PLAIN: dict[str, Any] = {"opt_level": 0, "compact_mode": True}
@@ -48,20 +52,32 @@ class Module:
 
 
 def laws() -> dict[str, ContactLaw]:
-    """All contact laws by the name that exported functions carry: B1, B2_integral_centre_+..."""
-    formulations = [
-        dict(zip(FORMULATION_CHOICES, choice, strict=True))
-        for choice in itertools.product(*FORMULATION_CHOICES.values())
-    ]
-    return {"B1": contact_law("B1")} | {
-        "_".join(("B2", *words.values())): contact_law("B2", Formulation(**words))  # type: ignore[arg-type]
-        for words in formulations
-    }
+    """All contact laws by the name that exported functions carry: B1, B2_integral_centre_+, BN_4"""
+    found = {}
+    for model in SHOWN:
+        allowed = offered(model)
+        for choice in itertools.product(*allowed.values()):
+            words: dict[str, Any] = dict(zip(allowed, choice, strict=True))
+            law = contact_law(model, Formulation(**words))
+            found["_".join((model, *map(str, choice)))] = law
+    return found
+
+
+def offered(model: str) -> dict[str, tuple[Any, ...]]:
+    """What the page offers for each key of a model's formulation."""
+    everything: dict[str, tuple[Any, ...]] = {**FORMULATION_CHOICES, "springs": SPRINGS}
+    return {name: everything[name] for name in contact_model(model).choices}
 
 
 def bits(contact: State) -> int:
-    """A contact state as the page counts it: 1 if the leading edge touches, plus 2 for trailing."""
-    return int(contact.leading) + 2 * int(contact.trailing)
+    """A contact state as the page counts it: 1 if the first point touches, plus 2 for the next,
+    and so on from the leading edge to the trailing."""
+    return sum(touches << i for i, touches in enumerate(contact))
+
+
+def own_states(law: ContactLaw) -> tuple[State | None, ...]:
+    """The states that have code of their own, or None: one code serves all."""
+    return states(law.points) if law.points <= OWN_CODE else (None,)
 
 
 def _function(name: str, outputs: list[Any], inputs: list[Any]) -> Module:
@@ -78,37 +94,51 @@ def _symbols() -> Coefficients:
     return Coefficients(**{n: hy.par[i] for i, n in enumerate(coefficient_names())})
 
 
-def _integrator(law: ContactLaw, contact: State) -> Any:
-    return compiled(law, contact, DEFAULT_TOLERANCE, float, **PLAIN)
+def integrator(law: ContactLaw, contact: State | None, terms: tuple[str, ...] = ()) -> Any:
+    return compiled(law, contact, DEFAULT_TOLERANCE, float, terms, **PLAIN)
 
 
-def _step(name: str, law: ContactLaw, contact: State) -> Module:
-    """One Taylor step: (jet of state and events, state, coefficients, time, step, size, tape)."""
-    text = _integrator(law, contact).llvm_state.ir
-    return Module(name, "step_e", (text,) if isinstance(text, str) else tuple(text))
+def _touching(law: ContactLaw, contact: State | None) -> Touching:
+    return state_parameters(law) if contact is None else contact
 
 
-def _loads(name: str, law: ContactLaw, contact: State) -> Module:
-    """Net Fx, Fy and moment, K (3 x 3), C (3 x 3), and the loads' derivative by mu."""
-    c, rhs = _symbols(), [e for _, e in equations(law, contact)[0][3:]]
+def _steps(tail: str, law: ContactLaw, contact: State | None) -> list[Module]:
+    """One Taylor step, with and without damping.
+
+    (jet of state and events, state, parameters, time, step, size, tape)
+    """
+    found = []
+    for what, terms in (("step", ()), ("damped", DAMPED)):
+        text = integrator(law, contact, terms).llvm_state.ir
+        texts = (text,) if isinstance(text, str) else tuple(text)
+        found.append(Module(f"{what}_{tail}", "step_e", texts))
+    return found
+
+
+def _loads(name: str, law: ContactLaw, contact: State | None) -> Module:
+    """Net Fx, Fy and moment, K (3 x 3), C (3 x 3), the loads' derivative by mu, the potential."""
+    c, on = _symbols(), _touching(law, contact)
+    rhs = [e for _, e in equations(law, on, DAMPED)[0][3:]]
     loads = [c.m * rhs[0], c.m * rhs[1], c.I / c.w * rhs[2]]
     turn = [1.0, 1.0, c.w] * 3  # from w theta to theta
     K = [-t * e for t, e in zip(turn, _gradient(loads, VARIABLES[:3]), strict=True)]
     C = [-t * e for t, e in zip(turn, _gradient(loads, VARIABLES[3:]), strict=True)]
-    return _function(name, [*loads, *K, *C, *_gradient(loads, [c.mu])], VARIABLES)
+    at = pose(hy, c.place(VARIABLES[:3]))
+    potential = spring_energy(hy, c, at) + law.energy(c, at, on) + c.F_n * at.y
+    outputs = [*loads, *K, *C, *_gradient(loads, [c.mu]), potential]
+    return _function(name, outputs, VARIABLES)
 
 
-def _signals(name: str, law: ContactLaw, contact: State) -> Module:
+def _signals(name: str, law: ContactLaw, contact: State | None) -> Module:
     """The two plotted signals, then the reaction and its place from the mass centre."""
-    c, (x, y, s, *_) = _symbols(), VARIABLES
+    c, (x, y, s, *_), on = _symbols(), VARIABLES, _touching(law, contact)
     at = pose(hy, c.place((x, y, s)))
-    both = [*law.signals(c, at, contact), *law.resultant(c, at, contact)]
-    return _function(name, both, VARIABLES)
+    return _function(name, [*law.signals(c, at, on), *law.resultant(c, at, on)], VARIABLES)
 
 
-def _gaps(name: str) -> Module:
-    """Both gaps, their rates, and the limits that are positive while the model holds."""
-    _, heights, limits = equations(laws()["B1"], NONE)
+def _gaps(name: str, law: ContactLaw) -> Module:
+    """All gaps, their rates, and the limits that are positive while the model holds."""
+    _, heights, limits = equations(law, states(law.points)[1])
     x, y, s, u, v, r = VARIABLES
     rates = [hy.diff(g, x) * u + hy.diff(g, y) * v + hy.diff(g, s) * r for g in heights]
     return _function(name, [*heights, *rates, *(limit / FAINT for limit in limits)], VARIABLES)
@@ -129,73 +159,24 @@ def parameters() -> list[str]:
 
 def modules() -> list[Module]:
     """Everything that the page calls."""
-    found = [_gaps("gaps")]
+    found = []
     for key, law in laws().items():
-        model = key[:2]
         if key in ("B1", "B2_integral_centre_+"):
-            found.append(_coefficients(f"coefficients_{model}", law))
-        for contact in STATES:
-            tail = f"{key}_{bits(contact)}"
+            found.append(_coefficients(f"coefficients_{key[:2]}", law))
+        if key == "B1" or law.points > OWN_CODE:
+            found.append(_gaps(gaps_name(key, law), law))
+        for contact in own_states(law):
             if contact == NONE:  # no contact, no law: one for all
                 if key == "B1":
-                    found += [_step("step_0", law, contact), _loads("loads_0", law, contact)]
-            else:
-                found += [
-                    _step(f"step_{tail}", law, contact),
-                    _loads(f"loads_{tail}", law, contact),
-                    _signals(f"signals_{tail}", law, contact),
-                ]
+                    found += [*_steps("0", law, contact), _loads("loads_0", law, contact)]
+                continue
+            tail = key if contact is None else f"{key}_{bits(contact)}"
+            found += _steps(tail, law, contact)
+            found += [_loads(f"loads_{tail}", law, contact)]
+            found += [_signals(f"signals_{tail}", law, contact)]
     return found
 
 
-def tables(scenes: Path) -> dict[str, Any]:
-    """What the page shows and how it calls the functions; `scenes` holds the article's eight."""
-    steps = [_integrator(law, contact) for law in laws().values() for contact in STATES]
-    order = steps[0].order
-    return {
-        "order": order,
-        "tape": max(len(step.decomposition) for step in steps) * (order + 1),
-        "limits": LIMITS,
-        "parameters": {
-            n: {key: getattr(p, key) for key in OF_PARAMETER}
-            | {
-                "models": models_with(n),
-                "low": max(p.kind.low, -1e300),
-                "high": min(p.kind.high, 1e300),
-                "lowAllowed": p.kind.low_allowed,
-                "allowed": f"a finite number{p.kind.range()}",
-            }
-            for n, p in PARAMETERS.items()
-            if not p.needs
-        },
-        "inputs": parameters(),
-        "coefficients": coefficient_names(),
-        "formulation": FORMULATION_CHOICES,
-        "contacts": {
-            model: {str(bits(state)): contact_law(model).state_name(state) for state in STATES}
-            for model in SHOWN
-        },
-        "meanings": {model: contact_law(model).meanings for model in SHOWN},
-        "signals": {key: [s.name for s in law.plotted] for key, law in laws().items()},
-        "cases": {
-            model: {case: _case(scenes / f"{stem(model, case)}.yaml") for case in CASES}
-            for model in SHOWN
-        },
-    }
-
-
-def choices(scene: Scene) -> dict[str, str]:
-    """The choices of a scene's formulation that name its law."""
-    has = contact_model(scene.model).choices
-    return {n: getattr(scene.formulation, n) for n in FORMULATION_CHOICES if n in has}
-
-
-def _case(path: Path) -> dict[str, Any]:
-    scene = read_scene(path)
-    values = {n: getattr(scene.pad, n) for n in PARAMETERS if scene.model in models_with(n)}
-    return {
-        "parameters": {n: v for n, v in values.items() if v is not None},
-        "formulation": choices(scene),
-        "initial": scene.initial,
-        "stop": scene.stop,
-    }
+def gaps_name(key: str, law: ContactLaw) -> str:
+    """Name of the function of the gaps, of which laws with the edges alone have one."""
+    return f"gaps_{key}" if law.points > OWN_CODE else "gaps"

@@ -136,11 +136,13 @@ export function drawModes(canvas, { body, at }) {
     g.fillStyle = "#222";
     g.textAlign = "center";
     g.fillText(`${(mode.im / 2000 / Math.PI).toFixed(3)} kHz`, cx, height - 26);
-    g.fillText(`growth ${(mode.re / 1000).toPrecision(3)} 1/ms`, cx, height - 9);
+    g.fillText(`${(mode.re / 1000).toPrecision(3)} 1/ms`, cx, height - 9);
   });
 }
 
-const FILLS = ["#ffffff", "#c9c9c9", "#7d6a86", "#f3ddc4"];
+const FILLS = ["#ffffff", "#c9c9c9", "#7d6a86", "#f3ddc4", "#ffffff"];
+
+const HATCHES = [null, [1, 0], [0, 1], [0.5, 0.5], null]; // heights at the left and right of a cell
 
 /** Verdicts over both angles (rows of codes, -1 where not yet known), and the place of the pad. */
 export function drawMap(canvas, { codes, n }, parameters) {
@@ -152,11 +154,11 @@ export function drawMap(canvas, { codes, n }, parameters) {
     const x = box.left + Math.floor(k / n) * cell, y = box.top + side - ((k % n) + 1) * cell;
     g.fillStyle = FILLS[codes[k]];
     g.fillRect(x, y, cell + 0.6, cell + 0.6);
-    if (codes[k] === 0) continue;
+    if (!HATCHES[codes[k]]) continue;
     g.strokeStyle = "#555"; // hatching: flutter rises, divergence falls, the rest is level
     g.lineWidth = 0.7;
     g.beginPath();
-    const [from, to] = [[], [cell, 0], [0, cell], [cell / 2, cell / 2]][codes[k]];
+    const [from, to] = HATCHES[codes[k]].map((share) => share * cell);
     g.moveTo(x, y + from);
     g.lineTo(x + cell, y + to);
     g.stroke();

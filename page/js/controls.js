@@ -7,8 +7,9 @@ const around = (label, unit, factor = 1) => ({ label, unit, factor, log: true })
 const between = (label, unit, factor, high, low = -high) => ({ label, unit, factor, low, high });
 
 const GROUPS = {
-  springs: {
+  load: {
     alpha1: angle("α₁"), alpha2: angle("α₂"), mu: between("µ", "", 1, 1.5, 0), F_n: around("Fₙ", "N"),
+    damping: between("ζ", "%", 0.01, 10, 0),
   },
   stiffness: Object.fromEntries(
     ["k1", "k2", "k3", "k4", "k_c"].map((k) => [k, around(k.replace("_", ""), "MN/m", 1e6)]),
@@ -30,15 +31,17 @@ const STARTS = ["position along the surface", "height", "angle"];
 const STEPS = 1000; // of a slider
 const SPAN = 20; // a slider reaches from 1/20 of the case's value to 20 times it
 
+const OWN = ["stop", "damping"]; // settings that are no parameters
+
 const start = (name) => (name.startsWith("start_") ? Number(name.at(-1)) : -1);
 
 export const read = (settings, name) => {
-  if (name === "stop") return settings.stop;
+  if (OWN.includes(name)) return settings[name];
   return start(name) < 0 ? settings.parameters[name] : settings.initial[start(name)];
 };
 
 function write(settings, name, value) {
-  if (name === "stop") settings.stop = value;
+  if (OWN.includes(name)) settings[name] = value;
   else if (start(name) < 0) settings.parameters[name] = value;
   else settings.initial[start(name)] = value;
 }
@@ -48,7 +51,7 @@ const text = (value) => String(Number(value.toPrecision(7)));
 function meaning(tables, name, { meaning: own }) {
   const i = start(name);
   if (own) return own;
-  if (i < 0) return tables.parameters[name].meaning;
+  if (i < 0) return (tables.parameters[name] ?? tables[name]).meaning;
   return i < 3 ? `start: ${STARTS[i]}` : `start: rate of the ${STARTS[i - 3]}`;
 }
 
@@ -76,7 +79,7 @@ export function makeControls(document, tables, settings, { changed, refused }) {
       `<span class="unit">${spec.unit}</span>`;
     document.getElementById(group).append(line);
     const [slider, field] = line.querySelectorAll("input");
-    const limits = tables.parameters[name] ?? {
+    const limits = tables.parameters[name] ?? (name === "damping" ? tables.damping : null) ?? {
       low: spec.log ? 0 : -Infinity, high: spec.most ?? Infinity, lowAllowed: false,
       allowed: spec.most ? `above 0 and below ${spec.most / spec.factor} ${spec.unit}` : "a finite number",
     };

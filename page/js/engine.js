@@ -9,20 +9,22 @@ export async function load(bytes, tables) {
   const { instance } = await WebAssembly.instantiate(bytes, { env });
   const { memory, __heap_base: base, ...functions } = instance.exports;
   const doubles = (at, n) => new Float64Array(memory.buffer, at, n);
-  const events = 2 + tables.limits.length;
+  const most = Math.max(...Object.values(tables.laws).map(({ points }) => points));
+  const events = most + tables.limits.length;
+  const inputs = tables.coefficients.length + most + tables.decay;
   const wanted = base.value + 8 * (tables.tape + 1024);
   if (memory.buffer.byteLength < wanted) {
     memory.grow(Math.ceil((wanted - memory.buffer.byteLength) / 65536));
   }
   let end = Math.ceil(base.value / 8) * 8;
   const room = (n) => (end += 8 * n) - 8 * n;
-  const [IN, PARS, H, TIME, TOP, OUT] = [64, 64, 1, 1, 1, 64].map(room);
+  const [IN, PARS, H, TIME, TOP, OUT] = [64, inputs, 1, 1, 1, 2 * events].map(room);
   const JET = room((SIZE + events) * (tables.order + 1)), TAPE = room(tables.tape);
-  const input = doubles(IN, 64), pars = doubles(PARS, 64), h = doubles(H, 1), out = doubles(OUT, 64);
+  const input = doubles(IN, 64), pars = doubles(PARS, inputs), h = doubles(H, 1);
+  const out = doubles(OUT, 2 * events);
   const jet = doubles(JET, (SIZE + events) * (tables.order + 1));
   return {
     tables,
-    events,
     call(name, values, coefficients, outputs) {
       input.set(values);
       if (coefficients) pars.set(coefficients);
@@ -98,13 +100,17 @@ export function firstCrossing(a, from, order, h, rising) {
   }
 }
 
-/** Name of an exported function in a contact state (1: leading edge touches, 2: trailing). */
-export const within = (what, law, contact) =>
-  contact ? `${what}_${law}_${contact}` : `${what}_0`;
+/** Name of an exported function in a contact state (bit i: point i touches); where one code serves
+ * all states, the coefficients of the body tell it from here on. */
+function within(engine, { law, own, points, coefficients }, what, contact) {
+  if (own) return contact ? `${what}_${law}_${contact}` : `${what}_0`;
+  const first = engine.tables.coefficients.length;
+  for (let i = 0; i < points; i++) coefficients[first + i] = (contact >>> i) & 1;
+  return `${what}_${law}`;
+}
 
 /** The law of a model in a formulation, as the exported functions are named. */
-export const lawOf = (model, formulation) =>
-  model === "B1" ? "B1" : ["B2", ...Object.values(formulation)].join("_");
+export const lawOf = (model, formulation) => [model, ...Object.values(formulation)].join("_");
 
 /** Units in which a motion is of order one (squeal.model.units; compared with it in the tests). */
 export function naturalUnits(pad, initial) {
@@ -126,67 +132,86 @@ export function prepare(engine, { model, formulation, parameters, initial }) {
     const [mass, length, time] = engine.tables.parameters[name].dimension;
     return (pad[name] ?? 0) / (units.mass ** mass * units.length ** length * units.time ** time);
   });
+  const law = lawOf(model, formulation), { coefficients: maker, ...described } = engine.tables.laws[law];
   const count = engine.tables.coefficients.length;
-  const c = engine.call(`coefficients_${model}`, scaled, null, count);
+  const c = new Float64Array(count + described.points + engine.tables.decay); // see `damped`
+  c.set(engine.call(maker, scaled, null, count));
   const turn = units.length / units.lever;
   const place = [units.length, units.length, turn];
   const factors = [...place, ...place.map((f) => f / units.time)];
-  return { model, law: lawOf(model, formulation), pad, units, coefficients: c, factors };
+  return { model, law, ...described, pad, units, coefficients: c, damped: false, factors };
 }
 
 /** A coefficient of the model by its name. */
 export const coefficient = (engine, body, name) =>
   body.coefficients[engine.tables.coefficients.indexOf(name)];
 
-/** [gap, gap, rate, rate, limits...] of a state; a gap is positive where the edge is off. */
+/** [gaps..., rates..., limits...] of a state; a gap is positive where its point is off. */
 export const gapsAt = (engine, body, state) =>
-  engine.call("gaps", state, body.coefficients, 4 + engine.tables.limits.length);
+  engine.call(body.gaps, state, body.coefficients, 2 * body.points + engine.tables.limits.length);
 
-export const touching = (gaps) => (gaps[0] < 0 ? 1 : 0) + (gaps[1] < 0 ? 2 : 0);
+/** The contact state that gaps tell. */
+export function touching(body, gaps) {
+  let contact = 0;
+  for (let i = 0; i < body.points; i++) if (gaps[i] < 0) contact |= 1 << i;
+  return contact >>> 0;
+}
 
-/** Net loads (3), K (9), C (9) and the loads' derivative by mu (3), in natural units. */
+export const fullContact = ({ points }) => 2 ** points - 1;
+
+/** Which ends of the face touch: 1 the leading, 2 the trailing. The face is straight, so that is
+ * full contact (3), partial contact on one side, or none. */
+export const edges = ({ points }, contact) => (contact & 1) + 2 * ((contact >>> (points - 1)) & 1);
+
+/** Net loads (3), K (9), C (9), the loads' derivative by mu (3) and the potential energy, in
+ * natural units. */
 export const loadsAt = (engine, body, state, contact) =>
-  engine.call(within("loads", body.law, contact), state, body.coefficients, 24);
+  engine.call(within(engine, body, "loads", contact), state, body.coefficients, 25);
 
 /** Two plotted signals, reaction and its place from the mass centre; zero and NaN without contact. */
 export function signalsAt(engine, body, state, contact) {
   if (!contact) return [0, body.model === "B1" ? 0 : NaN, 0, NaN];
-  return engine.call(within("signals", body.law, contact), state, body.coefficients, 4);
+  return engine.call(within(engine, body, "signals", contact), state, body.coefficients, 4);
 }
 
 function accelerations(engine, body, state) {
-  const contact = touching(gapsAt(engine, body, state));
+  const contact = touching(body, gapsAt(engine, body, state));
   const f = loadsAt(engine, body, state, contact);
   const [m, I, w] = ["m", "I", "w"].map((name) => coefficient(engine, body, name));
   return [f[0] / m, f[1] / m, (w * f[2]) / I];
 }
 
-/** Contact state of the first motion; an edge on the surface goes where a short step takes it. */
+/** Contact state of the first motion; a point on the surface goes where a short step takes it. */
 export function firstContact(engine, body, state) {
   const c = (name) => coefficient(engine, body, name);
-  const gaps = gapsAt(engine, body, state);
+  const gaps = gapsAt(engine, body, state).slice(0, body.points);
   const y0 = (body.pad.y0 ?? 0) / body.units.length;
   const rounding = 8 * Number.EPSILON * (c("h") + c("w") + Math.abs(y0) + Math.abs(state[1]));
-  if (Math.min(Math.abs(gaps[0]), Math.abs(gaps[1])) > rounding) return touching(gaps);
+  if (gaps.every((gap) => Math.abs(gap) > rounding)) return touching(body, gaps);
   const step = 1e-3, q = state.slice(0, 3), v = state.slice(3);
-  const at = (...move) => {
-    const place = q.map((x, i) => move.reduce((sum, [f, d]) => sum + f * d[i], x));
-    return [...place, 0, 0, 0];
-  };
+  const along = (x, ...move) => x.map((x, i) => move.reduce((sum, [f, d]) => sum + f * d[i], x));
+  const at = (place, rate) => [...place, ...rate];
   const a1 = accelerations(engine, body, state);
-  const a2 = accelerations(engine, body, at([step / 2, v]));
-  const a3 = accelerations(engine, body, at([step / 2, v], [step ** 2 / 4, a1]));
+  const v2 = along(v, [step / 2, a1]);
+  const a2 = accelerations(engine, body, at(along(q, [step / 2, v]), v2));
+  const q3 = along(q, [step / 2, v], [step ** 2 / 4, a1]);
+  const a3 = accelerations(engine, body, at(q3, along(v, [step / 2, a2])));
   const a = a1.map((_, i) => a1[i] + a2[i] + a3[i]);
-  const moved = gapsAt(engine, body, at([step, v], [step ** 2 / 6, a]));
-  return touching([0, 1].map((i) => (Math.abs(gaps[i]) > rounding ? gaps[i] : moved[i] - gaps[i])));
+  const moved = gapsAt(engine, body, at(along(q, [step, v], [step ** 2 / 6, a]), v));
+  const on = (gap, i) => (Math.abs(gap) > rounding ? gap : moved[i] - gap);
+  return touching(body, gaps.map(on));
 }
 
-/** True if the other edge has passed the surface in the same instant as `edge`. */
-function late(engine, body, state, contact, edge) {
-  const gaps = gapsAt(engine, body, state), other = 1 - edge;
-  const side = (e, value) => (contact & (1 << e) ? value : -value);
-  if (side(other, gaps[other]) < Math.min(side(edge, gaps[edge]), 0)) return false;
-  return side(other, gaps[2 + other]) > 0;
+/** The other points that have passed the surface in the same instant as `point`. */
+function late(engine, body, state, contact, point) {
+  const gaps = gapsAt(engine, body, state);
+  const beyond = (i, value) => ((contact >>> i) & 1 ? value : -value);
+  const limit = Math.min(beyond(point, gaps[point]), 0), found = [];
+  for (let i = 0; i < body.points; i++) {
+    if (i === point || beyond(i, gaps[i]) < limit) continue;
+    if (beyond(i, gaps[body.points + i]) > 0) found.push(i);
+  }
+  return found;
 }
 
 /**
@@ -202,16 +227,18 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
   const first = contact;
   let jets = new Float64Array(SIZE * terms * 512);
   const nodes = [t], contacts = [], changes = [];
-  const change = (edge) => {
-    const to = contact ^ (1 << edge);
+  const what = body.damped ? "damped" : "step", { points } = body, events = points + limits.length;
+  const change = (point) => {
+    const to = (contact ^ (1 << point)) >>> 0;
     changes.push({ t, from: contact, to });
     contact = to;
   };
   while (t < until) {
-    let h = engine.step(within("step", body.law, contact), state, body.coefficients, until - t);
+    const name = within(engine, body, what, contact);
+    let h = engine.step(name, state, body.coefficients, until - t);
     let event = -1;
-    for (let e = 0; e < engine.events; e++) {
-      const at = firstCrossing(engine.jet, (SIZE + e) * terms, order, h, e < 2);
+    for (let e = 0; e < events; e++) {
+      const at = firstCrossing(engine.jet, (SIZE + e) * terms, order, h, e < points);
       if (at <= h && (event < 0 || at < h)) [h, event] = [at, e];
     }
     const own = SIZE * terms;
@@ -228,13 +255,12 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
     contacts.push(contact);
     steps++;
     if (!state.every(Number.isFinite)) end = "the motion is not finite";
-    else if (event >= 2) end = limits[event - 2];
+    else if (event >= points) end = limits[event - points];
     else if (steps >= mostSteps && t < until) end = "the motion takes too many steps";
     if (end) break;
     if (event >= 0 && t < until) {
-      const both = late(engine, body, state, contact, event);
-      change(event);
-      if (both) change(1 - event);
+      const others = late(engine, body, state, contact, event);
+      for (const point of [event, ...others]) change(point);
     }
   }
   return { t, state, contact, first, steps, nodes, jets, contacts, changes, end };
@@ -243,7 +269,7 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
 /** States (6 each) and contacts at rising times, in natural units. */
 export function sample(engine, motion, times) {
   const { order } = engine.tables, terms = order + 1;
-  const states = new Float64Array(SIZE * times.length), contacts = new Uint8Array(times.length);
+  const states = new Float64Array(SIZE * times.length), contacts = new Uint32Array(times.length);
   let step = 0;
   times.forEach((t, k) => {
     while (step < motion.steps - 1 && t >= motion.nodes[step + 1]) step++;
@@ -259,6 +285,7 @@ export function sample(engine, motion, times) {
 /** Plain numbers of a motion in SI units. */
 export const summary = (body, { steps, end, t, state, changes }) => ({
   units: body.units,
+  refusal: body.refusal ?? null, // of damping
   steps,
   end,
   t: t * body.units.time,

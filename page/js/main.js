@@ -2,16 +2,19 @@
 
 import { drawHistories, drawMap, drawModes, drawRoots, drawSpectrum, instantAt } from "./charts.js";
 import { makeControls } from "./controls.js";
-import { gapsAt, load, prepare, run, sample, signalsAt, summary } from "./engine.js";
+import { bodyOf } from "./damped.js";
+import { edges, gapsAt, load, run, sample, signalsAt, summary } from "./engine.js";
 import * as linear from "./linear.js";
 import { drawPad, enlargement } from "./pad.js";
 import { fromCase, fromLink, toLink, toScene } from "./settings.js";
 import { play, render, silence } from "./sound.js";
 import { spectrum } from "./spectrum.js";
+import { VERDICTS } from "./undamped.js";
 
 const SAMPLES = 1024, MOST_STEPS = 5000, MU_MAX = 2, MAP = 40;
 const SWEEP = 12; // seconds in which the picture goes through the time shown
 const SLICE = 5; // ms of each frame that the map may take
+const CHOICES = ["line_force", "delta_from", "delta_moment", "springs"]; // of a formulation
 const id = (name) => document.getElementById(name);
 
 async function start() {
@@ -37,9 +40,10 @@ async function start() {
     for (const name of ["model", "case"]) {
       for (const radio of document.getElementsByName(name)) radio.checked = radio.value === settings[name];
     }
-    id("formulation").hidden = settings.model === "B1";
-    for (const key of Object.keys(tables.formulation)) {
-      if (settings.model === "B2") id(key).value = settings.formulation[key];
+    id("formulation").hidden = !Object.keys(settings.formulation).length;
+    for (const key of CHOICES) {
+      id(key).closest("label").hidden = !(key in settings.formulation);
+      if (key in settings.formulation) id(key).value = settings.formulation[key];
     }
     show(fromCase(tables, settings.model, settings.case));
     touched();
@@ -56,10 +60,11 @@ async function start() {
 
   function recompute() {
     const begun = performance.now();
-    const body = prepare(engine, settings);
+    const body = bodyOf(engine, settings);
     const motion = run(engine, body, settings.initial, settings.stop, { mostSteps: MOST_STEPS });
     const natural = Float64Array.from({ length: SAMPLES }, (_, k) => (motion.t * k) / (SAMPLES - 1));
-    const { states, contacts } = sample(engine, motion, natural);
+    const { states, contacts: touching } = sample(engine, motion, natural);
+    const contacts = Uint8Array.from(touching, (contact) => edges(body, contact));
     const { length, time, mass } = body.units, newton = (mass * length) / time ** 2;
     const signals = [0, 1].map(() => new Float64Array(SAMPLES)), force = new Float64Array(SAMPLES);
     const units = settings.model === "B1" ? [body.pad.F_n, body.pad.F_n] : [body.pad.F_n, body.pad.w];
@@ -67,10 +72,10 @@ async function start() {
     const gaps = [];
     for (let k = 0; k < SAMPLES; k++) {
       const state = states.subarray(6 * k, 6 * k + 6);
-      const values = signalsAt(engine, body, state, contacts[k]);
+      const values = signalsAt(engine, body, state, touching[k]);
       for (const i of [0, 1]) signals[i][k] = (values[i] * si[i]) / units[i];
       force[k] = values[2] * newton;
-      if (k % 8 === 0) gaps.push(...gapsAt(engine, body, state).slice(0, 2));
+      if (k % 8 === 0) gaps.push(...gapsAt(engine, body, state).slice(0, body.points));
     }
     const seconds = natural.map((t) => t * time);
     const displacements = [0, 1, 2].map((i) => {
@@ -96,7 +101,7 @@ async function start() {
   function renewMap() {
     const { alpha1, alpha2, ...others } = settings.parameters;
     const origin = id("origin").value === "origin";
-    const of = JSON.stringify([settings.model, settings.formulation, others, origin]);
+    const of = JSON.stringify([settings.model, settings.formulation, settings.damping, others, origin]);
     if (map?.of === of) map.place = null;
     else map = { of, n: MAP, codes: new Int8Array(MAP * MAP).fill(-1), next: 0, origin, place: null };
   }
@@ -142,9 +147,11 @@ async function start() {
       ended: motion.end ? `${motion.end} at ${(motion.t * body.units.time * 1e3).toFixed(4)} ms` : `no, all ${(settings.stop * 1e3).toPrecision(4)} ms are shown`,
       sliding: sliding(speed),
       equilibrium: at
-        ? `state ${tables.contacts[settings.model][at.contact]}, reaction ${linear.reaction(engine, body, at)[0].toFixed(1)} N`
+        ? `state ${tables.contacts[settings.model][edges(body, at.contact)]}, reaction ${linear.reaction(engine, body, at)[0].toFixed(1)} N`
         : points.length ? `none: the branch from µ = 0 ends at µ = ${points.at(-1).mu.toPrecision(5)}` : "none without friction",
-      verdict: at ? linear.VERDICTS[at.verdict] : "none",
+      verdict: at ? VERDICTS[at.verdict] : "none",
+      damping: damped(body),
+      origin: aboutOrigin(),
       threshold: thresholds.length
         ? thresholds.map((t) => `${t.kind} from µ = ${t.mu.toFixed(6)} at ${t.hertz.toFixed(0)} Hz`).join("; ")
         : `none up to µ = ${(points.at(-1)?.mu ?? 0).toPrecision(4)}${points.at(-1)?.mu < MU_MAX ? ", where the branch ends" : ""}`,
@@ -158,6 +165,20 @@ async function start() {
     id("matrices").textContent = at
       ? Object.entries(linear.matrices(engine, body, at)).map(([k, v]) => `${k} =\n${matrix(v)}`).join("\n")
       : "no equilibrium";
+  }
+
+  function damped({ refusal }) {
+    if (refusal) return `none: ${refusal}`;
+    const percent = Number((100 * settings.damping).toPrecision(5));
+    return percent ? `${percent} % of critical in each mode without friction` : "none";
+  }
+
+  /** The linearisation about the origin, which is model B3, in words. */
+  function aboutOrigin() {
+    const { body, at } = linear.aboutOrigin(engine, settings);
+    if (body.refusal) return `none: ${body.refusal}`;
+    const hertz = linear.modeShapes(at, body.units.time).map(({ im }) => (im / 2 / Math.PI).toFixed(1));
+    return `${VERDICTS[at.verdict]}, ${hertz.join(", ")} Hz`;
   }
 
   function* displacementRate() {
@@ -174,7 +195,7 @@ async function start() {
   function describe() {
     const { motion, at, thresholds } = view, text = (name) => id(`n_${name}`).textContent;
     const first = thresholds[0] ? `${thresholds[0].kind} from µ = ${thresholds[0].mu.toFixed(3)}` : "no threshold";
-    say(`Model ${settings.model}: ${motion.changes.length} contact changes; ${at ? linear.VERDICTS[at.verdict] : "no equilibrium"}; ${first}.`);
+    say(`Model ${settings.model}: ${motion.changes.length} contact changes; ${at ? VERDICTS[at.verdict] : "no equilibrium"}; ${first}.${view.body.refusal ? ` Undamped: ${view.body.refusal}.` : ""}`);
     const labels = {
       pad: `Pad with springs, forces and contact. Share of time: ${text("contacts")}`,
       histories: `Contact states and ${view.names.join(", ")} over time: ${text("extrema")}`,
@@ -189,7 +210,7 @@ async function start() {
   function mapWords() {
     const { alpha1, alpha2 } = settings.parameters;
     const code = linear.mapCode(engine, settings, alpha1, alpha2, map.origin);
-    return `${linear.VERDICTS[code]} at α₁ = ${(alpha1 / Math.PI).toFixed(3)} π, α₂ = ${(alpha2 / Math.PI).toFixed(3)} π`;
+    return `${VERDICTS[code]} at α₁ = ${(alpha1 / Math.PI).toFixed(3)} π, α₂ = ${(alpha2 / Math.PI).toFixed(3)} π`;
   }
 
   function workOnMap() {
@@ -239,9 +260,9 @@ async function start() {
       });
     }
   }
-  for (const key of Object.keys(tables.formulation)) {
+  for (const key of CHOICES) {
     id(key).addEventListener("change", () => {
-      settings.formulation[key] = id(key).value;
+      settings.formulation[key] = tables.formulation[settings.model][key].find((v) => String(v) === id(key).value);
       touched();
     });
   }
@@ -289,7 +310,7 @@ async function start() {
       return hearing;
     };
     const options = { what: id("heard").value, seconds: 1, slow: Number(id("slow").value), rest };
-    const samples = await render(engine, prepare(engine, settings), settings.initial, options);
+    const samples = await render(engine, bodyOf(engine, settings), settings.initial, options);
     if (!samples) return;
     play(samples, stopped);
     say(`Playing ${(samples.length / 44100).toFixed(2)} s.`);
@@ -307,7 +328,7 @@ async function start() {
     get settings() { return settings; },
     get settled() { return settled; },
     motion(other) {
-      const body = prepare(engine, other), motion = run(engine, body, other.initial, other.stop);
+      const body = bodyOf(engine, other), motion = run(engine, body, other.initial, other.stop);
       return summary(body, motion);
     },
   };

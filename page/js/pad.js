@@ -1,6 +1,6 @@
 // The pad, its springs, the surface and the forces at one instant, displacements enlarged.
 
-import { coefficient, gapsAt, sample, signalsAt } from "./engine.js";
+import { coefficient, edges, gapsAt, sample, signalsAt } from "./engine.js";
 import { COLOURS, sheet } from "./plot.js";
 
 /** How much displacements are enlarged: the largest of the motion is seen as half the height. */
@@ -65,7 +65,8 @@ function ground(g, level, width, height, travelled) {
 export function drawPad(canvas, view, t, enlarged) {
   const { engine, body, motion, settings } = view;
   const c = (name) => coefficient(engine, body, name);
-  const { states: s, contacts: [contact] } = sample(engine, motion, [t]);
+  const { states: s, contacts: [touching] } = sample(engine, motion, [t]);
+  const contact = edges(body, touching);
   const gaps = gapsAt(engine, body, s);
   const page = sheet(canvas), { g, width, height } = page;
   const [w, h] = [c("w"), c("h")];
@@ -91,16 +92,19 @@ export function drawPad(canvas, view, t, enlarged) {
     g.fillStyle = "#555";
     g.fillRect(foot[0] - 4, foot[1] - 4, 8, 8);
     g.textAlign = "center";
-    g.fillText(`k${n}`, (foot[0] + x) / 2 + 16, (foot[1] + y) / 2);
+    const [sx, sy] = [x - foot[0], y - foot[1]], aside = 18 / (Math.hypot(sx, sy) || 1);
+    const side = sx > 0 ? 1 : -1; // above a level spring, beside a steep one
+    const [tx, ty] = [(foot[0] + x) / 2 + aside * side * sy, (foot[1] + y) / 2 - aside * side * sx];
+    g.fillText(`k${n}`, tx, ty + 4);
   }
   const colour = COLOURS[contact];
-  // contact springs: one at each edge, or the distributed stiffness of the lower face
-  const count = settings.model === "B1" ? 2 : 7;
+  // contact springs: where they are, or some for the distributed stiffness of the lower face
+  const places = body.places.length ? body.places : [-3, -2, -1, 0, 1, 2, 3].map((i) => i / 3);
   g.strokeStyle = "#6b6558";
-  for (let i = 0; i < count; i++) {
-    const [a, b] = [1 - i / (count - 1), i / (count - 1)];
+  for (const place of places) {
+    const [a, b] = [(1 - place) / 2, (1 + place) / 2];
     const [x, y] = [a * lead[0] + b * trail[0], a * lead[1] + b * trail[1]];
-    zigzag(g, x, level + 40, x, Math.max(level, y), 5, 4);
+    zigzag(g, x, level + 40, x, Math.max(level, y), 5, Math.min(4, 60 / places.length));
   }
   g.fillStyle = "rgba(226, 196, 150, 0.75)";
   g.strokeStyle = "#444";
@@ -129,19 +133,21 @@ export function drawPad(canvas, view, t, enlarged) {
   const capped = (f) => Math.min(force * f, most);
   arrow(g, centre[0], centre[1] - 0.55 * w * scale - h * scale, 0, 0.55 * w * scale, "#333");
   g.fillStyle = "#333";
-  g.fillText("Fn", centre[0] + 14, centre[1] - h * scale - 0.4 * w * scale);
   g.beginPath();
   g.arc(...centre, 3, 0, 7);
   g.fill();
-  const values = signalsAt(engine, body, s, contact);
+  const values = signalsAt(engine, body, s, touching);
   const [, , reaction, place] = values;
+  const aside = contact && reaction > 0 && place > 0 ? -14 : 14; // away from the reaction
+  g.fillStyle = "#333";
+  g.fillText("Fn", centre[0] + aside, centre[1] - h * scale - 0.4 * w * scale);
   if (contact && reaction > 0) {
     const frame = settings.formulation.delta_from === "frame" ? c("x0") + s[0] : 0;
     const x = centre[0] + (place - frame) * scale;
     arrow(g, x, level, 0, -capped(reaction), colour);
     arrow(g, x, level, capped(c("mu") * reaction), 0, colour);
     g.fillStyle = colour;
-    g.fillText("Rn", x - 14, level - 12);
+    g.fillText("Rn", x, level - capped(reaction) - 6);
   }
   g.fillStyle = "#222";
   g.textAlign = "left";

@@ -13,6 +13,7 @@ export function fromCase(tables, model, name) {
     parameters: { ...found.parameters },
     initial: [...found.initial],
     stop: found.stop,
+    damping: found.damping,
   };
 }
 
@@ -23,6 +24,7 @@ export function toLink(settings) {
   for (const [key, value] of Object.entries(settings.parameters)) pairs.set(key, value);
   settings.initial.forEach((value, i) => value && pairs.set(`start_${COORDINATES[i]}`, value));
   pairs.set("stop", settings.stop);
+  if (settings.damping) pairs.set("damping", settings.damping);
   return pairs.toString();
 }
 
@@ -30,11 +32,11 @@ export function toLink(settings) {
 export function fromLink(tables, text) {
   const pairs = new URLSearchParams(text.replace(/^#/, ""));
   const pick = (key, choices) => (choices.includes(pairs.get(key)) ? pairs.get(key) : choices[0]);
-  const model = pick("model", ["B2", "B1"]);
+  const model = pick("model", ["B2", "B1", "BN"]);
   const settings = fromCase(tables, model, pick("case", ["c", "a", "b", "d"]));
   for (const key of Object.keys(settings.formulation)) {
-    const given = pairs.get(key);
-    if (tables.formulation[key].includes(given)) settings.formulation[key] = given;
+    const given = tables.formulation[model][key].find((value) => String(value) === pairs.get(key));
+    if (given !== undefined) settings.formulation[key] = given;
   }
   for (const [key, limits] of Object.entries(tables.parameters)) {
     if (!limits.models.includes(model) || !pairs.has(key)) continue;
@@ -48,6 +50,8 @@ export function fromLink(tables, text) {
   });
   const stop = number(pairs.get("stop"));
   if (stop > 0 && stop <= 0.1) settings.stop = stop;
+  const damping = number(pairs.get("damping"));
+  if (admits(tables.damping, damping)) settings.damping = damping;
   return settings;
 }
 
@@ -76,6 +80,7 @@ export function toScene(tables, settings) {
     "parameters:",
     ...mapping(parameters),
     ...(formulation.length ? ["formulation:", ...mapping(formulation)] : []),
+    ...(settings.damping ? [`damping: {ratios: [${Array(3).fill(yaml(settings.damping)).join(", ")}]}`] : []),
     ...(initial.length ? ["initial:", ...mapping(initial)] : []),
     `time: {stop: ${yaml(settings.stop)}, samples: ${SAMPLES}}`,
     "outputs: [events, shares, extrema]",

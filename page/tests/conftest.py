@@ -44,7 +44,7 @@ def node(built):
 
 def as_json(scene: Scene) -> dict:
     """A scene as the page takes it."""
-    from page.export import choices  # needs heyoka
+    from page.tables import choices  # needs heyoka
 
     return {
         "model": scene.model,
@@ -52,4 +52,5 @@ def as_json(scene: Scene) -> dict:
         "parameters": {n: v for n, v in asdict(scene.pad).items() if v is not None},
         "initial": list(scene.initial),
         "stop": scene.stop,
+        "damping": scene.damping.ratios[0] if scene.damping else 0.0,
     }

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from page.export import bits
+from page.export import SPRINGS, bits
 from page.tests.conftest import as_json
+from squeal.equilibrium.find import least_at_zero
 from squeal.errors import ComputationError
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
-from squeal.model.states import STATES
 from squeal.model.units import natural_units
-from squeal.scene import Scene, read_scene
+from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT, random_pad
 
@@ -23,13 +23,27 @@ FORMULATIONS = [Formulation(*words) for words in CHOICES]
 
 
 def random_scene(seed):
-    """A pad of either model, in any formulation, that starts anywhere near the surface."""
+    """A pad of any model, in any formulation, that starts anywhere near the surface."""
     r = np.random.default_rng(seed)
-    model: Any = "B1" if seed % 2 else "B2"
-    unused: Any = {"B1": {"k_c": None}, "B2": {"k3": None, "k4": None}}[model]
+    model: Any = ("B2", "B1", "B2", "BN", "B2", "B1")[seed % 6]
+    unused: Any = {"k_c": None} if model == "B1" else {"k3": None, "k4": None}
     initial = tuple(float(v) for v in r.uniform(-1.0, 1.0, 6) * 0.02)
-    formulation = FORMULATIONS[seed // 2 % len(FORMULATIONS)] if model == "B2" else Formulation()
-    return Scene(model, random_pad(seed, **unused), formulation, initial, stop=50.0, samples=2)
+    formulation = {
+        "B1": Formulation(),
+        "B2": FORMULATIONS[seed // 2 % len(FORMULATIONS)],
+        "BN": Formulation(springs=SPRINGS[seed // 6 % len(SPRINGS)]),
+    }[model]
+    damping = None
+    if seed % 10 >= 7:  # some refuse it, see `test_refused_damping`
+        damping = Damping(ratios=(float(r.uniform(0.001, 0.1)),) * 3)
+    pad = random_pad(seed, **unused)
+    return Scene(model, pad, formulation, initial, stop=50.0, samples=2, damping=damping)
+
+
+def far_without_friction(scene):
+    """True if the pad without friction rests where the page, which starts nearby, does not look."""
+    least = least_at_zero(scene.pad_model)
+    return least is None or np.max(np.abs(least[0])) > 10.0
 
 
 @cache
@@ -40,8 +54,9 @@ def simulated(seed):
 
 def compare(scene, answer, result):
     """Error of the end state and of the contact times against a result, in natural units."""
-    assert answer["steps"] == result.steps
-    names = {bits(state): scene.pad_model.state_name(state) for state in STATES}
+    # damping matrices from two programs differ by rounding, which may cut off one step more
+    assert abs(answer["steps"] - result.steps) <= (scene.damping is not None)
+    names = {bits(state): scene.pad_model.state_name(state) for state in scene.pad_model.states}
     assert [(names[a], names[b]) for _, a, b in answer["changes"]] == [
         (e.source, e.target) for e in result.events
     ]
@@ -65,8 +80,14 @@ def test_the_eight_cases_of_the_article(node):
 def test_random_pads(node):
     scenes = [random_scene(seed) for seed in range(270)]
     answers = node("runs.js", [as_json(scene) for scene in scenes])
-    ended = 0
+    ended = refused = 0
     for seed, (scene, answer) in enumerate(zip(scenes, answers, strict=True)):
+        if answer["refusal"]:
+            refused += 1
+            if not far_without_friction(scene):
+                with pytest.raises(ComputationError, match=answer["refusal"]):
+                    simulate(scene)
+            continue
         if answer["end"] is None:
             assert compare(scene, answer, simulated(seed)) < 1e-10, scene
             continue
@@ -74,5 +95,6 @@ def test_random_pads(node):
         with pytest.raises(ComputationError, match=f"^{answer['end']} at t = ") as refusal:
             simulate(scene)
         assert float(str(refusal.value).split()[-6]) == pytest.approx(answer["t"], rel=1e-8)
-    assert len(scenes) - ended >= 200
+    assert refused > 0
+    assert len(scenes) - ended - refused >= 200
     assert sum(len(answer["changes"]) for answer in answers) > 1000  # the switching is at work

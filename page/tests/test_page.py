@@ -6,16 +6,19 @@ import statistics
 
 import pytest
 
+import squeal
 from page.build import PAGE
 from page.tests.browser import Browser
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
 from squeal.commands.cli import main
+from squeal.errors import ComputationError
 from squeal.scene import read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+EIGEN = "JSON.stringify(squeal.view.eigen.map(({ re, im }) => [re, im]))"
 ADD_ONE = "(s) => { s.value = Number(s.value) + 1; s.dispatchEvent(new Event('input')); }"
 
 
@@ -50,6 +53,20 @@ def text(page, name):
     return page.run(f"document.getElementById('{name}').textContent")
 
 
+def choose(page, name, option):
+    page.run(
+        f"(() => {{ const s = document.getElementById('{name}'); s.value = '{option}';"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+
+
+def page_scene(page, folder):
+    """The scene whose text the page would copy."""
+    file = folder / "scene.yaml"
+    file.write_text(value(page, "scene"), encoding="utf-8")
+    return read_scene(file)
+
+
 def value(page, name):
     return page.run(f"document.getElementById('{name}').value")
 
@@ -77,7 +94,7 @@ def test_random_pads(page):
     answers = json.loads(
         page.run(f"JSON.stringify({json.dumps(scenes)}.map((s) => squeal.motion(s)))")
     )
-    whole = [seed for seed, answer in enumerate(answers) if answer["end"] is None]
+    whole = [i for i, answer in enumerate(answers) if not (answer["end"] or answer["refusal"])]
     assert len(whole) >= 200
     for seed in whole:
         assert compare(random_scene(seed), answers[seed], simulated(seed)) < 1e-10, seed
@@ -108,47 +125,82 @@ def test_a_refused_number_is_named_and_changes_nothing(page):
     assert page.run("squeal.settings.parameters.k1") == 150e6
 
 
-def test_a_link_carries_the_settings(page):
-    page.run("document.querySelector('[name=model][value=B1]').click()")
-    for name in ("alpha1", "k3", "start_4", "stop"):
+@pytest.mark.parametrize(("model", "stiffness"), [("B1", "k3"), ("BN", "k_c")])
+def test_a_link_carries_the_settings(page, model, stiffness):
+    page.run(f"document.querySelector('[name=model][value={model}]').click()")
+    for name in ("alpha1", stiffness, "start_4", "stop", "damping"):
         page.run(f"({ADD_ONE})(document.getElementById('{name}'))")
+    if model == "BN":
+        choose(page, "springs", "8")
     settled(page)
     settings, link = page.run("JSON.stringify(squeal.settings)"), page.run("location.href")
     page.open(link)
     settled(page)
     assert json.loads(page.run("JSON.stringify(squeal.settings)")) == json.loads(settings)
-    page.run("location.hash = '#model=B2&case=a&mu=-1&line_force=odd&stop=nothing'")
+    assert page.run("squeal.settings.damping") == 0.0001
+    wrong = "mu=-1&line_force=odd&stop=nothing&damping=-0.1"
+    page.run(f"location.hash = '#model=B2&case=a&{wrong}'")
     page.wait("squeal.settings.case === 'a'")
     settled(page)
     case = read_scene(ROOT / "workflow" / "scenes" / "b2-a.yaml")
     assert page.run("squeal.settings.parameters.mu") == case.pad.mu  # refused, not taken
     assert page.run("squeal.settings.stop") == case.stop
+    assert page.run("squeal.settings.damping") == 0.0
 
 
-@pytest.mark.parametrize("model", ["B1", "B2"])
+@pytest.mark.parametrize("model", ["B1", "B2", "BN"])
 def test_the_scene_file_is_simulated_to_the_same_end(page, tmp_path, capsys, model):
     page.run(f"document.querySelector('[name=model][value={model}]').click()")
     if model == "B2":
-        page.run(
-            "(() => { const s = document.getElementById('line_force'); s.value = 'integral';"
-            "s.dispatchEvent(new Event('change')); })()"
-        )
-    for name in ("mu", "start_1", "start_0", "theta0", "k2", "V"):
+        choose(page, "line_force", "integral")
+    if model == "BN":
+        choose(page, "springs", "4")
+    for name in ("mu", "start_1", "start_0", "theta0", "k2", "V", "damping"):
         page.run(f"({ADD_ONE})(document.getElementById('{name}'))")
     page.run(
         "(() => { const f = document.getElementById('start_3_number'); f.value = '1e-7';"
         "f.dispatchEvent(new Event('change')); })()"
     )
     settled(page)
-    scene = tmp_path / "scene.yaml"
-    scene.write_text(value(page, "scene"), encoding="utf-8")
-    assert main(["simulate", "--json", str(scene)]) == 0
+    read = page_scene(page, tmp_path)
+    assert main(["simulate", "--json", str(read.source)]) == 0
     final = json.loads(capsys.readouterr().out)["final"]
-    read = read_scene(scene)
+    assert read.damping.ratios == (0.0001,) * 3
     answer = json.loads(page.run("JSON.stringify(squeal.motion(squeal.settings))"))
     names = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
     assert compare(read, answer, simulate(read)) < 1e-10
     assert answer["state"] == pytest.approx([final[n] for n in names], rel=1e-7)
+
+
+def test_damping_counts_in_motion_eigenvalues_and_threshold(page, tmp_path):
+    for name, choice in (("model", "B1"), ("case", "d")):
+        page.run(f"document.querySelector('[name={name}][value={choice}]').click()")
+    settled(page)
+    free, first = json.loads(page.run("JSON.stringify(squeal.view.eigen)")), text(page, "n_final")
+    assert page.run("squeal.view.body.damped") is False
+    page.run(f"for (let i = 0; i < 50; i++) ({ADD_ONE})(document.getElementById('damping'))")
+    settled(page)
+    assert text(page, "n_damping") == "0.5 % of critical in each mode without friction"
+    assert text(page, "n_final") != first
+    scene = page_scene(page, tmp_path)
+    roots = [complex(*part) for part in json.loads(page.run(EIGEN))]
+    analysis = squeal.analyse(scene)
+    assert roots == pytest.approx(list(analysis.spectrum.values[::2]), rel=1e-9)
+    assert text(page, "n_verdict") == analysis.judgement.verdict
+    assert max(r.real for r in roots) < max(e["re"] for e in free)
+    (given,) = json.loads(page.run("JSON.stringify(squeal.view.thresholds)"))[:1]
+    expected = squeal.critical_friction(scene).points[0]
+    assert (given["kind"], given["mu"]) == (expected.kind, pytest.approx(expected.mu, rel=1e-6))
+
+
+def test_damping_that_has_no_mode_to_refer_to_is_refused(page, tmp_path):
+    choose(page, "delta_moment", "-")
+    page.run(f"({ADD_ONE})(document.getElementById('damping'))")
+    settled(page)
+    assert text(page, "n_damping").startswith("none: ")
+    assert "Undamped: " in text(page, "status")
+    with pytest.raises(ComputationError):
+        squeal.analyse(page_scene(page, tmp_path))
 
 
 def test_a_click_on_the_map_moves_the_pad_there(page):
