@@ -20,7 +20,7 @@ from squeal.model.contact import (
     contact_law,
     contact_model,
 )
-from squeal.model.law import ContactLaw, Touching
+from squeal.model.law import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states
@@ -133,7 +133,10 @@ def _signals(name: str, law: ContactLaw, contact: State | None) -> Module:
     """The two plotted signals, then the reaction and its place from the mass centre."""
     c, (x, y, s, *_), on = _symbols(), VARIABLES, _touching(law, contact)
     at = pose(hy, c.place((x, y, s)))
-    return _function(name, [*law.signals(c, at, on), *law.resultant(c, at, on)], VARIABLES)
+    reaction = law.resultant(c, at, on)
+    # of a row of springs the signals look at the size of the force, which no expression can
+    shown = reaction if law.plotted is NORMAL_REACTION else law.signals(c, at, on)
+    return _function(name, [*shown, *reaction], VARIABLES)
 
 
 def _gaps(name: str, law: ContactLaw) -> Module:
