@@ -41,6 +41,9 @@ ensembles: $(ENVIRONMENT)
 	$(BIN)/python -m squeal.article.ensembles.gather searched/ensembles searched/ensembles-b2 \
 		> searched/ensembles.npz
 	mv searched/ensembles.npz workflow/ensembles.npz
+	$(BIN)/python -m squeal.article.ensembles.choosing workflow/ensembles.npz \
+		--scenes workflow/scenes > searched/pad.json
+	mv searched/pad.json workflow/pad.json
 
 test: $(ENVIRONMENT)
 	@$(BIN)/pytest

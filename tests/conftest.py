@@ -16,6 +16,8 @@ from squeal.model.pad import Pad
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"
+# a pad that goes on hammering with damping in some cases, also without flutter, by the printed law
+HAMMERING = ROOT / "tests" / "hammering"
 
 
 def _heyoka() -> bool:

@@ -17,7 +17,7 @@ from squeal.commands.cli import main
 from squeal.equilibrium import sliding_equilibrium
 from squeal.model.pad import Pad
 from squeal.scene import Damping, Scene, read_scene
-from tests.conftest import SCENES, random_pad
+from tests.conftest import HAMMERING, SCENES, random_pad
 
 # springs upright but for SLANT, which holds the pad along x and else changes the rest in some 1e-6:
 # y and theta are two coupled modes
@@ -121,7 +121,7 @@ def test_folds_are_those_of_the_branch():
 
 
 def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
-    scene = read_scene(SCENES.parent.parent / "workflow" / "scenes" / "b2-c.yaml")
+    scene = read_scene(HAMMERING / "b2-c.yaml")
     axes = Axis("mu", 0.7, 1.0, 12), Axis("alpha1", 1.7, 2.3, 12)
     curves = threshold_curves(scene, axes, stability_map(scene, axes).codes)
     kinds = {c.kind for c in curves}

@@ -8,9 +8,7 @@ import pytest
 from squeal.analysis.work import contact_work
 from squeal.model.contact import Formulation
 from squeal.scene import Scene, read_scene
-from tests.conftest import ROOT
-
-SCENES = ROOT / "workflow" / "scenes"
+from tests.conftest import HAMMERING as SCENES
 
 
 def scene(name: str) -> Scene:

@@ -1,5 +1,6 @@
 """Ensembles: starts against the toolkit's statics, exact early rejection, a known volume."""
 
+import dataclasses
 import math
 from dataclasses import fields
 from itertools import product
@@ -9,7 +10,9 @@ import pytest
 
 from squeal.article.claims import CLAIMS
 from squeal.article.claims.measures import friction_raises
-from squeal.article.ensembles import beyond, distance, population
+from squeal.article.ensembles import beyond, choosing, distance, population
+from squeal.article.ensembles.choice import read_choice
+from squeal.article.ensembles.choosing import LAWS, RIVAL
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import FRONT, counts, gather, read_kept, undominated
@@ -26,10 +29,12 @@ from squeal.article.ensembles.space import (
 )
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import LENGTH, MASS
-from squeal.article.report.chapters import ENSEMBLES
+from squeal.article.identify.write import write_scenes
+from squeal.article.report.chapters import ENSEMBLES, PAD
 from squeal.article.report.ensembles import generated
+from squeal.article.results.ensembles import Kept
+from squeal.article.results.ensembles import Pad as Judged
 from squeal.article.studies import ensembles as studied
-from squeal.article.studies.ensembles import RIVAL
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
 from squeal.files.provenance import NOT_INSTALLED
@@ -37,7 +42,8 @@ from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
-from tests.conftest import ROOT
+from squeal.scene import read_scene
+from tests.conftest import ROOT, needs_heyoka
 
 
 @pytest.fixture(scope="module")
@@ -247,6 +253,55 @@ def test_a_pad_of_the_consistent_law_keeps_27_listed_statements_by_both_paths():
     assert sum(alone[name] for name in listed) == 27
     assert alone["B2-c-hammer"]
     assert counts(margins)[1, 0] == 27
+
+
+def counted(informative: int) -> Kept:
+    return Kept(33, 29, informative)
+
+
+@pytest.mark.parametrize(
+    ("consistent", "printed", "law"),
+    [(18, 16, "consistent"), (16, 16, "consistent"), (15, 16, "printed force")],
+)
+def test_the_report_takes_the_law_under_which_its_pad_keeps_more(consistent, printed, law):
+    pads = {
+        name: Judged(dict(RIVAL), {"10": counted(n)}, (), 1.0, 2.0, 0.5)
+        for name, n in zip(LAWS, (consistent, printed), strict=True)
+    }
+    assert choosing.choice(pads, "here").law == LAWS[law]
+    pads[law] = dataclasses.replace(pads[law], horizons={"10": None})
+    assert choosing.choice(pads, "here").law != LAWS[law]
+
+
+@needs_heyoka
+def test_the_pad_of_the_report_is_the_chosen_one_and_its_scenes_are_written_by_it(tmp_path, capsys):
+    assert choosing.main([str(ROOT / ENSEMBLES), "--scenes", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == (ROOT / PAD).read_text(encoding="utf-8")
+    for file in (ROOT / "workflow" / "scenes").glob("*.yaml"):
+        assert (tmp_path / file.name).read_text() == file.read_text(), file.name
+    assert choosing.main([str(tmp_path / "none"), "--scenes", str(tmp_path)]) == 2
+
+
+def test_scenes_of_a_standing_and_displaced_pad_start_where_it_does(tmp_path):
+    own = read_choice(ROOT / PAD)
+    found = dataclasses.replace(own, numbers=own.numbers | {"first_x": 0.5, "x0": 0.2, "tilt": 2.0})
+    first = choosing.first_states(found)
+    write_scenes(found.numbers, found.law, tmp_path, first, 5.0)
+    scene = read_scene(tmp_path / "b2-a.yaml", "simulate")
+    load = found.numbers["F_n"]
+    assert scene.pad.V == 5.0
+    assert scene.pad.x0 == pytest.approx(0.2 * LENGTH)
+    assert scene.pad.theta0 == pytest.approx(load)
+    assert scene.initial[0] == pytest.approx(0.5 * load * LENGTH)
+    standing = dataclasses.replace(own, numbers=own.numbers | {"start": 0.9})
+    first = choosing.first_states(standing)
+    write_scenes(standing.numbers, standing.law, tmp_path, first, 5.0)
+    # at rest on a disc that stands still: nothing is pushed along
+    for name in ("b1-b", "b2-b"):
+        scene = read_scene(tmp_path / f"{name}.yaml", "simulate")
+        rest, _ = sliding_equilibrium(scene.pad_model.replace(mu=0.0))
+        assert rest is not None
+        assert scene.initial[:3] == pytest.approx(rest.q, rel=1e-5, abs=1e-12)
 
 
 def test_stored_ensembles_are_of_equal_effort():

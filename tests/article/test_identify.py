@@ -14,11 +14,8 @@ from squeal.article.identify.objective import cost_of, costs, judge_many, judge_
 from squeal.article.identify.space import (
     BOUNDS,
     DIMENSIONS,
-    LENGTH,
-    MASS,
     SPEED_LIMIT,
     START,
-    TIME,
     decode,
     encode,
     scenes_of,
@@ -196,19 +193,8 @@ def stored():
     return read_searches([ROOT / "workflow" / "identified.json"])
 
 
-def test_stored_pads_are_of_all_formulations_and_the_best_is_that_of_the_scenes(stored):
+def test_stored_pads_are_of_all_formulations(stored):
     assert len({search.formulation for search in stored}) == 8
-    best = stored[0]
-    scenes = scenes_of(best.numbers, best.formulation)
-    models: tuple[Model, ...] = ("B1", "B2")
-    for model in models:
-        case = "c"
-        file = ROOT / "workflow" / "scenes" / f"{model.lower()}-{case}.yaml"
-        written = read_scene(file, "simulate").pad
-        wanted = scenes[model][case].pad.scaled(1 / MASS, 1 / LENGTH, 1 / TIME)
-        for name, value in vars(wanted).items():
-            if name != "V" and value is not None:
-                assert getattr(written, name) == pytest.approx(value, rel=1e-6, abs=1e-300), name
 
 
 def test_the_report_says_truly_which_formulations_keep_most(stored):

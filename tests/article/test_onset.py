@@ -26,9 +26,8 @@ from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.numerics.oscillation import line
 from squeal.scene import read_scene
-from tests.conftest import ROOT, needs_heyoka
-
-SCENES = ROOT / "workflow" / "scenes"
+from tests.conftest import HAMMERING as SCENES
+from tests.conftest import needs_heyoka
 
 
 @needs_heyoka

@@ -28,10 +28,8 @@ from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from squeal.stability import verdict
 from tests.article import known
-from tests.conftest import ROOT, needs_heyoka
-
-SCENES = ROOT / "workflow" / "scenes"
-
+from tests.conftest import HAMMERING as SCENES
+from tests.conftest import needs_heyoka
 
 R = TypeVar("R", bound=Result)
 

@@ -17,9 +17,8 @@ from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
-from tests.conftest import ROOT, needs_heyoka
-
-SCENES = ROOT / "workflow" / "scenes"
+from tests.conftest import HAMMERING as SCENES
+from tests.conftest import needs_heyoka
 
 
 def damped(name: str, ratio: float) -> Scene:

@@ -1,7 +1,7 @@
 """The outcome of finished searches, one for each formulation: `workflow/identified.json`.
 
 `python -m squeal.article.identify.stored STATE... > workflow/identified.json` makes it from the
-state files of `squeal identify`; with `--scenes FOLDER` it also writes the scenes of the best pad.
+state files of `squeal identify`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from pathlib import Path
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.search import SearchState
 from squeal.article.identify.space import STOP, Numbers, tilt_of
-from squeal.article.identify.write import check_folder, write_scenes
 from squeal.errors import ComputationError, InputError
 from squeal.files.records import Record, read_json
 from squeal.files.writing import to_json
@@ -72,7 +71,7 @@ def preference(search: Search) -> tuple[int, int, float]:
 
 
 def read_searches(files: Sequence[Path]) -> list[Search]:
-    """All stored searches, the best first: the first one's pad is that of the article's scenes.
+    """All stored searches, the best first.
 
     Raises InputError where a file holds something else, or none is given.
     """
@@ -86,15 +85,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the stored form of finished searches."""
     parser = argparse.ArgumentParser(description="Gather the state files of finished searches.")
     parser.add_argument("states", type=Path, nargs="+", metavar="STATE")
-    parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes")
-    parser.add_argument("--overwrite", action="store_true", help="replace scenes that are there")
     given = parser.parse_args(arguments)
-    if given.scenes is not None:
-        check_folder(given.scenes, given.overwrite)
     found = sorted((from_state(file) for file in given.states), key=preference)
     print(to_json([search.to_dict() for search in found]), end="")
-    if given.scenes is not None:
-        write_scenes(found[0].numbers, found[0].formulation, given.scenes)
     return 0
 
 

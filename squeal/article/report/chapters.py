@@ -13,6 +13,7 @@ from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 
 IDENTIFIED = "workflow/identified.json"
 ENSEMBLES = "workflow/ensembles.npz"
+PAD = "workflow/pad.json"
 
 
 def scene_file(name: str) -> str:
@@ -95,7 +96,10 @@ class Chapter:
 
 
 _B2 = tuple(stem("B2", case) for case in CASES)
-_SEARCHED = Study("verify", (IDENTIFIED,)), Study("robustness", (IDENTIFIED,))
+_SEARCHED = (
+    Study("verify", (IDENTIFIED, *_scenes(*HISTORY_FIGURES))),
+    Study("robustness", (PAD,)),
+)
 
 _PARTS = (
     Chapter("verdicts", also=_results("claims", "angles", "quasi_static", "loci")),
@@ -155,6 +159,7 @@ _PARTS = (
     ),
     Chapter(
         "identification",
+        also=(PAD,),
         tables=("formulations", "ranges"),
         studies=_SEARCHED,
         figures=(Figure("robustness", "robustness", _results("robustness")),),

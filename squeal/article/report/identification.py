@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.choice import read_choice
 from squeal.article.identify.space import DIMENSIONS, Dimension
 from squeal.article.report.latex import Generated, cells, long_table, number, tabular, typeset
 from squeal.article.results.robustness import SYMBOLS, Robustness
@@ -31,26 +33,27 @@ def formulation_table(found: Sequence[VerifiedPad]) -> str:
     return long_table(*cells(columns, found))
 
 
-def range_table(numbers: dict[str, float]) -> str:
-    """The searched ranges with their reasons, and the best pad's numbers."""
+def range_table(numbers: dict[str, float], own: dict[str, float]) -> str:
+    """The searched ranges with their reasons, the best pad's numbers and those of the report's."""
     columns: Mapping[str, Callable[[Dimension], str]] = {
         "number": lambda d: SYMBOLS[d.name],
         "from": lambda d: number(d.low),
         "to": lambda d: number(d.high),
         "best pad": lambda d: number(numbers[d.name], 6),
+        "report's": lambda d: number(own[d.name], 6),
         "meaning and reason of the range": lambda d: typeset(d.reason),
     }
     head, rows = cells(columns, DIMENSIONS)
-    return tabular(r"lrrr>{\raggedright\arraybackslash}p{3.4in}", head, [rows])
+    return tabular(r"lrrrr>{\raggedright\arraybackslash}p{2.9in}", head, [rows])
 
 
-def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
+def values(checked: Verify, robust: Robustness) -> dict[str, str]:
     """Values that the section's text refers to."""
-    best = found[0]
+    found, best = checked.formulations, checked.formulations[0]
     told = {
         "identified.numbers": str(len(best.numbers)),
         "identified.pads": f"{sum(e.pads for e in found):,}".replace(",", r"\,"),
-        "identified.changed": "no verdict" if not best.changed else f"{len(best.changed)}",
+        "identified.changed": "no verdict" if not checked.own else f"{len(checked.own)}",
         "identified.failing": "; ".join(typeset(f"{c.id} ({c.measured})") for c in best.failing),
     }
     for entry in found:
@@ -69,8 +72,11 @@ def values(found: Sequence[VerifiedPad], robust: Robustness) -> dict[str, str]:
     return told
 
 
-def generated(checked: Verify, robust: Robustness) -> Generated:
-    """Values and tables, from the files of these studies."""
-    found = checked.formulations
-    tables = {"formulations": formulation_table(found), "ranges": range_table(found[0].numbers)}
-    return values(found, robust), tables
+def generated(checked: Verify, robust: Robustness, pad: Path) -> Generated:
+    """Values and tables, from the files of these studies and the pad of the report."""
+    found, own = checked.formulations, read_choice(pad)
+    tables = {
+        "formulations": formulation_table(found),
+        "ranges": range_table(found[0].numbers, own.numbers),
+    }
+    return values(checked, robust), tables

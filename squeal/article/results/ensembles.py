@@ -130,8 +130,9 @@ class Ensembles(Result):
     informative: the statements whose verdict is no consequence of others; names: of the three
     statements of the fronts; total: statements on model B2 alone; rival: the
     pad found elsewhere that keeps 27 listed statements, by law; rival_level: the level that all
-    searches of the consistent law reached; ranges: of the numbers, by law; left_out: why no pad is
-    judged afresh, empty if they are: horizons, rival and chosen are then empty too.
+    searches of the consistent law reached; ranges: of the numbers, by law; chosen: the pad of the
+    report under both laws, taken: that of its scenes; left_out: why no pad is judged afresh, empty
+    if they are: horizons, rival and chosen are then empty too, and taken.
     """
 
     ensembles: tuple[Ensemble, ...]
@@ -150,6 +151,7 @@ class Ensembles(Result):
     rival_level: float
     chosen: dict[str, Pad]
     chosen_from: str
+    taken: str
     candidates: int
     check: Check
     left_out: str = ""

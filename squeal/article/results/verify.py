@@ -46,9 +46,11 @@ class VerifiedPad(Record):
 class Verify(Result):
     """One pad a formulation, the best first.
 
-    ceiling: how many claims can hold together; horizon: of the searches, in units of time.
+    ceiling: how many claims can hold together; horizon: of the searches, in units of time; own:
+    what changes for the pad of the scenes.
     """
 
     formulations: tuple[VerifiedPad, ...]
     ceiling: int
     horizon: float
+    own: tuple[Changed, ...]

@@ -10,23 +10,31 @@ import numpy as np
 from scipy import stats
 
 from squeal.article.claims import CLAIMS
-from squeal.article.ensembles.distance import Judgement, judge
-from squeal.article.ensembles.gather import B2, FRONT, INFORMATIVE, LISTED, Kept, counts, read_kept
+from squeal.article.ensembles.choosing import (
+    LAWS,
+    RIVAL,
+    WINDOWS,
+    chosen,
+    failing,
+    law_of,
+    names,
+    over_windows,
+    side_by_side,
+)
+from squeal.article.ensembles.distance import judge
+from squeal.article.ensembles.gather import B2, FRONT, INFORMATIVE, LISTED, Kept, read_kept
 from squeal.article.ensembles.space import (
     DIMENSIONS,
     FORMULATIONS,
-    SPEED,
     decode,
     standing,
 )
-from squeal.article.identify.space import STOP
 from squeal.article.results.ensembles import (
     Check,
     Contrast,
     Ensemble,
     Ensembles,
     Front,
-    Pad,
     Range,
     Seed,
 )
@@ -35,54 +43,14 @@ from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
+from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
-WINDOWS = (1, 3, 10, 40)
 CHECKED = 3  # stored pads of each formulation that are judged afresh
 TAIL = 0.05  # on either side of the range of a number
-LAWS = {"consistent": CONSISTENT, "printed force": Formulation("mean", "centre", "+")}
-"""The two laws that a pad is judged under, side by side: the force of Eq. (13) with delta from the
-mass centre and the sign that Eq. (10) needs, and the one that has a potential."""
-RIVAL = {
-    "h": 0.592499,
-    "inertia": 1.08695,
-    "k2": 0.77824,
-    "k3": 0.269525,
-    "k4": 0.780361,
-    "k_c": 0.597405,
-    "L": 1.0,
-    "mu": 0.320313,
-    "F_n": 2.00002e-4,
-    "preload": 2.14671,
-    "lift": 0.932908,
-    "first_y": 0.0209567,
-    "first_x": 0.0,
-    "tilt": 0.0,
-    "x0": 0.0,
-    "start": 0.0,
-}
-"""A pad of the consistent law that was found apart from these searches."""
-PLAUSIBLE = {"mu": (0.2, 0.5), "L": (0.5, 4.0), "F_n": (1e-4, 3e-3), "h": (0.1, 0.7)}
-"""What an engineer would take: linings, supports of 20 to 160 mm, 2 kN on a stiff caliper, and a
-pad longer than high."""
-LONGER = 3  # candidates that are judged over longer times
-SCATTER, SCATTERED = 0.01, 32  # relative, and how many pads
-
-
-def _kept(margins: np.ndarray) -> Counts:
-    return Counts(*(int(n[0]) for n in counts(margins[None])))
 
 
 def _switches(f: Formulation) -> Switches:
     return Switches(**{name: getattr(f, name) for name in FORMULATION_CHOICES})
-
-
-def _names(chosen: np.ndarray) -> tuple[str, ...]:
-    return tuple(c.id for c, there in zip(CLAIMS, chosen, strict=True) if there)
-
-
-def _failing(margins: np.ndarray) -> tuple[str, ...]:
-    return _names(INFORMATIVE & ~(margins > 0.0))
 
 
 def _shares(holds: np.ndarray, pads: int) -> dict[str, Share]:
@@ -91,18 +59,6 @@ def _shares(holds: np.ndarray, pads: int) -> dict[str, Share]:
 
 def _median(histogram: np.ndarray) -> int:
     return int(np.searchsorted(histogram.cumsum(), histogram.sum() / 2.0))
-
-
-def over_windows(
-    numbers: dict[str, np.ndarray], formulation: Formulation
-) -> tuple[list[dict[str, Counts | None]], dict[int, Judgement]]:
-    """What each pad keeps over each of the windows, and the judgements."""
-    found = {w: judge(numbers, formulation, stop=w * STOP) for w in WINDOWS}
-    rows: list[dict[str, Counts | None]] = [
-        {str(w): _kept(j.margins[i]) if j.whole[i] else None for w, j in found.items()}
-        for i in range(len(numbers["h"]))
-    ]
-    return rows, found
 
 
 def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
@@ -121,7 +77,7 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
             float(kept.levels[number, s, -1]),
             float(kept.shares[number, s, -1] / math.log(10.0)),
             float(np.mean(standing(decode(kept.sample[number, s].astype(float))))),
-            _failing(kept.margins[number, s]),
+            failing(kept.margins[number, s]),
         )
         for s in range(kept.best.shape[1])
     )
@@ -179,76 +135,6 @@ def ranges(kept: Kept, number: int) -> dict[str, Range]:
     return found
 
 
-def _least_speed(margins: np.ndarray) -> float:
-    """Speed of the surface in m/s at which sliding holds, on the scale of the pad's load."""
-    at = next(i for i, c in enumerate(CLAIMS) if c.id == "B12-sliding")
-    return float(SPEED * (1.0 - margins[at]))
-
-
-def _one(numbers: dict[str, float]) -> dict[str, np.ndarray]:
-    return {name: np.array([value]) for name, value in numbers.items()}
-
-
-def _around(numbers: dict[str, float]) -> dict[str, np.ndarray]:
-    """Pads whose numbers are all off a little; the kind of the start stays."""
-    random = np.random.default_rng(1)
-    return {
-        d.name: numbers[d.name]
-        * (1.0 + SCATTER * (d.name != "start") * random.standard_normal(SCATTERED))
-        for d in DIMENSIONS
-    }
-
-
-def side_by_side(numbers: dict[str, float]) -> dict[str, Pad]:
-    """One pad under both laws."""
-    found = {}
-    for name, f in LAWS.items():
-        rows, judged = over_windows(_one(numbers), f)
-        first, near = judged[1], judge(_around(numbers), f)
-        wanted = counts(first.margins)[2, 0]
-        found[name] = Pad(
-            numbers=numbers,
-            horizons=rows[0],
-            failing=_failing(first.margins[0]),
-            distance=float(first.partial[0, -1]),
-            least_speed=_least_speed(first.margins[0]),
-            steady=float(np.mean(near.whole & (counts(near.margins)[2] >= wanted))),
-        )
-    return found
-
-
-def _plausible(numbers: dict[str, float]) -> bool:
-    return all(low <= numbers[n] <= high for n, (low, high) in PLAUSIBLE.items())
-
-
-def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
-    """The pad that an engineer would take, where it is from, and of how many candidates.
-
-    Of plausible ones, and of these the few that keep most over one window, that which keeps the
-    most informative statements over ten windows under the worse of the two laws, of equals the
-    steadiest, then that with the least speed of the surface.
-    """
-    candidates = [(dict(RIVAL), "the search elsewhere")]
-    for name, f in LAWS.items():
-        for seed, point in enumerate(kept.points[FORMULATIONS.index(f)].astype(float), 1):
-            numbers = {n: float(v[0]) for n, v in decode(point[None]).items()}
-            candidates.append((numbers, f"search {seed} with the {name} law"))
-    candidates = [(numbers, origin) for numbers, origin in candidates if _plausible(numbers)]
-    together = {n: np.array([numbers[n] for numbers, _ in candidates]) for n in RIVAL}
-    short = [counts(judge(together, f).margins)[2] for f in LAWS.values()]
-    rows = []
-    for at in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER].tolist():
-        numbers, origin = candidates[at]
-        pads = side_by_side(numbers)
-        long = [pad.horizons["10"] for pad in pads.values()]
-        worst = min(0 if k is None else k.informative for k in long)
-        steady = min(pad.steady for pad in pads.values())
-        speed = max(pad.least_speed for pad in pads.values())
-        rows.append(((worst, steady, -speed), pads, origin))
-    _, pads, origin = max(rows, key=lambda row: row[0])
-    return pads, origin, len(candidates)
-
-
 def check(kept: Kept) -> Check:
     """Judge a sample of the stored pads afresh."""
     random = np.random.default_rng(7)
@@ -277,7 +163,7 @@ def study(files: Sequence[Path]) -> Ensembles:
             int(kept.seen[n]),
             tuple(map(int, kept.together[n])),
             tuple(map(int, kept.most[n])),
-            _names(kept.lacks[n]),
+            names(kept.lacks[n]),
             tuple(
                 (float(a), float(b), float(c)) for a, b, c in kept.front_margins[kept.front_of == n]
             ),
@@ -291,7 +177,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         windows=WINDOWS,
         confidence=CONFIDENCE,
         total=Counts(len(CLAIMS), int(LISTED.sum()), int(INFORMATIVE.sum())),
-        informative=_names(INFORMATIVE),
+        informative=names(INFORMATIVE),
         contrasts=contrasts(kept),
         ranges={name: ranges(kept, n) for name, n in numbered.items()},
         samples={
@@ -308,6 +194,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         rival_level=float(last.max()),
         chosen=pads,
         chosen_from=origin,
+        taken=law_of(pads) if judging else "",
         candidates=candidates,
         check=check(kept) if judging else Check(0, 0, 0),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",

@@ -1,4 +1,4 @@
-"""How the claims fare around the best pad and over the plausible ranges."""
+"""How the claims fare around the pad of the report and over the plausible ranges."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from scipy.stats import binomtest
 
 from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.choice import read_choice
 from squeal.article.identify.objective import judge_many
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, Numbers, decode
-from squeal.article.identify.stored import read_searches
 from squeal.article.results.robustness import Break, Robustness, Sample, Share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
@@ -92,10 +92,11 @@ def robustness(numbers: Numbers, formulation: Formulation, seed: int = 1) -> Rob
 
 
 def study(files: Sequence[Path]) -> Robustness:
-    """The study of the best pad of the file of stored searches, left out without batches."""
-    best = read_searches(files)[0]
+    """The study of the pad of the report, left out without batches."""
+    (file,) = files
+    pad = read_choice(file)
     if version("heyoka") == NOT_INSTALLED:
         return Robustness(
             (), (), CONFIDENCE, f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
         )
-    return robustness(best.numbers, best.formulation)
+    return robustness(pad.numbers, pad.law)

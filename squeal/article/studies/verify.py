@@ -1,16 +1,19 @@
-"""The stored pads judged afresh: at half and double tolerance, and over a doubled horizon."""
+"""The stored pads and that of the scenes judged afresh: at other tolerances, over a longer time."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from squeal.article.claims import CLAIMS
+from squeal.article.claims import CLAIMS, judge_scenes
 from squeal.article.identify.objective import CONFLICTS, judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
 from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
+from squeal.article.scenes import read_cases
 from squeal.errors import ComputationError
 from squeal.model.contact import FORMULATION_CHOICES
 
@@ -26,14 +29,13 @@ def _verdicts(judged: list[JudgedClaim]) -> dict[str, str]:
     return {j.id: j.verdict for j in judged}
 
 
-def verified(search: Search) -> VerifiedPad:
-    """How many claims a stored pad keeps, which not and why, and what the variations change."""
-    judged = judge_one(search.numbers, search.formulation, TOLERANCE)
-    verdicts = _verdicts(judged)
+def changes(judge: Callable[[float, float], list[JudgedClaim]]) -> tuple[Changed, ...]:
+    """What the variations change; judge: all claims at a tolerance over a horizon."""
+    verdicts = _verdicts(judge(TOLERANCE, STOP))
     changed = []
     for words, (tolerance, stop) in VARIATIONS.items():
         try:
-            other = _verdicts(judge_one(search.numbers, search.formulation, tolerance, stop))
+            other = _verdicts(judge(tolerance, stop))
         except ComputationError as error:
             changed.append(Changed(words, "", str(error)))
             continue
@@ -42,6 +44,13 @@ def verified(search: Search) -> VerifiedPad:
             for name, verdict in other.items()
             if verdict != verdicts[name]
         ]
+    return tuple(changed)
+
+
+def verified(search: Search) -> VerifiedPad:
+    """How many claims a stored pad keeps, which not and why, and what the variations change."""
+    judge = partial(judge_one, search.numbers, search.formulation)
+    judged = judge(TOLERANCE)
     failing = [j for j in judged if not j.holds]
     return VerifiedPad(
         formulation=Switches(
@@ -53,11 +62,32 @@ def verified(search: Search) -> VerifiedPad:
         numbers=search.numbers,
         reproduced=len(judged) - len(failing),
         failing=tuple(Failing(j.id, j.verdict, j.margin, j.measured) for j in failing),
-        changed=tuple(changed),
+        changed=changes(judge),
     )
 
 
+def of_scenes(files: Sequence[Path]) -> tuple[Changed, ...]:
+    """What the variations change for the pad of the scenes."""
+    models = [read_cases(files, model, "simulate") for model in ("B1", "B2")]
+
+    def judge(tolerance: float, stop: float) -> list[JudgedClaim]:
+        return judge_scenes(
+            *(
+                {
+                    case: replace(one, tolerance=tolerance, stop=one.stop * stop / STOP)
+                    for case, one in scenes.items()
+                    if one.stop is not None  # as a scene that is simulated has it
+                }
+                for scenes in models
+            )
+        )
+
+    return changes(judge)
+
+
 def study(files: Sequence[Path]) -> Verify:
-    """The outcome for every stored search."""
-    found = tuple(verified(search) for search in read_searches(files))
-    return Verify(found, len(CLAIMS) - len(CONFLICTS), STOP)
+    """The outcome for every stored search, and for the pad of the scenes."""
+    stored = [file for file in files if file.suffix == ".json"]
+    found = tuple(verified(search) for search in read_searches(stored))
+    own = of_scenes([file for file in files if file not in stored])
+    return Verify(found, len(CLAIMS) - len(CONFLICTS), STOP, own)

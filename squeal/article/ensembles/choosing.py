@@ -1,0 +1,210 @@
+"""The pad of the report, chosen from the ensembles by what an engineer would ask of one.
+
+`python -m squeal.article.ensembles.choosing workflow/ensembles.npz > workflow/pad.json` chooses it;
+with `--scenes FOLDER` it also writes its scenes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from squeal.article.cases import CASES
+from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.choice import Choice
+from squeal.article.ensembles.distance import Judgement, judge
+from squeal.article.ensembles.gather import INFORMATIVE, Kept, counts, read_kept
+from squeal.article.ensembles.space import (
+    DIMENSIONS,
+    FORMULATIONS,
+    SPEED,
+    decode,
+    stacked,
+    starts,
+)
+from squeal.article.identify.space import MODELS, STOP
+from squeal.article.identify.write import check_folder, write_scenes
+from squeal.article.results.ensembles import Kept as Counts
+from squeal.article.results.ensembles import Pad
+from squeal.article.results.verify import Switches
+from squeal.errors import InputError
+from squeal.files.writing import to_json
+from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
+
+WINDOWS = (1, 3, 10, 40)
+LAWS = {"consistent": CONSISTENT, "printed force": Formulation("mean", "centre", "+")}
+"""The two laws that a pad is judged under, side by side: the force of Eq. (13) with delta from the
+mass centre and the sign that Eq. (10) needs, and the one that has a potential."""
+RIVAL = {
+    "h": 0.592499,
+    "inertia": 1.08695,
+    "k2": 0.77824,
+    "k3": 0.269525,
+    "k4": 0.780361,
+    "k_c": 0.597405,
+    "L": 1.0,
+    "mu": 0.320313,
+    "F_n": 2.00002e-4,
+    "preload": 2.14671,
+    "lift": 0.932908,
+    "first_y": 0.0209567,
+    "first_x": 0.0,
+    "tilt": 0.0,
+    "x0": 0.0,
+    "start": 0.0,
+}
+"""A pad of the consistent law that was found apart from these searches."""
+PLAUSIBLE = {"mu": (0.2, 0.5), "L": (0.5, 4.0), "F_n": (1e-4, 3e-3), "h": (0.1, 0.7)}
+"""What an engineer would take: linings, supports of 20 to 160 mm, 2 kN on a stiff caliper, and a
+pad longer than high."""
+LONGER = 3  # candidates that are judged over longer times
+SCATTER, SCATTERED = 0.01, 32  # relative, and how many pads
+DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
+
+
+def names(chosen: np.ndarray) -> tuple[str, ...]:
+    """Names of some claims (claims,) of the catalogue."""
+    return tuple(c.id for c, there in zip(CLAIMS, chosen, strict=True) if there)
+
+
+def failing(margins: np.ndarray) -> tuple[str, ...]:
+    """The informative claims that margins (claims,) do not keep."""
+    return names(INFORMATIVE & ~(margins > 0.0))
+
+
+def over_windows(
+    numbers: dict[str, np.ndarray], formulation: Formulation
+) -> tuple[list[dict[str, Counts | None]], dict[int, Judgement]]:
+    """What each pad keeps over each of the windows, and the judgements."""
+    found = {w: judge(numbers, formulation, stop=w * STOP) for w in WINDOWS}
+    rows: list[dict[str, Counts | None]] = [
+        {
+            str(w): Counts(*(int(n[0]) for n in counts(j.margins[i][None]))) if j.whole[i] else None
+            for w, j in found.items()
+        }
+        for i in range(len(numbers["h"]))
+    ]
+    return rows, found
+
+
+def _least_speed(margins: np.ndarray) -> float:
+    """Speed of the surface in m/s at which sliding holds, on the scale of the pad's load."""
+    at = next(i for i, c in enumerate(CLAIMS) if c.id == "B12-sliding")
+    return float(SPEED * (1.0 - margins[at]))
+
+
+def one(numbers: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """The numbers of one pad as arrays (1,)."""
+    return {name: np.array([value]) for name, value in numbers.items()}
+
+
+def _around(numbers: dict[str, float]) -> dict[str, np.ndarray]:
+    """Pads whose numbers are all off a little; the kind of the start stays."""
+    random = np.random.default_rng(1)
+    return {
+        d.name: numbers[d.name]
+        * (1.0 + SCATTER * (d.name != "start") * random.standard_normal(SCATTERED))
+        for d in DIMENSIONS
+    }
+
+
+def side_by_side(numbers: dict[str, float]) -> dict[str, Pad]:
+    """One pad under both laws."""
+    found = {}
+    for name, f in LAWS.items():
+        rows, judged = over_windows(one(numbers), f)
+        first, near = judged[1], judge(_around(numbers), f)
+        wanted = counts(first.margins)[2, 0]
+        found[name] = Pad(
+            numbers=numbers,
+            horizons=rows[0],
+            failing=failing(first.margins[0]),
+            distance=float(first.partial[0, -1]),
+            least_speed=_least_speed(first.margins[0]),
+            steady=float(np.mean(near.whole & (counts(near.margins)[2] >= wanted))),
+        )
+    return found
+
+
+def _plausible(numbers: dict[str, float]) -> bool:
+    return all(low <= numbers[n] <= high for n, (low, high) in PLAUSIBLE.items())
+
+
+def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
+    """The pad that an engineer would take, where it is from, and of how many candidates.
+
+    Of plausible ones, and of these the few that keep most over one window, that which keeps the
+    most informative statements over ten windows under the worse of the two laws, of equals the
+    steadiest, then that with the least speed of the surface.
+    """
+    candidates = [(dict(RIVAL), "the search elsewhere")]
+    for name, f in LAWS.items():
+        for seed, point in enumerate(kept.points[FORMULATIONS.index(f)].astype(float), 1):
+            numbers = {n: float(f"{v[0]:.{DIGITS}g}") for n, v in decode(point[None]).items()}
+            candidates.append((numbers, f"search {seed} with the {name} law"))
+    candidates = [(numbers, origin) for numbers, origin in candidates if _plausible(numbers)]
+    together = {n: np.array([numbers[n] for numbers, _ in candidates]) for n in RIVAL}
+    short = [counts(judge(together, f).margins)[2] for f in LAWS.values()]
+    rows = []
+    for at in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER].tolist():
+        numbers, origin = candidates[at]
+        pads = side_by_side(numbers)
+        long = [pad.horizons["10"] for pad in pads.values()]
+        worst = min(0 if k is None else k.informative for k in long)
+        steady = min(pad.steady for pad in pads.values())
+        speed = max(pad.least_speed for pad in pads.values())
+        rows.append(((worst, steady, -speed), pads, origin))
+    _, pads, origin = max(rows, key=lambda row: row[0])
+    return pads, origin, len(candidates)
+
+
+def law_of(pads: dict[str, Pad]) -> str:
+    """The law under which a pad keeps more over ten windows, the consistent one of equals."""
+    long = {name: pad.horizons["10"] for name, pad in pads.items()}
+    return max(LAWS, key=lambda name: 0 if (k := long[name]) is None else k.informative)
+
+
+def choice(pads: dict[str, Pad], origin: str) -> Choice:
+    """The pad of the report, under the law with which it keeps more."""
+    law = law_of(pads)
+    switches = Switches(**{name: getattr(LAWS[law], name) for name in FORMULATION_CHOICES})
+    return Choice(switches, pads[law].numbers, origin)
+
+
+def first_states(found: Choice) -> dict[str, tuple[float, ...]]:
+    """The dimensionless state at the start of each scene, by its name: `b1-a` to `b2-d`."""
+    states = {}
+    for model in MODELS:
+        for case in CASES:
+            pads = stacked(one(found.numbers), model, case, found.law)
+            first = starts(one(found.numbers), pads)[0]
+            states[f"{model.lower()}-{case}"] = tuple(float(v) for v in first)
+    return states
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the choice, and write its scenes."""
+    parser = argparse.ArgumentParser(description="Choose the pad of the report.")
+    parser.add_argument("ensembles", type=Path)
+    parser.add_argument("--scenes", type=Path, help="folder whose scenes are replaced")
+    given = parser.parse_args(arguments)
+    try:
+        pads, origin, _ = chosen(read_kept(given.ensembles))
+        found = choice(pads, origin)
+        if given.scenes is not None:
+            check_folder(given.scenes, overwrite=True)
+            states = first_states(found)
+            write_scenes(found.numbers, found.law, given.scenes, states, SPEED)
+    except InputError as error:
+        print(f"choosing: {error}", file=sys.stderr)
+        return 2
+    sys.stdout.write(to_json(found.to_dict()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
