@@ -60,18 +60,22 @@ def _section(axes: Axes, found: Section) -> None:
 
 
 def onset_figure(found: Onset) -> Figure:
-    """Sweeps above; below the branch of cycles and the sections of the other motions."""
+    """Sweeps above; below the branch of cycles and the sections of the other motions.
+
+    One motion has its sweeps and its branch side by side.
+    """
     names = list(found.sweeps)
     has_cycles = isinstance(found.cycles, Cycles)
     others = [n for n in names if not has_cycles or n != found.cycles.name]  # type: ignore[union-attr]
     columns = max(len(names), len(others) + has_cycles)
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.4))
-        grid = figure.subplots(2, columns, squeeze=False)
+        figure = Figure(figsize=(DOUBLE, 4.4 if columns > 1 else 2.6))
+        grid = figure.subplots(2, columns, squeeze=False) if columns > 1 else figure.subplots(1, 2)
+        grid = grid.reshape(2, columns)
         for axes, name, letter in zip(grid[0], names, "abc", strict=False):
             _sweeps(axes, found.sweeps[name], found.thresholds[name])
             axes.set_title(f"({letter}) {motion_title(name)}", loc="left", pad=3.0)
-        below = iter(zip(grid[1], "defg"[: len(grid[1])], strict=True))
+        below = iter(zip(grid[1], "abcdefg"[len(names) :], strict=False))
         if isinstance(found.cycles, Cycles):
             axes, letter = next(below)
             own = found.cycles.name
@@ -111,7 +115,7 @@ def draw(found: Onset) -> Drawing:
         parts.append(f"{motion_title(name)} hammers with {', '.join(ends)}")
     text = (
         "Peak force over friction, raised and lowered, for several damping ratios: "
-        f"{'; '.join(parts)}. Below, a branch of hammering cycles over friction, and sections of "
+        f"{'; '.join(parts)}. Then a branch of hammering cycles over friction, and sections of "
         "other motions whenever the leading edge separates."
     )
     made = origin(__name__, found.provenance)

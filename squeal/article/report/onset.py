@@ -167,7 +167,7 @@ def _exponents(found: Onset) -> str:
     words = {
         "chaotic": "chaotic are",
         "no growth": "no exponential growth is shown in",
-        "finite-time": "undecided, since the rate has not settled, are",
+        "finite-time": "it is undecided, since the rate has not settled, in",
         "ends": "no exponent exists, since the motion leaves the model, in",
     }
     return "; ".join(f"{words[sign]} {in_words(names)}" for sign, names in by.items())

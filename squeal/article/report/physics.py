@@ -194,7 +194,11 @@ def _springs(found: LineSprings) -> dict[str, str]:
         others = {n: points for n, points in case.thresholds.items() if n != "0"}
         if any([p.kind for p in points] != [p.kind for p in line] for points in others.values()):
             moved.append(f"case ({name}) has other thresholds on springs")
-        elif any(points != line for points in others.values()):
+        elif any(
+            abs(p.mu - q.mu) > SAME * q.mu
+            for points in others.values()
+            for p, q in zip(points, line, strict=True)
+        ):
             values = [f"{number(points[0].mu, 4)} on {n} springs" for n, points in others.items()]
             moved.append(
                 f"the first threshold of case ({name}), {number(line[0].mu, 4)} on the line "
@@ -211,6 +215,7 @@ def _springs(found: LineSprings) -> dict[str, str]:
     }
 
 
+SAME = 1e-3  # relative: thresholds that near are one
 NEAR_LINE = 0.01  # of the range: a motion that near follows the line's
 
 
