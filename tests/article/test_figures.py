@@ -69,7 +69,8 @@ def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
                 if not math.isnan(time):
                     drawn.setdefault(time, []).append((state, height))
         events = {interval.start for interval in run.summary.timeline[1:]}
-        assert set(drawn) == set(t) | events
+        # the end of the run may be off the last sample by rounding
+        assert set(drawn) == set(t) | events | {run.summary.stop}
         for time, value in zip(t, values, strict=True):
             for state, height in drawn[time]:
                 assert height == pytest.approx(value, abs=1e-12, nan_ok=True)

@@ -25,7 +25,7 @@ from squeal.scene import Scene
 
 GROWTH_POINTS = 12
 POINTS = 90  # a side of the map on which a fluttering pad is sought
-ADVISED = ("b1-a",)  # the text's example: it flutters
+ADVISED = ("b2-c",)  # the text's example: it flutters
 
 
 def fluttering(scene: Scene) -> Scene | None:
