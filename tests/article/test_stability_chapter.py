@@ -19,7 +19,7 @@ from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
-from squeal.article.studies.stability import study
+from squeal.article.studies.stability import fluttering, study
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.files.provenance import provenance
 from squeal.model.linear import about_origin
@@ -192,3 +192,9 @@ def test_threshold_table_tells_each_way_to_find_them(found):
     assert rows[2][3].startswith(f"${margin:.10g}$")
     told = values(found, scenes)
     assert (told["loop.rank-one"], told["loop.scenes"]) == ("1", "2")
+
+
+def test_a_scene_that_flutters_needs_no_other_angles():
+    other = fluttering(read_scene(SCENES / "b2-c.yaml"))
+    assert other is not None
+    assert fluttering(other) is None

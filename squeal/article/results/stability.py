@@ -47,7 +47,8 @@ class Comparison(Record):
 
 
 class Stability(Result):
-    """advice: by name of the scene; fluttering: a pad that flutters, None if no angles make one."""
+    """advice: by name of the scene; fluttering: a pad that flutters, None if no angles make
+    one or the scene itself does."""
 
     advice: dict[str, str]
     fluttering: Thresholds | None

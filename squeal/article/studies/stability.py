@@ -29,7 +29,10 @@ ADVISED = ("b2-c",)  # the text's example: it flutters
 
 
 def fluttering(scene: Scene) -> Scene | None:
-    """The scene with the fluttering angles of a map that lie nearest to its own."""
+    """The scene with the fluttering angles of a map that lie nearest to its own.
+
+    None if no angles flutter, or its own do: then the nearest lie within a cell of the map.
+    """
     axes = angle_axes(POINTS)
     angles = axes[0].values
     places = np.argwhere(stability_map(scene, axes).codes == NAMES.index("flutter"))
@@ -37,6 +40,8 @@ def fluttering(scene: Scene) -> Scene | None:
         return None
     own = np.array([scene.pad.alpha1, scene.pad.alpha2])
     i, j = places[np.argmin(np.sum((angles[places] - own) ** 2, axis=1))]
+    if max(abs(angles[i] - own[0]), abs(angles[j] - own[1])) < angles[1] - angles[0]:
+        return None
     pad = scene.pad.replace(alpha1=float(angles[i]), alpha2=float(angles[j]))
     return replace(scene, pad=pad)
 
