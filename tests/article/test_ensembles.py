@@ -351,7 +351,8 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
 
 def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     monkeypatch.setattr(studied, "version", lambda _: NOT_INSTALLED)
-    monkeypatch.setattr(studied, "judge", None)  # would simulate
+    for module in (studied, choosing):
+        monkeypatch.setattr(module, "judge", None)  # would simulate
     found = studied.study([ROOT / ENSEMBLES])
     assert "heyoka is not installed" in found.left_out
     assert not found.wrong
