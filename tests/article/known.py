@@ -105,6 +105,7 @@ def ensembles(entry: Any) -> dict[str, Any]:
         "total_b2": 12,
         "rival": pads,
         "chosen": pads,
+        "left_out": "",
     }
 
 
