@@ -1,6 +1,7 @@
 // The compiled functions of the model, and the hybrid run: steps, first root of the event
 // polynomials, change of the contact state. No force and no equation of motion stands here.
 
+const LEAST_TURN = 1e-15;
 const SIZE = 6; // x, y, w theta and rates, in natural units
 
 /** The functions of the module: `call(name, input, coefficients, outputs)` gives an array. */
@@ -202,6 +203,17 @@ export function firstContact(engine, body, state) {
   return touching(body, gaps.map(on));
 }
 
+/** Turn a level pad on the surface, whose contact length would be 0/0, to the side that touches,
+ * by less than rounding (squeal.simulation.run.off_level; compared with it in the tests). */
+function offLevel(engine, body, state, contact) {
+  if (!body.own || (contact !== 1 && contact !== 2)) return;
+  const gaps = gapsAt(engine, body, state);
+  if (Math.abs(gaps[0] - gaps[1]) >= LEAST_TURN * coefficient(engine, body, "w")) return;
+  const turned = [1, -1].map((way) => [state[0], state[1], state[2] + way * LEAST_TURN, ...state.slice(3)]);
+  const [first, second] = turned.map((one) => gapsAt(engine, body, one)[contact - 1]);
+  state[2] = first < second ? turned[0][2] : turned[1][2];
+}
+
 /** The other points that have passed the surface in the same instant as `point`. */
 function late(engine, body, state, contact, point) {
   const gaps = gapsAt(engine, body, state);
@@ -225,6 +237,7 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
   let contact = onward ? onward.contact : firstContact(engine, body, state);
   let t = onward ? onward.t : 0, steps = 0, end = null;
   const first = contact;
+  if (!onward) offLevel(engine, body, state, contact);
   let jets = new Float64Array(SIZE * terms * 512);
   const nodes = [t], contacts = [], changes = [];
   const what = body.damped ? "damped" : "step", { points } = body, events = points + limits.length;
@@ -261,6 +274,7 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
     if (event >= 0 && t < until) {
       const others = late(engine, body, state, contact, event);
       for (const point of [event, ...others]) change(point);
+      offLevel(engine, body, state, contact);
     }
   }
   return { t, state, contact, first, steps, nodes, jets, contacts, changes, end };

@@ -77,6 +77,17 @@ def test_the_eight_cases_of_the_article(node):
         assert compare(scene, answer, simulate(scene)) < 1e-10, scene.source
 
 
+@pytest.mark.parametrize("turning", [0.01, -0.01])
+@pytest.mark.parametrize("model", ["B1", "B2", "BN"])
+def test_a_level_pad_on_the_surface_that_begins_to_turn(node, model, turning):
+    pad = random_pad(4, model).replace(y0=0.0, theta0=0.0)
+    initial = (0.0, 0.0, 0.0, 0.0, 0.0, turning)
+    scene = Scene(model, pad, Formulation(), initial, stop=20.0, samples=2)
+    (answer,) = node("runs.js", [as_json(scene)])
+    assert answer["end"] is None
+    assert compare(scene, answer, simulate(scene)) < 1e-10
+
+
 def test_random_pads(node):
     scenes = [random_scene(seed) for seed in range(270)]
     answers = node("runs.js", [as_json(scene) for scene in scenes])
