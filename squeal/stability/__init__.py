@@ -5,11 +5,18 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 """
 
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.stability.cubic import VERDICTS, sum_verdicts, undamped_verdicts
+from squeal.stability.cubic import VERDICTS
 from squeal.stability.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sweep
 from squeal.stability.gains import LoopThreshold
 from squeal.stability.growth import GROWING
-from squeal.stability.judgement import Judgement, damped_verdicts, judge, verdict
+from squeal.stability.judgement import (
+    Judgement,
+    damped_verdicts,
+    judge,
+    sum_verdicts,
+    undamped_verdicts,
+    verdict,
+)
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Batched, Matrices, System
 from squeal.stability.sensitivity import sensitivities

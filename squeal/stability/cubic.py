@@ -4,8 +4,10 @@ With A = M^-1 K and s = -lambda^2 the characteristic polynomial is s^3 - a s^2 +
 quantity here is built from the diagonal of A and from products around closed cycles of its
 entries (a12 a21, a12 a23 a31, ...), which do not change when coordinates are rescaled: mixed
 units cost nothing. The discriminant is taken from the deviatoric part of A, so that eigenvalues
-which lie close together do not cancel. Each value carries a bound of its own rounding error, with
-errors of the entries of A included; what is smaller than its bound counts as zero.
+which lie close together do not cancel; where one of them is far greater than the others it is
+split off first, or its rounding would hide what the others do. Each value carries a bound of its
+own rounding error, with errors of the entries of A included; what is smaller than its bound counts
+as zero.
 """
 
 from __future__ import annotations
@@ -22,7 +24,10 @@ from squeal.stability.matrices import EPS, Reduced
 STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
 VERDICTS = ("stable", "marginal", "flutter", "divergence")
 """Verdicts in the order of their int8 codes."""
+UNDECIDED = 4
 
+STIFF = 0.03  # the other roots over the greatest: it is split off below this
+VAGUE = 1e-9  # of its terms: a discriminant known to less is left to eigenvalues
 CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 
 
@@ -42,6 +47,7 @@ class Cubic(NamedTuple):
     discriminant: Value  # of the cubic: negative with a complex pair
     discriminant2: Value  # a^2 - 4 b, of the quadratic that remains where c = 0
     deviator: tuple[Any, Any]  # J2, J3 of y^3 - J2 y - J3 = 0 with s = a/3 + y
+    vague: Any  # True where a great root and rounding together hide what the others do
 
 
 def _cycles(e: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
@@ -91,6 +97,13 @@ def invariants(entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0
         + 27 * e_3 * (2 * absJ3 + e_3)
         + 4 * EPS * (4 * absJ2 * J22 + 27 * J3 * J3)
     )
+    error_c = 3 * unit * C
+    stiff = (np.abs(b) < STIFF * a * a) & (np.abs(c) < STIFF**2 * np.abs(a * a * a))
+    vague = np.zeros_like(stiff)
+    if np.any(stiff):
+        split, terms = _split(Value(a, bound_a), Value(b, bound_b), Value(c, error_c))
+        disc, bound = np.where(stiff, split.value, disc), np.where(stiff, split.bound, bound)
+        vague = stiff & (error_c > 0.0) & ~(split.bound <= VAGUE * terms)
     # a^2 - 4 b without the cancellation, exact in the difference for a padded 2 x 2
     apart = d[0] - d[1] - d[2]
     disc2 = apart * apart + 4 * (p - d[1] * d[2])
@@ -98,11 +111,35 @@ def invariants(entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0
     return Cubic(
         Value(a, bound_a),
         Value(b, bound_b),
-        Value(c, 3 * unit * C),
+        Value(c, error_c),
         Value(disc, bound),
         Value(disc2, bound2),
         (J2, J3),
+        vague,
     )
+
+
+def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
+    """The discriminant of a cubic whose greatest root s is real and far from the others, and the
+    size of its terms.
+
+    Their sum is t = (b - c/s)/s and their product d = c/s: nothing of the size of s cancels.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        s = a.value
+        for _ in range(4):  # Newton's steps; the start is off by less than STIFF
+            residual = ((s - a.value) * s + b.value) * s - c.value
+            s = s - residual / ((3 * s - 2 * a.value) * s + b.value)
+        size = np.abs(s)
+        off = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS  # of s, relative
+        t, d = (b.value - c.value / s) / s, c.value / s
+        e_t = (b.bound + c.bound / size) / size + np.abs(t) * off
+        e_d = c.bound / size + np.abs(d) * off
+        apart = (s - t) * s + d
+        value = (t * t - 4 * d) * apart**2
+        error = 2 * np.abs(t) * e_t + e_t * e_t + 4 * e_d + 4 * EPS * (t * t + 4 * np.abs(d))
+        terms = (t * t + 4 * np.abs(d)) * apart**2
+        return Value(value, error * apart**2 + 8 * off * np.abs(value)), terms
 
 
 def cubic_of(reduced: Reduced) -> Cubic:
@@ -132,7 +169,7 @@ def flutter_outgrows(a: Any, c: Any, J2: Any, J3: Any, discriminant: Any) -> Any
 
 
 def code(cubic: Cubic) -> NDArray[np.int8]:
-    """Verdict codes (MARGINAL, FLUTTER or DIVERGENCE), array of the broadcast shape.
+    """Verdict codes (MARGINAL, FLUTTER, DIVERGENCE, UNDECIDED), array of the broadcast shape.
 
     Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
     flutter. A coalescence that rounding cannot tell from real roots counts as real.
@@ -148,6 +185,7 @@ def code(cubic: Cubic) -> NDArray[np.int8]:
         J2, J3 = cubic.deviator
         numbers = (a.value, c.value, J2, J3, cubic.discriminant.value)
         verdict[both] = _faster(both, *numbers)
+    verdict[np.broadcast_to(cubic.vague, verdict.shape)] = UNDECIDED
     return verdict
 
 
@@ -233,10 +271,11 @@ def _settled(
 def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
     """Verdict codes (n1, n2) of the undamped systems A = Q[:, :, k] + u[:, i] u[:, i]'.
 
-    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
-    the coefficients linearly: with P = u u' the trace is tr Q + tr P, the sum of minors
-    b(Q) + u' (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each is the product of
-    a matrix over i with one over k, so that no matrix A is formed but at a boundary.
+    UNDECIDED is among them. Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of
+    one. A rank-one term enters the coefficients linearly: with P = u u' the trace is tr Q + tr P,
+    the sum of minors b(Q) + u' (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each
+    is the product of a matrix over i with one over k, so that no matrix A is formed but at a
+    boundary.
     """
     trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
     cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
@@ -266,7 +305,7 @@ def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[n
 
 
 def undamped_verdicts(entries: Sequence[ArrayLike], rounding: float = 4 * EPS) -> NDArray[np.int8]:
-    """Verdict codes (index into VERDICTS) of many undamped 3x3 systems, int8.
+    """Verdict codes (index into VERDICTS, or UNDECIDED) of many undamped 3x3 systems, int8.
 
     `entries` are the nine entries of A = M^-1 K row by row, numbers or arrays that broadcast
     against each other; the result has the broadcast shape. Made for maps: nothing of size

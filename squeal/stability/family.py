@@ -20,7 +20,8 @@ class UnsuitedError(Exception):
 
 
 class Family:
-    """A system along mu. Its methods raise UnsuitedError for damping or more rows than SMALL."""
+    """A system along mu. Its methods raise UnsuitedError for damping, more rows
+    than SMALL, or one root so great that rounding hides the others."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -46,7 +47,10 @@ class Family:
     def cubic(self, mu: float) -> Cubic:
         """The invariants at mu."""
         if mu not in self._cubic:
-            self._cubic[mu] = cubic_of(self.at(mu))
+            found = cubic_of(self.at(mu))
+            if found.vague:
+                raise UnsuitedError
+            self._cubic[mu] = found
         return self._cubic[mu]
 
     def roots(self, mu: float) -> ComplexArray:

@@ -52,9 +52,9 @@ def growth_of(reduced: Reduced) -> Growth:
         noise = axis_noise(matrix, v, condition, reduced.rounding)
         grows = (v.real > noise) & (v != 0)
         return counted(grows & (v.imag > 0), grows & (v.imag == 0), v.real * rate)
-    if reduced.n <= SMALL:
+    if reduced.n <= SMALL and not (cubic := cubic_of(reduced)).vague:
         s = np.asarray(np.linalg.eigvals(reduced.A), dtype=complex)
-        return Growth(*unstable_roots(cubic_of(reduced)), *fastest_rates(s))
+        return Growth(*unstable_roots(cubic), *fastest_rates(s))
     s, _, _, condition = squared_frequencies(reduced)
     noise = axis_noise(reduced.A, s, condition, reduced.rounding)
     rates = np.abs(np.sqrt(-s).real)
@@ -65,6 +65,6 @@ def fastest_rates(s: NDArray[Any]) -> tuple[float, float]:
     """Growth rates (1/s) of the fastest pair and real root, 0 where there is none, of roots
     s = -lambda^2 (rad^2/s^2) of a small system."""
     growth = np.abs(np.sqrt(-s).real)
-    pairs = np.abs(s.imag) > 1e-9 * np.abs(s).max()
+    pairs = np.abs(s.imag) > 1e-9 * np.abs(s)
     real = ~pairs & (s.real < 0)
     return float(np.max(growth[pairs], initial=0.0)), float(np.max(growth[real], initial=0.0))

@@ -4,7 +4,8 @@
 it: an undamped system that does not grow, or a damped one with an undamped or rigid-body mode.
 Of flutter and divergence together the faster growth names the verdict.
 
-Without damping, and up to three degrees of freedom, no eigenvalue is computed: the signs of the
+Without damping, and up to three degrees of freedom, no eigenvalue is computed unless one is so
+great that rounding hides the others: the signs of the
 discriminant and of the coefficients of the polynomial in lambda^2 decide, each against a bound of
 its own rounding error (`cubic`). At a flutter boundary two roots coalesce and computed real parts
 are noise of the size of the square root of the machine precision, while the discriminant passes
@@ -16,12 +17,23 @@ square root of the machine precision there (m-th root where m eigenvalues meet),
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.stability.cubic import DIVERGENCE, FLUTTER, STABLE, VERDICTS, code, cubic_of
+from squeal.stability import cubic
+from squeal.stability.cubic import (
+    DIVERGENCE,
+    FLUTTER,
+    STABLE,
+    UNDECIDED,
+    VERDICTS,
+    Cubic,
+    code,
+    cubic_of,
+)
 from squeal.stability.eigen import axis_noise, squared_frequencies, standard_eigenvalues
 from squeal.stability.matrices import EPS, Array, Reduced, first_order, reduce
 
@@ -54,11 +66,12 @@ def judge_reduced(reduced: Reduced) -> Judgement:
     """As `judge`, for a system in mass-normalised coordinates."""
     if reduced.B is not None:
         return _damped(reduced)
-    return _by_invariants(reduced) if reduced.n <= 3 else _by_squares(reduced)
+    if reduced.n <= 3 and not (found := cubic_of(reduced)).vague:
+        return _by_invariants(reduced, found)
+    return _by_squares(reduced)
 
 
-def _by_invariants(reduced: Reduced) -> Judgement:
-    cubic = cubic_of(reduced)
+def _by_invariants(reduced: Reduced, cubic: Cubic) -> Judgement:
     name = VERDICTS[int(code(cubic))]
     singular = abs(cubic.c.value) <= cubic.c.bound
     note = " (K singular)" if singular and reduced.n == 3 else ""
@@ -128,3 +141,32 @@ def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np
     for k in np.flatnonzero(doubtful.any(axis=-1)):
         codes[k] = VERDICTS.index(_damped(Reduced(A[k], B[k], unit, rounding)).verdict)
     return codes
+
+
+def undamped_verdicts(entries: Sequence[ArrayLike], rounding: float = 4 * EPS) -> NDArray[np.int8]:
+    """Verdict codes, indices into VERDICTS, of many undamped systems A = M^-1 K of three rows.
+
+    `entries` are the nine entries of A row by row, numbers or arrays that broadcast against each
+    other; the result has the broadcast shape.
+    """
+    codes = cubic.undamped_verdicts(entries, rounding)
+    arrays = np.broadcast_arrays(*entries)
+    for at in np.argwhere(codes == UNDECIDED):
+        A = np.array([e[tuple(at)] for e in arrays]).reshape(3, 3)
+        codes[tuple(at)] = _code_by_squares(A, rounding)
+    return codes
+
+
+def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+    """Verdict codes (n1, n2), indices into VERDICTS, of A = Q[:, :, k] + u[:, i] u[:, i]'.
+
+    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one.
+    """
+    codes = cubic.sum_verdicts(Q, u, rounding)
+    for i, k in np.argwhere(codes == UNDECIDED):
+        codes[i, k] = _code_by_squares(Q[:, :, k] + np.outer(u[:, i], u[:, i]), rounding)
+    return codes
+
+
+def _code_by_squares(A: Array, rounding: float) -> int:
+    return VERDICTS.index(_by_squares(Reduced(A, None, np.eye(3), rounding)).verdict)

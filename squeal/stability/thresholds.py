@@ -15,7 +15,7 @@ import numpy as np
 
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
-from squeal.stability.following.answer import followed
+from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.growth import GROWING
 from squeal.stability.matrices import System, check_system
 from squeal.stability.survey import Candidate, Change, Survey
@@ -65,13 +65,15 @@ def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
     """The changes of verdict of a range that has been searched."""
     found = []
     for change in survey.changes():
+        width = TIGHT * max(abs(change.mu), 1e-3 * (survey.high - survey.low))
         below, above = change.below.verdict, change.above.verdict
         if below != above:
             kind = above if above in GROWING else "restabilised"
             grows = above in GROWING
             omega = survey.frequency(change, above if grows else below, grows)
             candidate = _first(change, "flutter" if omega else "divergence")
-            interval, converged = candidate.root.interval, candidate.root.converged
+            interval = _interval(candidate)
+            converged = candidate.root.converged and interval[1] - interval[0] <= width
             frequency = omega / (2 * math.pi)
             found.append(CriticalPoint(change.mu, kind, frequency, interval, converged))
     return found

@@ -5,6 +5,7 @@ import pytest
 
 from squeal.stability import (
     VERDICTS,
+    critical_points,
     damped_verdicts,
     judge,
     sum_verdicts,
@@ -12,6 +13,7 @@ from squeal.stability import (
     verdict,
 )
 from squeal.stability.cubic import code, invariants
+from squeal.stability.unstable import growing_eigenvalues
 from tests.stability.conftest import exact_squares, exact_verdict, random_pad
 
 I2, I3 = np.eye(2), np.eye(3)
@@ -220,3 +222,32 @@ def test_verdicts_of_stacks_are_those_of_single_systems(rng):
     expected = [verdict(np.eye(3), b, a) for a, b in systems]
     assert [VERDICTS[c] for c in damped_verdicts(A, B)] == expected
     assert set(expected) == set(VERDICTS)
+
+
+def _beside_a_stiff_mode(stiff, mixed):
+    """Flutter from mu = 3/4 on, whatever the third mode: in its coordinates, or in others."""
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0] if mixed else np.eye(3)
+    K0, K1 = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiff]]), np.zeros((3, 3))
+    K1[0, 1] = 4.0 / 3.0
+    return lambda mu: (np.eye(3), None, turn @ (K0 + mu * K1) @ turn.T)
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("stiff", [4.0, 30.0, 40.0, 1e3, 1e5, 1e8, 1e12])
+def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
+    system = _beside_a_stiff_mode(stiff, mixed)
+    [point] = critical_points(system, 2.0)
+    low, high = point.interval
+    assert point.kind == "flutter"
+    assert low <= 0.75 <= high
+    assert high - low < (1e-9 if stiff < 1e5 or not mixed else 1e-15 * stiff)
+    assert point.converged == (high - low <= 0.75e-9)
+    for mu, name in ((0.7, "marginal"), (0.8, "flutter")):
+        A = system(mu)[2]
+        assert judge(*system(mu)).verdict == name
+        one = VERDICTS.index(name)
+        assert undamped_verdicts([np.array([x]) for x in A.ravel()]) == one
+        u = np.array([[0.1], [0.0], [0.0]])
+        Q = (A - u @ u.T)[:, :, None]
+        assert sum_verdicts(Q, u) == one
+        assert len(growing_eigenvalues(system, mu)) == (name == "flutter")
