@@ -16,7 +16,9 @@ from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.results import record_of
-from squeal.article.results.ensembles import Kept, Pad, Range, Seed
+from squeal.article.results.claims import Reach
+from squeal.article.results.ensembles import Conclusion, Keeping, Kept, Pad, Range, Seed, Twins
+from squeal.article.results.line_springs import Compared
 from squeal.article.results.precision import Point, Timing
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts
@@ -69,16 +71,24 @@ def kinds(name: str) -> dict[str, type[Result]]:
     return typing.get_type_hints(record) | {"": record}
 
 
+def conclusion(*statements: str) -> Conclusion:
+    """One that 8 of 40 pads of the consistent law and 30 of 320 of all keep."""
+    own, every = Keeping(40, 8, 5, 2), Keeping(320, 30, 40, 12)
+    return Conclusion(statements, own, every, 8, 8, 10)
+
+
 def ensembles(entry: Any) -> dict[str, Any]:
     """Ensembles of all formulations, of which one search has kept more and longer than the rest."""
     kept = Kept(20, 18, 12)
     share = Share(0.2, (0.1, 0.3))
     shares = dict.fromkeys(IDS, share)
-    seed = Seed(kept, 9.5, -5.0, 0.0, ("B2-d-trailing",))
-    horizons = dict.fromkeys(("1", "3", "10", "40"), kept)
+    seed = Seed(kept, 9.5, -5.0, 0.0, ("B2-d-trailing",), 40, 40, 0.2, 4.0, 5.0, 5.0)
+    windows = ("1", "3", "10", "40")
+    horizons = dict.fromkeys(windows, kept)
+    failing: dict[str, tuple[str, ...] | None] = dict.fromkeys(windows, ("B2-d-trailing",))
     numbers = {d.name: d.low for d in DIMENSIONS}
     pads = {
-        name: Pad(numbers, horizons, ("B2-d-trailing",), 3.0 + i, 1.5, 0.5)
+        name: Pad(numbers, horizons, failing, 3.0 + i, 1.5, 0.5)
         for i, name in enumerate(("consistent", "printed force"))
     }
     spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
@@ -94,7 +104,13 @@ def ensembles(entry: Any) -> dict[str, Any]:
         "total": Kept(33, 29, 21),
         "informative": tuple(c.id for c in CLAIMS if c.informative),
         "contrasts": tuple(
-            filled(entry("contrasts"), switch=switch, levels={a: 9.0, b: 9.5}, p=p)
+            filled(
+                entry("contrasts"),
+                switch=switch,
+                levels={a: 9.0, b: 9.5},
+                unslid={a: 9.0, b: 9.5},
+                p=p,
+            )
             for (switch, (a, b)), p in zip(
                 FORMULATION_CHOICES.items(), (0.9, 0.5, 1e-4), strict=True
             )
@@ -105,7 +121,13 @@ def ensembles(entry: Any) -> dict[str, Any]:
         "total_b2": 12,
         "rival": pads,
         "chosen": pads,
+        "taken": "consistent",
         "left_out": "",
+        "conclusions": {
+            "hammering": conclusion("B2-c-hammer", "B2-only-c"),
+            "exaggeration": conclusion("B1-all-separate", "B2-d-trailing"),
+        },
+        "twins": Twins(("B2-b-trailing", "B2-b-tilt"), 80, 80),
     }
 
 
@@ -136,13 +158,17 @@ def result(name: str) -> Result:
         case = typing.get_args(types_of["cases"])[1]
         points = filled(typing.get_args(typing.get_type_hints(case)["thresholds"])[1])
         given["cases"] = {n: filled(case, thresholds={"0": points, "2": points}) for n in CASES}
+        given["starts"] = {n: (Compared(1, (2, 3, 4), (1, 0, 8)),) for n in CASES}
     elif name == "starts":
         share = dict.fromkeys(KINDS, 0.2)
         some = Map(10, ("01", "23"), 3, share)
         given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "onset":
         both = ("b1-d", "b2-c-mean", "b2-c-integral")
-        given = {field: by(field, both) for field in ("late", "sweeps", "sections", "exponents")}
+        given = {
+            field: by(field, both)
+            for field in ("late", "sweeps", "lasting", "sections", "exponents")
+        }
         given["ratio"] = given["sweeps"]["b1-d"][0].ratio
         given["thresholds"] = {"b1-d": 0.7, "b2-c-mean": None, "b2-c-integral": 0.7}
         given["cycles"] = filled(typing.get_args(types_of["cycles"])[0], name="b1-d")
@@ -158,6 +184,7 @@ def result(name: str) -> Result:
         given["claims"] = tuple(
             filled(entry("claims"), id=claim.id, case=claim.case) for claim in CLAIMS
         )
+        given["hammering"] = (Reach(0.1, ("c", "d")), Reach(0.5, ("c",)))
     elif name == "loci":
         given["scenes"] = tuple(filled(entry("scenes"), name=one) for one in HISTORY_FIGURES)
     elif name == "stability":

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.claims import CLAIMS, Case, judge_claims, measure
+from squeal.article.claims import CLAIMS, Case, hammering_by_reach, judge_claims, measure
 from squeal.article.claims.measures import Linear, Range
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from tests.simulation.test_simulation import bounce, upright
@@ -228,3 +228,16 @@ def test_claims_say_which_cases_they_are_about():
     said = {claim.id: claim.case for claim in CLAIMS}
     assert (said["B2-b-twice"], said["B2-b-theta"], said["B1-a-states"]) == ("a, b", "b", "a")
     assert {said[name] for name in ("B1-all-separate", "B3-singular", "B3-none")} == {"all"}
+
+
+def test_cases_hammer_by_how_far_the_reaction_must_go():
+    """Case d rocks by a fifth of the half length, c by all of it; b does not lose its edges."""
+    turns = case(separated=(1.0, 1.0), losses=(LEADING, TRAILING) * 3)
+    wide, little = (case(second=Range(-reach, reach), swings=9) for reach in (1.0, 0.2))
+    measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b1-c": turns, "b1-d": turns}
+    measured |= {"b2-b": wide, "b2-c": wide, "b2-d": little}
+    found = hammering_by_reach(measured)
+    assert [one.cases for one in found] == [("c", "d"), ("c",), ("c",), ("c",)]
+    assert found[0].reach == 0.1
+    seldom = measured | {"b2-c": dataclasses.replace(wide, swings=3)}
+    assert hammering_by_reach(seldom)[0].cases == ("d",)

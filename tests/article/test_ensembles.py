@@ -2,8 +2,9 @@
 
 import dataclasses
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from squeal.article.claims.measures import friction_raises
 from squeal.article.ensembles import beyond, choosing, distance, population
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.ensembles.choosing import LAWS, RIVAL
+from squeal.article.ensembles.comparison import corrected, distances, exchanged, keeping
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import FRONT, counts, gather, read_kept, undominated
@@ -31,18 +33,19 @@ from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import LENGTH, MASS
 from squeal.article.identify.write import write_scenes
 from squeal.article.report.chapters import ENSEMBLES, PAD
-from squeal.article.report.ensembles import generated
-from squeal.article.results.ensembles import Kept
+from squeal.article.report.ensembles import _contrast, generated, half_by_chance
+from squeal.article.results.ensembles import Contrast, Ensembles, Kept
 from squeal.article.results.ensembles import Pad as Judged
 from squeal.article.studies import ensembles as studied
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
 from squeal.files.provenance import NOT_INSTALLED
-from squeal.model.contact import CONSISTENT
+from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
 from squeal.scene import read_scene
+from tests.article import known
 from tests.conftest import ROOT, needs_heyoka
 
 
@@ -265,7 +268,7 @@ def counted(informative: int) -> Kept:
 )
 def test_the_report_takes_the_law_under_which_its_pad_keeps_more(consistent, printed, law):
     pads = {
-        name: Judged(dict(RIVAL), {"10": counted(n)}, (), 1.0, 2.0, 0.5)
+        name: Judged(dict(RIVAL), {"10": counted(n)}, {}, 1.0, 2.0, 0.5)
         for name, n in zip(LAWS, (consistent, printed), strict=True)
     }
     assert choosing.choice(pads, "here").law == LAWS[law]
@@ -359,4 +362,136 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     values, tables = generated(found)
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
+    assert values["ensembles.hammering"].startswith("Kept by ")
+    assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
+
+
+def test_distances_from_stored_margins_are_those_of_the_judging(numbers):
+    whole = judge(numbers, CONSISTENT)
+    margins, loads = whole.margins[whole.whole], numbers["F_n"][whole.whole]
+    assert distances(margins, loads) == pytest.approx(whole.partial[whole.whole, -1])
+    without = distances(margins, loads, ("B12-sliding",))
+    slid = margins[:, INDEX["B12-sliding"]] > 0.0
+    assert without[slid] == pytest.approx(distances(margins[slid], loads[slid]))
+    assert np.all(distances(margins, loads)[~slid] - without[~slid] >= 1.0)
+
+
+@pytest.mark.parametrize(("shift", "least", "most"), [(0.0, 0.05, 1.0), (3.0, 0.0, 1e-3)])
+def test_searches_are_exchanged_between_formulations_that_differ_in_one_switch(shift, least, most):
+    """Other switches shift the values by ten: unstratified, a shift of three would be lost."""
+    random = np.random.default_rng(2)
+    values = random.normal(size=(8, 5))
+    for i, f in enumerate(FORMULATIONS):
+        values[i] += 10.0 * (f.delta_moment == "+") + 5.0 * (f.line_force == "mean")
+        values[i] += shift * (f.delta_from == "frame")
+    means, p, better = exchanged(values, "delta_from")
+    assert least <= p <= most
+    assert means["frame"] - means["centre"] == pytest.approx(shift, abs=1.0)
+    assert better == 0 or not shift
+
+
+def test_the_chance_of_an_exchange_is_that_of_all_exchanges():
+    """One pair of formulations tells: 2 of the C(4, 2) = 6 halvings are as far apart."""
+    values = np.zeros((8, 2))
+    one, two = (
+        next(i for i, f in enumerate(FORMULATIONS) if f == Formulation("integral", d, "+"))
+        for d in ("centre", "frame")
+    )
+    values[one], values[two] = (0.0, 1.0), (2.0, 3.0)
+    _, p, better = exchanged(values, "delta_from")
+    assert p == pytest.approx(2 / 6, abs=0.02)
+    assert better == 0
+
+
+def test_holms_correction_by_hand():
+    assert corrected([0.04, 0.01, 0.03]) == pytest.approx([0.06, 0.03, 0.06])
+    assert corrected([0.9, 0.5, 0.4]) == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_equal_pads_count_once_and_searches_are_counted(tmp_path):
+    kept = read_kept(ROOT / ENSEMBLES)
+    sample, sampled = kept.sample.copy(), np.full_like(kept.sampled, -1.0)
+    sample[0, 0] = sample[0, 0, 0]  # one pad forty times
+    sampled[0, 0] = 1.0
+    made = replace(kept, sample=sample, sampled=sampled)
+    found = keeping(made, [0], ("B2-only-c", "B2-c-hammer"))
+    others = sum(len(np.unique(points, axis=0)) for points in sample[0, 1:])
+    assert (found.pads, found.keep) == (1 + others, 1)
+    assert (found.searches, found.keeping) == (sample.shape[1], 1)
+
+
+def judged_contrast(p: float, p_unslid: float, other: bool = False) -> str:
+    unslid = {"centre": 9.0, "frame": 8.0} if other else {"centre": 8.0, "frame": 9.0}
+    levels = {"centre": 8.0, "frame": 9.0}
+    return _contrast(Contrast("delta_from", levels, p, 1, 4, unslid, p_unslid))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ((0.01, 0.01), "also without the statement on sliding"),
+        ((0.01, 0.01, True), "with the assumed speed of the surface only"),
+        ((0.01, 0.4), "with the assumed speed of the surface only"),
+        ((0.4, 0.4), "no difference is shown"),
+        ((0.4, 0.01, True), r"without the statement on sliding one is, $\delta$ in the fixed"),
+    ],
+)
+def test_what_a_switch_does_is_told_with_and_without_sliding(given, words):
+    assert words in judged_contrast(*given)
+    assert "nearer in 3 of the 4 pairs" in judged_contrast(*given)
+
+
+def stored(**given: Any) -> Ensembles:
+    found = known.result("ensembles")
+    assert isinstance(found, Ensembles)
+    return replace(found, **given)
+
+
+def with_seeds(**given: Any) -> Ensembles:
+    found = stored()
+    return stored(
+        ensembles=tuple(
+            replace(e, seeds=tuple(replace(s, **given) for s in e.seeds)) for e in found.ensembles
+        )
+    )
+
+
+def test_sentences_on_ensembles_follow_the_file():
+    def told(found: Ensembles, name: str) -> str:
+        return generated(found)[0][f"ensembles.{name}"]
+
+    assert "Each search ends on an island" in told(with_seeds(width=0.1), "islands")
+    assert "spread nearly as far" in told(with_seeds(width=0.8), "islands")
+    assert "repeated, down to 3" in told(with_seeds(distinct=3), "islands")
+    assert "repeated" not in told(stored(), "islands")
+    assert "none of them found it" in told(with_seeds(nearest=3.5), "rival")
+    assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")
+    two = stored().twins
+    assert "are one statement" in told(stored(), "twins")
+    assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")
+    assert "told apart" in told(stored(twins=replace(two, agree=40)), "twins")
+    pads = stored().chosen
+    pad = pads["consistent"]
+
+    def taken(**given: Any) -> Ensembles:
+        return stored(chosen={**pads, "consistent": replace(pad, **given)})
+
+    assert "lies within them" in told(stored(), "outside")
+    far = taken(numbers={**pad.numbers, "mu": 0.9})
+    assert r"outside them with $\mu$ ($0.9$, searched" in told(far, "outside")
+    slid = taken(failing={**pad.failing, "1": ("B12-sliding",), "40": None})
+    assert "its sliding stops" in told(slid, "beside")
+    assert "loses B2-d-trailing" in told(slid, "beside")
+    assert "over 40 its motion leaves" in told(slid, "beside")
+    assert "its sliding goes on" in told(stored(), "beside")
+    one = stored().check
+    for which in ((), ("B2-d-trailing (margin 1 stored, -1 now)",), ("a", "b")):
+        text = told(stored(check=replace(one, different=len(which), which=which)), "differ")
+        assert ("none is", "one is another", "2 are others")[len(which)] in text
+
+
+def test_points_within_half_of_a_range_by_chance():
+    points = np.random.default_rng(4).uniform(size=(40_000, 5))
+    seen = (np.ptp(points, axis=1) < 0.5).mean()
+    assert half_by_chance(5) == pytest.approx(seen, abs=0.01)

@@ -12,6 +12,7 @@ from squeal.article.results.onset import (
     CyclePoint,
     Cycles,
     Exponent,
+    Lasting,
     Late,
     Onset,
     Section,
@@ -74,7 +75,8 @@ def test_a_motion_that_ends_is_missing_and_its_sweep_begins_with_the_own_start(m
         return states, np.zeros(len(states)), np.ones(len(states))
 
     monkeypatch.setattr(study, "settled", looked_at)
-    (first, *_) = study.sweeps(scene, models, end)
+    (first, *_), last = study.sweeps(scene, models, end)
+    assert (last.begins, last.ends) == (None, None)  # no contact changes
     assert np.array_equal(seen[0][4], scene.initial)
     assert np.array_equal(seen[0][5], end[1])
     assert first.down.mu[0] <= scene.pad.mu < first.up.mu[-1]
@@ -95,10 +97,13 @@ def made(
     down: float = 0.5,
     least: float = 0.56,
     decay: float = 0.9,
+    begins: float | None = 0.7,
+    peak: float = 2.0,
+    rate: float = 1.0,
 ) -> Onset:
     """A result with one motion under both laws."""
     late: dict[str, Any] = {
-        "b2-c-mean": (Late(0.005, 0.4 if lasts else 0.0, 2.0),),
+        "b2-c-mean": (Late(0.005, (0.4 if peak else 1.0) if lasts else 0.0, peak),),
         "b2-c-integral": (Late(0.005, 0.0 if law else 0.4, 2.0),),
     }
     up = Way((0.6, 0.7), (0.0, 0.4), (1.0, 2.0))
@@ -111,9 +116,10 @@ def made(
         late=late,
         step=0.05,
         sweeps={"b2-c-mean": (sweep,)},
+        lasting={"b2-c-mean": Lasting(begins, down)},
         thresholds={"b2-c-mean": threshold},
         sections={"b2-c-mean": Section((0.0,), (1.0,))},
-        exponents={"b2-c-mean": Exponent(0.005, 1.0, 0.1, 0.02, "chaotic", 40)},
+        exponents={"b2-c-mean": Exponent(0.005, rate, 0.1, 0.02, "chaotic", 40)},
         cycles=Cycles("b2-c-mean", 0.005, points[0], decay, 1e-6, points),
         ratio=0.005,
         windows=40,
@@ -122,16 +128,46 @@ def made(
 
 
 @pytest.mark.parametrize(
+    ("late", "least"), [((0.0, 0.2, 0.2), 0.3), ((0.1, 0.0, 0.2), 0.2), ((0.0, np.nan, 0.0), None)]
+)
+def test_changes_of_contact_last_only_if_they_go_on_for_longer(monkeypatch, late, least):
+    scene = read_scene(SCENES / "b1-d.yaml", "simulate")
+    model = damped_model(study.damped(scene, study.RATIO))
+    mu, lost = (0.5, 0.4, 0.3, 0.2, 0.1), np.array([0.5, 0.4, 0.3, 0.2, 0.0])
+    ends = np.arange(30.0).reshape(5, 6)
+    monkeypatch.setattr(study, "NEAREST", 3)
+
+    def looked_at(models, states, before, seen_for):
+        assert [one.pad.mu for one in models] == [0.2, 0.3, 0.4]
+        assert np.array_equal(states, ends[[3, 2, 1]])
+        assert before == study.LATE * scene.stop
+        return states, np.array(late), np.ones(3)
+
+    monkeypatch.setattr(study, "settled", looked_at)
+    assert study.lasting(scene, model, mu, lost, ends) == least
+    assert study.lasting(scene, model, mu, np.zeros(5), ends) is None
+
+
+@pytest.mark.parametrize(
     ("given", "key", "words"),
     [
         ({}, "lasts", "B2 (c), printed law"),
         ({"lasts": False, "law": True}, "lasts", "no contact changes"),
+        ({"peak": 0.0, "law": True}, "lasts", "no contact changes"),
         ({}, "law", "printed law alone"),
         ({"law": False}, "law", "No motion goes on"),
         ({}, "beside", "flutters from some friction"),
         ({"threshold": None}, "beside", "does not announce it"),
         ({}, "hysteresis", "with hysteresis"),
         ({"down": 0.65}, "hysteresis", "without hysteresis"),
+        ({"threshold": None}, "hysteresis", "brought about by the step or the kick"),
+        ({"begins": None}, "hysteresis", "no lasting changes are shown near the end of the way up"),
+        ({"begins": None}, "hysteresis", "begin at $\\mu = 0.7$ die out"),
+        ({}, "both", "below the friction at which"),
+        ({"threshold": None}, "both", "does not flutter at all"),
+        ({"down": 0.68}, "both", "both begin together"),
+        ({}, "zero", "beyond its own interval"),
+        ({"rate": 0.05}, "zero", "within its interval"),
         ({}, "branch", "subcritical"),
         ({"least": 0.71}, "branch", "supercritical"),
         ({"threshold": None}, "branch", "reaches down"),
@@ -149,6 +185,7 @@ def test_tables_tell_what_is_kept_lost_and_not_settled():
     found = made()
     assert r"40\,\%, $2$" in lasting_table(found)
     assert "kept" in lasting_table(found)
+    assert "& off" in lasting_table(made(peak=0.0))
     drifts = Exponent(0.0, 0.1, 0.1, 0.02, "finite-time", 40)
     others = dataclasses.replace(
         found, exponents={"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
@@ -281,7 +318,7 @@ def test_the_sentence_on_pitch_follows_the_spectrum(strongest, tonal, period, wo
 
 def test_without_heyoka_the_reason_is_drawn_and_told():
     why = "No heyoka on this machine simulates no batches of pads."
-    none = Onset({}, 0.05, {}, {}, {}, {}, Missing(why), 0.005, 40, 10, why)
+    none = Onset({}, 0.05, {}, {}, {}, {}, {}, Missing(why), 0.005, 40, 10, why)
     values, tables = generated(none, Spectra(scenes={}, ratio=0.005))
     assert why.rstrip(".") in values["onset.cycle"]
     assert set(tables) == {"lasting", "exponents"}

@@ -2,17 +2,19 @@
 
 import dataclasses
 import inspect
+import math
 from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import pytest
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
+from squeal.article.cases import CASES
 from squeal.article.equations import Bounds, bounds
 from squeal.article.figures import starts as starts_figure
 from squeal.article.report.physics import energy_table, generated
 from squeal.article.results.energy import Energy, Motion, Stay
-from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
+from squeal.article.results.line_springs import Case, Compared, Contact, LineSprings, Threshold
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
 from squeal.article.studies import energy as energy_study
@@ -23,7 +25,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.find import find_all
 from squeal.files.records import Missing, Result
 from squeal.model.linear import linearise
-from squeal.model.states import FULL, LEAD, NONE
+from squeal.model.states import FULL, LEAD, NONE, STATES
 from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from squeal.stability import verdict
@@ -78,13 +80,33 @@ def made(fed: tuple[float, ...], friction: float, kinetic: float) -> Motion:
     return Motion(friction, 0.0, sum(fed), kinetic, 1e-14, stays, {})
 
 
+def test_the_law_gives_or_takes_kinetic_energy_and_both_are_told():
+    motions: dict[str, Motion | Missing] = {
+        "b2-c-mean": made((2.0,), 3.0, 9.0),
+        "b2-c-integral": made((), 1.0, 1.0),
+        "b2-a-mean": made((2.0,), 3.0, 1.0),
+        "b2-a-integral": made((), 1.0, 4.0),
+        "b2-d-mean": made((), 3.0, 9.0),  # the law does no work
+        "b2-d-integral": made((), 1.0, 1.0),
+    }
+    text = chapter(energy=Energy(motions=motions))["physics.energy.start"]
+    assert "far greater in B2 (c) ($9$ times) and far smaller in B2 (a) ($0.25$ times)" in text
+    assert "either direction" in text
+    assert "(d)" not in text
+
+
 @pytest.mark.parametrize(
     ("fed", "friction", "kinetic", "words"),
     [
-        ((2.0, -1.0), 3.0, 9.0, ("either sign", "no motion has the contact", "multiplies")),
+        (
+            (2.0, -1.0),
+            3.0,
+            9.0,
+            ("either sign", "no motion has the contact", "far greater in B2 (c)"),
+        ),
         ((2.0,), 1.0, 9.0, ("only gives", "more work than friction in B2 (c)", "times).")),
-        ((-2.0,), 3.0, 1.0, ("only takes", "no motion has the contact", "no motion gains")),
-        ((), 3.0, 1.0, ("visits partial contact", "no motion has", "no motion gains")),
+        ((-2.0,), 3.0, 1.0, ("only takes", "no motion has the contact", "differs by less")),
+        ((), 3.0, 1.0, ("visits partial contact", "no motion has", "differs by less")),
     ],
 )
 def test_sentences_on_energy_follow_the_numbers(fed, friction, kinetic, words):
@@ -178,12 +200,42 @@ def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
     assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
 
 
-@pytest.mark.parametrize(("outside", "words"), [(0.0, "the same for all"), (0.3, "not a property")])
+@pytest.mark.parametrize(
+    ("outside", "words"), [(0.0, "the same for all"), (0.3, "depends on the pad")]
+)
 def test_where_a_case_lies_is_no_property_of_its_angles_if_it_moves(outside, words):
     found = known_of(MapRanges)
     case = dataclasses.replace(found.members["c"], inside=0.5, outside=outside)
-    values = chapter(ranges=dataclasses.replace(found, members=found.members | {"c": case}))
+    values = chapter(ranges=dataclasses.replace(found, members={"c": case}, flat=()))
     assert words in values["physics.map.angles"]
+    assert "divide by zero" not in values["physics.map.angles"]
+
+
+def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scene):
+    """K21 = k1 s1 c1 - k2 s2 c2 in closed form: zero for all k1 and k2 if both products are."""
+    closed = [
+        case
+        for case, angles in CASES.items()
+        if max(abs(math.sin(a) * math.cos(a)) for a in angles) < 1e-15
+    ]
+    assert ranges_study._flat(scene.pad) == tuple(closed) == ("a", "b")
+    found = dataclasses.replace(known_of(MapRanges), flat=("a", "b"))
+    assert "For cases (a) and (b) $K_{21} = 0$" in chapter(ranges=found)["physics.map.angles"]
+
+
+def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):
+    """Without friction every branch reaches its end; the shares against the maps of one pad."""
+    one = ranges_study.with_values(scene.pad, 0.3, 1.0, 0.5)
+    pads = ranges_study.with_values(scene.pad, *(np.array([v, v]) for v in (0.3, 1.0, 0.5)))
+    reached, kept, full = ranges_study._equilibria(scene, pads, 7)
+    alone = dataclasses.replace(scene, pad=one)
+    a1, a2 = ranges_study._axes(7)
+    found = on_grid(alone, ("alpha1", "alpha2"), a1, a2)
+    assert reached == pytest.approx(np.mean(found.codes != BEYOND_FOLD))
+    good = np.isin(found.codes, ranges_study.KEPT)
+    assert kept == pytest.approx(np.mean(good))
+    assert full == pytest.approx(np.mean(good & (found.contact == STATES.index(FULL))))
+    assert 0.0 < full[0] < kept[0] < reached[0]
 
 
 @pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
@@ -210,7 +262,9 @@ def test_many_springs_move_as_the_line_does_ever_nearer():
 def test_nothing_is_compared_where_no_motion_reaches_its_end():
     why = Missing("the pad has turned past 90 degrees")
     points: dict[str, tuple[Threshold, ...]] = {"0": ()}
-    none = LineSprings(cases={"c": Case(why, (why,), False, points)}, stop=1.0, mu_max=2.0)
+    none = LineSprings(
+        cases={"c": Case(why, (why,), False, points)}, starts={}, stop=1.0, mu_max=2.0
+    )
     assert "depends on the case" in chapter(springs=none)["physics.springs.verdict"]
 
 
@@ -222,7 +276,9 @@ def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
         "2": (Threshold(mu, "flutter"),),
     }
     line = Contact(0, 0.5, 0.2, 1, 2.0, 0.0)
-    return LineSprings(cases={"c": Case(line, (few, many), True, points)}, stop=1.0, mu_max=2.0)
+    return LineSprings(
+        cases={"c": Case(line, (few, many), True, points)}, starts={}, stop=1.0, mu_max=2.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -248,6 +304,36 @@ def test_the_verdict_on_points_follows_the_shares(lost, apart, off, mu, words):
         assert part in values[f"physics.springs.{key}"]
 
 
+def test_over_starts_both_directions_are_told_for_each_case():
+    rows: dict[str, tuple[Compared, ...]] = {
+        "a": (Compared(1, (23, 30, 28), (30, 0, 51)), Compared(3, (33, 28, 20), (30, 0, 51))),
+        "b": (Compared(1, (0, 34, 47), (0, 0, 81)), Compared(3, (0, 34, 47), (0, 0, 81))),
+    }
+    found = dataclasses.replace(springs(0.5, 0.2, 0.2, 0.4), starts=rows)
+    values = chapter(springs=found)
+    assert "line from 30 of 162 starts and shorter from 0" in values["physics.springs.verdict"]
+    assert "line from 23 of 162 starts and shorter from 64" in values["physics.springs.verdict"]
+    told = values["physics.springs.starts"]
+    assert "of 81 starts in each case (a, b)" in told
+    assert "from 23, 0 and for a shorter time from 30, 34, for longer from 33, 0" in told
+    assert "28, 34 over 3 times that time" in told
+    without = chapter(springs=springs(0.5, 0.2, 0.2, 0.4))
+    assert "from the scenes' own starts" in without["physics.springs.verdict"]
+
+
+@needs_heyoka
+def test_on_two_springs_and_on_the_line_full_contact_is_the_same_motion():
+    """Near the equilibrium nothing is lost on either, so that all starts are alike."""
+    own = read_scene(SCENES / "b2-d.yaml", "simulate")
+    rest, _ = sliding_equilibrium(springs_study.on_springs(own, 0).pad_model)
+    assert rest is not None
+    q = np.array(rest.q)
+    near = dataclasses.replace(own, initial=(*(q + 1e-3 * np.abs(q)).tolist(), 0.0, 0.0, 0.0))
+    found = springs_study.compared(near, 1)
+    assert sum(found.lost) == springs_study.SIDE**2
+    assert found.apart == (0, 0, springs_study.SIDE**2)
+
+
 @pytest.mark.parametrize(
     ("first", "points", "kind"),
     [
@@ -258,7 +344,7 @@ def test_the_verdict_on_points_follows_the_shares(lost, apart, off, mu, words):
         (FULL, [0, 0, 0, 0], "loss at an edge"),
         (FULL, [0, 1, 0, 1], "separation"),
         (FULL, [0, 0, 1, 1, 0, 0, 1, 1], "loss at an edge"),  # three turns
-        (FULL, [0, 0, 1, 1, 0, 0, 1, 1, 0], "hammering"),  # four
+        (FULL, [0, 0, 1, 1, 0, 0, 1, 1, 0], "alternate losses"),  # four
         (NONE, [0, 0, 0, 1], "no loss"),  # it bounces on an edge before full contact
     ],
 )
@@ -311,7 +397,7 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
 @pytest.mark.parametrize(
     ("one", "other", "words"),
     [
-        ((3, 0.1, 0.6), (3, 0.1, 0.6), ("nearer to the equ", "(c) alone, as", "another end")),
+        ((3, 0.1, 0.6), (3, 0.1, 0.6), ("nearer to the equ", "case (c) alone: ", "another end")),
         ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
         ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
     ],

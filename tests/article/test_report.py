@@ -26,10 +26,13 @@ from squeal.article.report import contact_states, verdicts
 from squeal.article.report.article import eigenvalue_table
 from squeal.article.report.latex import counted, number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
+from squeal.article.report.pads import kept_briefly, kept_by, lasts
 from squeal.article.report.parameters import angle, parameter_rows
 from squeal.article.report.statements import agreement
-from squeal.article.results.claims import JudgedClaim
+from squeal.article.results.claims import JudgedClaim, Reach
 from squeal.article.results.eigenvalues import EquilibriumPoles
+from squeal.article.results.ensembles import Ensembles
+from squeal.article.results.map_ranges import Upright
 from squeal.article.studies.eigenvalues import examined, poles
 from squeal.files.provenance import provenance
 from squeal.files.records import Missing, Result
@@ -38,6 +41,7 @@ from squeal.model.linear import Linearisation, linearise
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import LEAD, NONE
 from squeal.scene import read_scene
+from tests.article import known
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
@@ -282,26 +286,80 @@ def test_a_switch_turns_over_and_back(scenes):
         assert flipped(other, switch) == scene
 
 
+def judged_pads(keep: int, lost: str) -> Ensembles:
+    """Ensembles of which so many pads keep each conclusion; the plausible one loses a statement."""
+    found = known.result("ensembles")
+    assert isinstance(found, Ensembles)
+    made = {
+        name: dataclasses.replace(one, every=dataclasses.replace(one.every, keep=keep))
+        for name, one in found.conclusions.items()
+    }
+    pad = found.chosen["consistent"]
+    pad = dataclasses.replace(pad, failing={**pad.failing, "1": (lost,), "3": None, "10": (lost,)})
+    pad = dataclasses.replace(pad, failing={**pad.failing, "40": ("B2-c-hammer", "B2-d-trailing")})
+    return dataclasses.replace(found, conclusions=made, chosen={**found.chosen, "consistent": pad})
+
+
+def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
+    some, none = judged_pads(3, "B2-c-hammer"), judged_pads(0, "B2-c-hammer")
+    plausible = judged_pads(0, "B2-b-twice")
+    words = {
+        (True, 3): "holds for this pad and some others",
+        (True, 0): "holds for this pad alone",
+        (False, 3): "holds for some other pads",
+        (False, 0): "not reproduced by any pad",
+    }
+    for (held, keep), verdict in words.items():
+        claims = dict.fromkeys(some.conclusions["hammering"].statements, held)
+        assert verdicts.of_pads(claims, some if keep else none, "hammering") == verdict
+    assert lasts(plausible, "hammering") == ["1", "10"]
+    assert lasts(none, "hammering") == []
+    assert "over 1 and 10 windows and by 0 of 320" in kept_briefly(plausible, "hammering")
+    assert "Not kept by the pad" in kept_briefly(some, "hammering")
+    assert "keeps it over 1 and 10 windows; so do 8" in kept_by(plausible, "hammering")
+    assert "does not keep it; but so do 8" in kept_by(some, "hammering")
+
+
+def test_hammering_is_told_by_the_swing_that_is_asked_for():
+    one, *others = Reach(0.1, ("c", "d")), Reach(0.25, ("c",)), Reach(0.5, ("c",)), Reach(0.9, ())
+    text = verdicts.by_reach((one, *others))
+    assert r"reach $0.1$\,$w$ to each side, (c) and (d)" in text
+    assert r"(c) if $0.25$ and $0.5$\,$w$" in text
+    assert text.endswith(r"no case if $0.9$\,$w$")
+
+
+def test_what_the_article_argues_with_is_told_apart_from_our_reading():
+    names = ("B1-all-separate", "B2-only-c", "B12-more-loss")
+    assert "but not our reading" in verdicts.argued(
+        dict(zip(names, (True, True, False), strict=True))
+    )
+    assert "reproduces it" in verdicts.argued(dict.fromkeys(names, True))
+    assert "does not" in verdicts.argued(dict(zip(names, (True, False, True), strict=True)))
+
+
 def test_a_verdict_turns_with_the_results_behind_it():
-    hammering = ("B2-c-hammer", "B2-only-c", "B12-c-severe")
-    held = dict.fromkeys((*hammering, "B1-all-separate", "B12-more-loss", "B3-singular"), True)
-    assert verdicts.hammering(held) == verdicts.exaggeration(held) == "holds for one pad"
-    lost = held | {"B2-only-c": False}
-    assert verdicts.hammering(lost) == verdicts.exaggeration(lost) == "not reproduced"
-    assert verdicts.exaggeration(held | {"B2-c-hammer": False}) == "holds for one pad"
+    def maps(printed, small, exists=0.7):
+        share = SimpleNamespace(exists=exists)
+        full = Upright(10, 0.1, 0.6, small, 0.25)
+        printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
+        return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
 
-    def maps(printed, quiet, exists):
-        share = SimpleNamespace(quiet=quiet, exists=exists)
-        return SimpleNamespace(share=share), SimpleNamespace(
-            share=SimpleNamespace(as_printed=printed)
-        )
-
-    assert verdicts.region(*maps(0.1, 0.6, 0.7)) == "does not hold"
-    assert verdicts.region(*maps(0.1, 0.1, 0.7)) == "holds"
-    assert verdicts.region(*maps(0.4, 0.6, 0.7)) == "not reproduced"
-    assert verdicts.singular(held, maps(0.1, 0.6, 0.7)[0]) == "does not follow"
-    assert verdicts.singular(held, maps(0.1, 0.0, 0.0)[0]) == "follows"
-    assert verdicts.singular(held | {"B3-singular": False}, maps(0, 0, 0)[0]) == "not reproduced"
+    assert verdicts.region(*maps(0.1, 0)[:2]) == "does not hold"
+    assert verdicts.region(*maps(0.1, 10)[:2]) == "holds"
+    assert verdicts.region(*maps(0.1, 3)[:2]) == "depends on the pad"
+    assert verdicts.region(*maps(0.4, 3)[:2]) == "not reproduced"
+    held = {"B3-singular": True, "B2-b-raised": True}
+    assert verdicts.singular(held, maps(0.1, 0)[2]) == "does not follow"
+    assert verdicts.singular(held, maps(0.1, 0, 0.0)[2]) == "follows"
+    assert verdicts.singular({"B3-singular": False}, maps(0, 0, 0)[2]) == "not reproduced"
+    found = judged_pads(3, "B2-b-twice")  # 20 % of as many as run
+    word, share = verdicts.raised(held, found)
+    assert word == "holds for some pads"
+    assert share == pytest.approx(0.2)
+    few = tuple(dataclasses.replace(e, ran=1) for e in found.ensembles)  # of 3
+    often = dataclasses.replace(found, ensembles=few)
+    assert verdicts.raised(held, often)[0] == "holds for most pads"
+    assert verdicts.raised({"B2-b-raised": False}, often)[0] == "not reproduced"
 
 
 @pytest.mark.parametrize(

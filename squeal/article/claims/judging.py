@@ -8,7 +8,8 @@ from dataclasses import replace
 from squeal.article.cases import stem
 from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
-from squeal.article.results.claims import JudgedClaim, Verdict
+from squeal.article.claims.rules import HAMMER, OTHERS, hammering_cases
+from squeal.article.results.claims import JudgedClaim, Reach, Verdict
 from squeal.scene import Scene
 
 Measured = Mapping[str, Case | Linear]
@@ -39,10 +40,27 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
 
 def judge_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> list[JudgedClaim]:
     """Simulate and judge the four cases of each model. Raises ComputationError where one ends."""
-    measured: dict[str, Case | Linear] = {
+    cases = measure_scenes(b1, b2)
+    pads = {case: scene.pad for case, scene in b2.items()}
+    return judge_claims({**cases, "b3": linear_measures(pads)})
+
+
+def measure_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> dict[str, Case]:
+    """The measures of the four cases of each model by name of the scene, those of B1 first.
+
+    Raises ComputationError where a motion leaves the model.
+    """
+    return {
         stem(model, case): measure(scene)
         for model, scenes in (("B1", b1), ("B2", b2))
         for case, scene in scenes.items()
     }
-    pads = {case: scene.pad for case, scene in b2.items()}
-    return judge_claims(measured | {"b3": linear_measures(pads)})
+
+
+def hammering_by_reach(cases: Mapping[str, Case]) -> tuple[Reach, ...]:
+    """Which cases hammer with both models, by how far delta must go; `cases` as measured."""
+    found = {reach: hammering_cases(*cases.values(), reach=reach) for reach in (HAMMER, *OTHERS)}
+    return tuple(
+        Reach(reach, tuple(name for name, margin in margins.items() if margin > 0.0))
+        for reach, margins in found.items()
+    )

@@ -18,6 +18,7 @@ CALM = 0.01  # accelerations below this share of the greatest count as settled
 SMALL = 0.25  # of the map
 ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
 HAMMER = 0.1  # of w, how far delta must go to each side
+OTHERS = (0.25, 0.5, 0.9)  # other such distances, beside which the verdicts are told
 SWINGS = 4  # changes of side that make a motion repeated
 
 
@@ -151,12 +152,18 @@ def _by_turns(case: Case) -> float:
     return share if turns >= SWINGS else min(share, 0.0) - 1.0
 
 
+def hammering_cases(*cases: Case, reach: float = HAMMER) -> dict[str, float]:
+    """Margin of hammering with both models by case, the cases of B1 first.
+
+    B1: each edge separates, in turn and repeatedly; B2: delta goes by `reach` (of w) to each side.
+    """
+    pairs = zip("abcd", cases[:4], cases[4:], strict=True)
+    return {name: min(_by_turns(b1), hammers(b2, reach).margin) for name, b1, b2 in pairs}
+
+
 def only_c_hammers(*cases: Case) -> Outcome:
     """Case c hammers in both models, no other case does. The cases of B1 come first."""
-    both = {
-        name: min(_by_turns(b1), hammers(b2).margin)
-        for name, b1, b2 in zip("abcd", cases[:4], cases[4:], strict=True)
-    }
+    both = hammering_cases(*cases)
     margin = min(value if name == "c" else -value for name, value in both.items())
     which = ", ".join(name for name, value in both.items() if value > 0.0)
     return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
@@ -202,10 +209,10 @@ def within_trailing_half(case: Case) -> Outcome:
     return Outcome(margin, f"delta/w from {case.second.low:.3f} to {case.second.high:.3f}")
 
 
-def hammers(case: Case) -> Outcome:
-    """delta goes to both edges in turn, repeatedly."""
-    reach = min(case.second.high, -case.second.low) - HAMMER
-    margin = reach if case.swings >= SWINGS else min(reach, 0.0) - 1.0
+def hammers(case: Case, reach: float = HAMMER) -> Outcome:
+    """delta goes to both edges in turn, by `reach` (of w) at least and repeatedly."""
+    room = min(case.second.high, -case.second.low) - reach
+    margin = room if case.swings >= SWINGS else min(room, 0.0) - 1.0
     words = within_trailing_half(case).measured
     return Outcome(margin, f"{words}, {case.swings} changes of side")
 

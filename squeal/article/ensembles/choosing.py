@@ -17,7 +17,7 @@ from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import Choice
 from squeal.article.ensembles.distance import Judgement, judge
-from squeal.article.ensembles.gather import INFORMATIVE, Kept, counts, read_kept
+from squeal.article.ensembles.gather import INFORMATIVE, TAUTOLOGIES, Kept, counts, read_kept
 from squeal.article.ensembles.space import (
     DIMENSIONS,
     FORMULATIONS,
@@ -122,7 +122,10 @@ def side_by_side(numbers: dict[str, float]) -> dict[str, Pad]:
         found[name] = Pad(
             numbers=numbers,
             horizons=rows[0],
-            failing=failing(first.margins[0]),
+            failing={
+                str(w): names(~((j.margins[0] > 0.0) | TAUTOLOGIES)) if j.whole[0] else None
+                for w, j in judged.items()
+            },
             distance=float(first.partial[0, -1]),
             least_speed=_least_speed(first.margins[0]),
             steady=float(np.mean(near.whole & (counts(near.margins)[2] >= wanted))),

@@ -1,4 +1,4 @@
-"""Sweeps of friction, a branch of hammering cycles and sections, from the study of that name."""
+"""Sweeps of friction, a branch of cycles and sections, from the study of that name."""
 
 from __future__ import annotations
 
@@ -104,19 +104,19 @@ def draw(found: Onset) -> Drawing:
     """The figure, ready to be saved."""
     if not found.sweeps:
         why = found.left_out or "No motion goes on losing contact with damping."
-        return blank("Onset of hammering with damping", why, __name__, found.provenance)
+        return blank("Lasting changes of contact with damping", why, __name__, found.provenance)
     parts = []
     for name, sweeps in found.sweeps.items():
         ends = [
-            f"{100 * s.ratio:g} % damping from {min(s.up.hammering, default=float('nan')):.2g} up "
-            f"and to {min(s.down.hammering, default=float('nan')):.2g} down"
+            f"{100 * s.ratio:g} % damping from {min(s.up.changing, default=float('nan')):.2g} up "
+            f"and to {min(s.down.changing, default=float('nan')):.2g} down"
             for s in sweeps
         ]
-        parts.append(f"{motion_title(name)} hammers with {', '.join(ends)}")
+        parts.append(f"{motion_title(name)} changes contact with {', '.join(ends)}")
     text = (
         "Peak force over friction, raised and lowered, for several damping ratios: "
-        f"{'; '.join(parts)}. Then a branch of hammering cycles over friction, and sections of "
+        f"{'; '.join(parts)}. Then a branch of cycles over friction, and sections of "
         "other motions whenever the leading edge separates."
     )
     made = origin(__name__, found.provenance)
-    return Drawing(onset_figure(found), text, "Onset of hammering with damping", made)
+    return Drawing(onset_figure(found), text, "Lasting changes of contact with damping", made)

@@ -53,7 +53,7 @@ def spectra_figure(found: Spectra) -> Figure:
 
 def draw(found: Spectra) -> Drawing:
     """The figure, ready to be saved."""
-    name = "Spectra of the contact force through the onset of hammering"
+    name = "Spectra of the contact force through the first losses of contact"
     if not found.scenes:
         why = "The equilibrium of none of the scenes flutters with damping."
         return blank(name, why, __name__, found.provenance)

@@ -64,8 +64,8 @@ def draw(found: Starts) -> Drawing:
             parts.append(f"{name} {shares}")
     text = (
         "Maps over height and tilt of the start about the equilibrium of each scene, coloured by "
-        "what becomes of the motion. Shares without a loss of contact and with hammering, and "
-        f"windows: {'; '.join(parts)}."
+        "what becomes of the motion. Shares without a loss of contact and with alternate losses, "
+        f"and windows: {'; '.join(parts)}."
     )
     made = origin(__name__, found.provenance)
     return Drawing(starts_figure(found), text, "What the start decides", made)

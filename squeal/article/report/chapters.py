@@ -102,7 +102,10 @@ _SEARCHED = (
 )
 
 _PARTS = (
-    Chapter("verdicts", also=_results("claims", "angles", "quasi_static", "loci")),
+    Chapter(
+        "verdicts",
+        also=_results("claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges"),
+    ),
     Chapter("introduction"),
     Chapter("equations"),
     Chapter("method"),

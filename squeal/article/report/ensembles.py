@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from squeal.article.report.latex import Generated, number, percent, tabular, typeset
+from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
+from squeal.article.report.pads import (
+    beside,
+    consistent,
+    kept_briefly,
+    kept_by,
+    outside,
+    thousands,
+    twins,
+)
 from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept, Pad
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
@@ -22,16 +31,6 @@ CHOICES = {
     "+": "the sign of \\aeq{10}",
     "-": "the sign of \\aeq{21}",
 }
-
-
-def thousands(count: float) -> str:
-    """A count in groups of three digits."""
-    return f"{round(count):,}".replace(",", r"\,")
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words in a sentence."""
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if words[1:] else "".join(words)
 
 
 def _name(e: Ensemble) -> list[str]:
@@ -64,7 +63,7 @@ def ensemble_table(found: Ensembles) -> str:
         for e in found.ensembles
     ]
     windows = ", ".join(map(str, found.windows))
-    head = ["force", "delta", "sign", "pads", "chance", "best", f"of {found.total.listed}"]
+    head = ["force", "delta", "sign", "pads", "chance", "best", f"first {found.total.listed}"]
     head += ["level", "share", f"best over {windows}"]
     return tabular("lllrrrrrrl", head, [rows])
 
@@ -86,13 +85,13 @@ def range_table(found: Ensembles) -> str:
 def pad_table(found: Ensembles) -> str:
     """The chosen pad under both laws."""
     windows = ", ".join(map(str, found.windows))
-    head = ["law", f"informative over {windows}", "listed", "not kept", "least $V$", "steady"]
+    head = ["law", f"informative over {windows}", "all", "not kept", "least $V$", "steady"]
     rows = [
         [
             law,
             ", ".join(_over(pad.horizons[str(w)]) for w in found.windows),
-            str(kept.listed) if (kept := pad.horizons["1"]) is not None else "--",
-            typeset(", ".join(pad.failing)),
+            str(kept.everything) if (kept := pad.horizons["1"]) is not None else "--",
+            typeset(", ".join(n for n in pad.failing["1"] or () if n in found.informative)),
             rf"{number(pad.least_speed, 2)}\,m/s",
             percent(pad.steady, 0),
         ]
@@ -102,18 +101,35 @@ def pad_table(found: Ensembles) -> str:
 
 
 def _contrast(c: Contrast) -> str:
-    levels = listed([f"{number(v, 3)} with {CHOICES[name]}" for name, v in c.levels.items()])
-    probability = number(c.p, 2)
-    if c.p < SURE:
-        better = CHOICES[min(c.levels, key=lambda name: c.levels[name])]
-        return (
-            f"{SWITCHES[c.switch].capitalize()} matters: searches come nearer with {better} "
-            f"(mean distance {levels}, $p = {probability.strip('$')}$)."
-        )
-    return (
-        f"{SWITCHES[c.switch].capitalize()} cannot be told from the statements: searches come "
-        f"equally near (mean distance {levels}, $p = {probability.strip('$')}$)."
+    """What a switch does to the distance, with the statement on sliding and without it."""
+    levels = in_words([f"{number(v, 3)} with {CHOICES[name]}" for name, v in c.levels.items()])
+    nearer = min(c.levels, key=lambda name: c.levels[name])
+    pairs = c.better if nearer == list(c.levels)[1] else c.pairs - c.better
+    told = (
+        f"mean level {levels}, nearer in {pairs} of the {c.pairs} pairs of formulations that "
+        f"differ in this alone, $p = {number(c.p, 2).strip('$')}$"
     )
+    name = SWITCHES[c.switch].capitalize()
+    sure, still = c.p < SURE, c.p_unslid < SURE
+    p = f"$p = {number(c.p_unslid, 2).strip('$')}$"
+    other = min(c.unslid, key=lambda name: c.unslid[name])
+    if sure and still and other == nearer:
+        return (
+            f"{name} makes a difference: searches come nearer with {CHOICES[nearer]} ({told}), "
+            f"also without the statement on sliding ({p})."
+        )
+    if sure:
+        return (
+            f"{name} makes a difference with the assumed speed of the surface only: searches come "
+            f"nearer with {CHOICES[nearer]} ({told}), but without the statement on sliding this is "
+            f"not shown ({p})."
+        )
+    without = (
+        f"without the statement on sliding one is, {CHOICES[other]} being nearer ({p})"
+        if still
+        else f"nor is one without the statement on sliding ({p})"
+    )
+    return f"{name}: no difference is shown ({told}); {without}."
 
 
 def _long(found: Ensembles) -> str:
@@ -132,24 +148,57 @@ def _long(found: Ensembles) -> str:
     )
 
 
+def half_by_chance(count: int) -> float:
+    """Probability that so many uniform points lie within half of their range."""
+    return float(count * NARROW ** (count - 1) - (count - 1) * NARROW**count)
+
+
+def _islands(found: Ensembles) -> str:
+    """Of how many independent pads the last populations are worth."""
+    seeds = [s for e in found.ensembles for s in e.seeds]
+    count = len(found.ensembles[0].seeds)
+    widths = [percent(f([s.width for s in seeds]), 0) for f in (min, max)]
+    pooled = [sum(r.width for r in law.values()) / len(law) for law in found.ranges.values()]
+    within = sum(s.width for s in seeds) / len(seeds)
+    few = sum(s.distinct < s.stored for s in seeds)
+    poorest = min(s.distinct for s in seeds)
+    repeats = (
+        f" In {few} of {len(seeds)} of them pads are repeated, down to {poorest} different ones of "
+        f"{seeds[0].stored}."
+        if few
+        else ""
+    )
+    wide = in_words([percent(v, 0) for v in pooled])
+    if within < NARROW * min(pooled):
+        return (
+            f"Each search ends on an island: the middle nine tenths of a number take "
+            f"{widths[0]} to {widths[1]} of its range in the last population of one search (mean "
+            f"over the numbers), {wide} over the searches of the two laws of "
+            f"Table~\\ref{{ensemble-ranges}}.{repeats} An ensemble is thus worth {count} pads, one "
+            "a search, and no fair sample of all that are within its level."
+        )
+    return (
+        f"The last populations spread nearly as far within a search ({widths[0]} to {widths[1]} of "
+        f"the range) as over the searches ({wide}).{repeats}"
+    )
+
+
 def _rival(found: Ensembles) -> str:
     pad = found.rival["consistent"]
     kept = pad.horizons[str(found.windows[0])]
     if kept is None:
         return "Its motion leaves the model."
-    level, distance = number(found.rival_level, 3), number(pad.distance, 3)
-    own = max(
-        s.most.informative
-        for e in found.ensembles
-        if (e.formulation.line_force, e.formulation.delta_from, e.formulation.delta_moment)
-        == ("integral", "centre", "+")
-        for s in e.seeds
-    )
+    distance, seeds = number(pad.distance, 3), consistent(found).seeds
+    own = max(s.most.informative for s in seeds)
+    near = _span([s.nearest for s in seeds])
+    nearer = sum(s.nearest <= pad.distance for s in seeds)
     where = (
-        f"Its distance, {distance}, is within the level {level} that each search of its law "
-        "reached: it belongs to the ensemble"
-        if pad.distance <= found.rival_level
-        else f"Its distance, {distance}, is beyond the level {level} that each search reached"
+        f"Its distance, {distance}, is less than that of any pad stored of the {len(seeds)} "
+        f"searches of its law (nearest of each: {near}): none of them found it or its like, so "
+        "that they do not exhaust the ranges"
+        if nearer == 0
+        else f"Pads as near as it, at a distance of {distance}, are stored of {nearer} of the "
+        f"{len(seeds)} searches of its law (nearest of each: {near})"
     )
     than = (
         "more than"
@@ -159,9 +208,9 @@ def _rival(found: Ensembles) -> str:
         else ("fewer than")
     )
     return (
-        f"It keeps {kept.listed} of the {found.total.listed} listed and {kept.informative} of the "
-        f"{found.total.informative} informative statements, {than} the best of these searches "
-        f"({own}). {where}."
+        f"It keeps {kept.everything} of all {found.total.everything} and {kept.informative} of "
+        f"the {found.total.informative} informative statements, of the latter {than} the best of "
+        f"these searches ({own}). {where}."
     )
 
 
@@ -175,25 +224,33 @@ def _standing(found: Ensembles) -> str:
 
 def _confined(found: Ensembles) -> str:
     laws = list(found.ranges.values())
-    kinds = [n for n in SYMBOLS if n != "start"]  # standing starts are treated apart
+    kinds = list(SYMBOLS)
     names = [n for n in kinds if all(law[n].width < NARROW for law in laws)]
+    searches = len(consistent(found).seeds)
+    one = half_by_chance(searches)
+    chance = (
+        f"({searches} uniform points do so with a chance of {number(one, 2)}, so that of "
+        f"{len(kinds)} numbers {number(len(kinds) * one ** len(laws), 2)} would under both)"
+    )
     if not names:
         return (
-            "No number is confined to half of its range under both laws: the statements do not "
-            "identify a pad"
+            f"No number is confined to half of its range under both laws {chance}: the statements "
+            "do not identify a pad"
         )
+    words = in_words([SYMBOLS[n] for n in names])
+    lie = "lies" if len(names) == 1 else "lie"
     return (
-        f"Only {listed([SYMBOLS[n] for n in names])} lie within half of the searched range under "
-        "both laws: the statements do not identify a pad"
+        f"Only {words} {lie} within half of the searched range under both laws {chance}: the "
+        "statements do not identify a pad"
         if len(names) < len(kinds) / 2
-        else f"{listed([SYMBOLS[n] for n in names])} lie within half of the searched range"
+        else f"{words} {lie} within half of the searched range under both laws {chance}"
     )
 
 
 def _front(found: Ensembles) -> str:
     seen = sum(f.pads for f in found.fronts)
     all_three = sum(f.together[3] for f in found.fronts)
-    names = listed(list(found.names))
+    names = in_words(list(found.names))
     if all_three == 0:
         return f"None of {thousands(seen)} pads judged on {names} keeps all three."
     best = max((f for f in found.fronts if f.together[3]), key=lambda f: f.most[3])
@@ -203,7 +260,7 @@ def _front(found: Ensembles) -> str:
         if best.most[3] == found.total_b2
         else f"so that the three do not exclude each other; the best of them, with {law}, keeps "
         f"{best.most[3]} of the {found.total_b2} statements on model B2 and lacks "
-        f"{listed(best.lacks)}"
+        f"{in_words(best.lacks)}"
     )
     return (
         f"Of {thousands(seen)} pads judged on {names}, {thousands(all_three)} keep all three, "
@@ -230,6 +287,19 @@ def _steadier(pads: dict[str, Pad]) -> str:
     )
 
 
+def _differ(found: Ensembles) -> str:
+    """How many verdicts on stored pads are others today, and which."""
+    one = found.check
+    which = "; ".join(typeset(name) for name in one.which)
+    if not one.different:
+        return "none is another today"
+    others = "one is another" if one.different == 1 else f"{one.different} are others"
+    return (
+        f"{others} today: {which}; peaks come from samples of the "
+        "motion, which lie elsewhere in another batch"
+    )
+
+
 def generated(found: Ensembles) -> Generated:
     """Values and tables, from the study of the same name."""
     switches = {c.switch: _contrast(c) for c in found.contrasts}
@@ -249,12 +319,22 @@ def generated(found: Ensembles) -> Generated:
         "ensembles.chance": str(max(e.best.informative for e in found.ensembles)),
         "ensembles.best": str(max(s.most.informative for e in found.ensembles for s in e.seeds)),
         "ensembles.ceiling": str(found.total.informative - 1),
+        "ensembles.added": str(found.total.everything - found.total.listed),
+        "ensembles.twins": twins(found),
+        "ensembles.islands": _islands(found),
+        **{f"ensembles.{name}": kept_briefly(found, name) for name in found.conclusions},
+        **{f"ensembles.{name}.kept": kept_by(found, name) for name in found.conclusions},
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
     if not found.left_out:
-        values["ensembles.long"] = _long(found)
-        values["ensembles.rival"] = _rival(found)
-        values["ensembles.side"] = _steadier(found.chosen)
+        values |= {
+            "ensembles.long": _long(found),
+            "ensembles.rival": _rival(found),
+            "ensembles.side": _steadier(found.chosen),
+            "ensembles.outside": outside(found, found.chosen[found.taken]),
+            "ensembles.beside": beside(found, found.chosen[found.taken]),
+            "ensembles.differ": _differ(found),
+        }
     tables = {
         "ensemble-searches": ensemble_table(found),
         "ensemble-ranges": range_table(found),

@@ -36,6 +36,8 @@ def lasting_table(found: Onset) -> str:
         cells = [
             typeset(one.reason)
             if isinstance(one, Missing)
+            else "off"
+            if one.off
             else f"{percent(one.lost, 0)}, {number(one.peak, 3)}"
             if one.lost
             else "kept"
@@ -68,7 +70,8 @@ def _lasting(found: Onset) -> dict[str, str]:
 
     def lasts(name: str) -> bool:
         row = found.late.get(name, ())
-        return any(isinstance(o, Late) and o.ratio == found.ratio and o.lost > 0.0 for o in row)
+        at = [o for o in row if isinstance(o, Late) and o.ratio == found.ratio]
+        return any(o.lost > 0.0 and not o.off for o in at)
 
     on = [name for name in found.late if lasts(name)]
     words = in_words([motion_title(name) for name in on])
@@ -86,7 +89,7 @@ def _lasting(found: Onset) -> dict[str, str]:
     kept = [name for name in found.sweeps if found.thresholds[name] is None]
     beside = (
         f"In {in_words([motion_title(name) for name in kept])} the equilibrium does not flutter at "
-        "any friction of the sweep: hammering goes on beside an equilibrium that small "
+        "any friction of the sweep: contact goes on changing beside an equilibrium that small "
         "disturbances do not leave, and linear analysis does not announce it."
         if kept
         else "In all of them the equilibrium flutters from some friction on."
@@ -103,15 +106,56 @@ def _hysteresis(found: Onset) -> str:
     parts = []
     for name, sweeps in found.sweeps.items():
         (one,) = (sweep for sweep in sweeps if sweep.ratio == found.ratio)
-        up, down = min(one.up.hammering, default=None), min(one.down.hammering, default=None)
+        up, down = found.lasting[name].begins, found.lasting[name].ends
+        first = min(one.up.changing, default=None)
         if up is None or down is None:
+            way = in_words([w for w, mu in (("up", up), ("down", down)) if mu is None])
+            passing = (
+                f" (those that begin at $\\mu = {first:.3g}$ die out)"
+                if first and up is None
+                else ""
+            )
+            parts.append(
+                f"in {motion_title(name)} no lasting changes are shown near the end of the way "
+                f"{way}{passing}"
+            )
             continue
         which = "with" if up - down > 1.5 * found.step else "without"
-        parts.append(
-            f"{motion_title(name)} begins to hammer at $\\mu = {up:.3g}$ on the way up and ends at "
-            f"${down:.3g}$ on the way down, {which} hysteresis beyond the steps"
+        caused = (
+            ", brought about by the step or the kick, since the equilibrium does not flutter: with "
+            "others they may begin elsewhere or not at all"
+            if found.thresholds[name] is None
+            else ""
         )
-    return in_words(parts) if parts else "no motion hammers on both ways"
+        parts.append(
+            f"in {motion_title(name)} they begin at $\\mu = {up:.3g}$ on the way up{caused}, and "
+            f"on the way down they last to ${down:.3g}$, {which} hysteresis beyond the steps"
+        )
+    return "; ".join(parts) if parts else "no motion changes its contact on both ways"
+
+
+def _both(found: Onset) -> str:
+    """Whether losing stability and losing contact go together in the scenes that were swept."""
+    without = [n for n in found.sweeps if found.thresholds[n] is None and found.lasting[n].ends]
+    before = [
+        n
+        for n in found.sweeps
+        if (mu := found.thresholds[n]) is not None
+        and (end := found.lasting[n].ends) is not None
+        and end < mu - 1.5 * found.step
+    ]
+    parts = []
+    if without:
+        parts.append(
+            f"{in_words([motion_title(n) for n in without])} goes on losing contact beside an "
+            "equilibrium that does not flutter at all"
+        )
+    if before:
+        parts.append(
+            f"{in_words([motion_title(n) for n in before])} does so below the friction at which "
+            "its equilibrium begins to flutter"
+        )
+    return in_words(parts) or "in the scenes that were followed both begin together"
 
 
 def _cycles(found: Cycles, threshold: float | None) -> str:
@@ -129,7 +173,7 @@ def _cycles(found: Cycles, threshold: float | None) -> str:
         return (
             f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards smaller "
             f"$\\mu$ and unstable, turns near $\\mu = {least.mu:.3f}$ and is stable from there: "
-            "the onset is subcritical, and between the two rest and hammering coexist."
+            "the onset is subcritical, and between the two rest and the cycle coexist."
         )
     return (
         f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards greater "
@@ -201,6 +245,25 @@ def _second(found: Onset) -> str:
     return " ".join(parts)
 
 
+def _zero(found: Onset) -> str:
+    """What the exponent of a cycle, which is zero, says of the method's error."""
+    if isinstance(found.cycles, Missing):
+        return ""
+    one = found.exponents.get(found.cycles.name)
+    if not isinstance(one, Exponent):
+        return ""
+    told = (
+        "The exponent of a stable cycle is zero; for that of "
+        f"{motion_title(found.cycles.name)} the method gives {number(abs(one.rate), 2)}"
+    )
+    if abs(one.rate) <= one.half_width:
+        return f"{told}, within its interval."
+    return (
+        f"{told}, beyond its own interval, which holds the scatter between parts of the time and "
+        "not this error of a finite time."
+    )
+
+
 TONAL = 0.9  # of the power: more than that at multiples of one frequency is a tone
 OFF = 0.01  # of a frequency: nearer are the same
 
@@ -237,6 +300,8 @@ def generated(found: Onset, spectra: Spectra) -> Generated:
     """Values and tables of the chapter."""
     values = _lasting(found) | _shot(found) | _sound(spectra, found.cycles)
     values["onset.hysteresis"] = _hysteresis(found)
+    values["onset.both"] = _both(found)
+    values["onset.zero"] = _zero(found)
     values["onset.confidence"] = percent(CONFIDENCE, 0)
     values["onset.signs"] = _exponents(found) or "none was measured"
     values["onset.second"] = _second(found)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from scipy.stats import binomtest
+
 from squeal.article.cases import title
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
-from squeal.article.results.line_springs import LineSprings
+from squeal.article.results.line_springs import ALIKE, LineSprings
 from squeal.article.results.map_ranges import MapRanges
-from squeal.article.results.starts import KINDS, SceneStarts, Starts
+from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
 from squeal.files.records import Missing
 
-MULTIPLE = 2.0  # times more is called a multiple
+MULTIPLE = 2.0  # times more or less is far
 
 
 def energy_table(found: Energy) -> str:
@@ -57,22 +61,22 @@ def _energy(found: Energy) -> dict[str, str]:
         if beyond
         else "In no motion has the contact law done more work than friction by the end."
     )
-    grows = {
+    ratios = {
         name: one.kinetic / other.kinetic
         for name, (one, other) in printed.items()
-        if other is not None and one.law > 0.0 and one.kinetic > MULTIPLE * other.kinetic
+        if other is not None and one.law != 0.0
     }
+    more = [f"{n} ({number(r, 2)} times)" for n, r in ratios.items() if r > MULTIPLE]
+    less = [f"{n} ({number(r, 2)} times)" for n, r in ratios.items() if r * MULTIPLE < 1.0]
+    parts = [f"far greater in {in_words(more)}"] if more else []
+    parts += [f"far smaller in {in_words(less)}"] if less else []
     start = (
-        "From the same start the greatest kinetic energy under the printed law is a multiple of "
-        "that under the integral law in "
-        + in_words([f"{name} ({number(ratio, 2)} times)" for name, ratio in grows.items()])
-        + (
-            ": what the law feeds in, friction multiplies."
-            if all(printed[name][0].friction > printed[name][0].law for name in grows)
-            else "."
-        )
-        if grows
-        else "From the same start no motion gains a multiple of kinetic energy by the printed law."
+        "From the same start the greatest kinetic energy under the printed law, over that under "
+        f"the integral law, is {' and '.join(parts)}"
+        + (": the law decides, and in either direction." if more and less else ".")
+        if parts
+        else "From the same start the greatest kinetic energy differs by less than "
+        f"{number(MULTIPLE, 2)} times under both laws."
     )
     return {
         "physics.energy.law": law,
@@ -102,14 +106,22 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     spread = {name: max(s.printed) - min(s.printed) for name, s in found.sweeps.items()}
     widest = max(spread, key=lambda name: spread[name])
     of = found.off_branch
-    hammers = found.members[HAMMERS]
-    angles = (
-        "Where a case lies in the map is thus not a property of its angles."
-        if hammers.inside > 0.0 and hammers.outside > 0.0
-        else "Where this case lies in the map is the same for all these pads."
-    )
+    moved = [n for n, one in found.members.items() if one.inside > 0.0 and one.outside > 0.0]
+    parts = [
+        f"Where {_cases(moved)} {'lies' if len(moved) == 1 else 'lie'} depends on the pad."
+        if moved
+        else "Where the cases lie is the same for all these pads."
+    ]
+    if found.flat:
+        parts.append(
+            f"For {_cases(found.flat)} $K_{{21}} = 0$ whatever the pad, since each spring "
+            "is along an axis: \\aeqs{23a}{23b} divide by zero in these cases of the article, for "
+            "which they say nothing, and that they are on the edge is an identity."
+        )
+    angles = " ".join(parts)
     other = (
-        "so that the equilibrium ceases there for the branch only"
+        "so that shares of the map on which an equilibrium exists or is kept are at least these "
+        "and count the branch only"
         if of.kept
         else "so that the branch tells all there is to tell"
     )
@@ -125,6 +137,11 @@ def _ranges(found: MapRanges) -> dict[str, str]:
 _SYMBOLS = {"h/w": "h/w", "k2/k1": "k_2/k_1", "mu": r"\mu"}
 
 
+def _cases(names: Sequence[str]) -> str:
+    """Letters of cases in a sentence."""
+    return f"case{'s' if len(names) > 1 else ''} {in_words([f'({name})' for name in names])}"
+
+
 def members_table(found: MapRanges) -> str:
     """Where the four cases lie, for the scenes' pad and over all ranges."""
     head = ["case", "scenes' pad", "inside", "on the edge", "outside"]
@@ -133,9 +150,6 @@ def members_table(found: MapRanges) -> str:
         for case, one in found.members.items()
     ]
     return tabular("llrrr", head, [rows])
-
-
-ALIKE = 0.005  # shares of time that differ by less are the same
 
 
 def _compared(found: LineSprings, key: str) -> tuple[list[str], list[str], list[str]]:
@@ -157,6 +171,39 @@ def _differs(groups: tuple[list[str], list[str], list[str]]) -> str:
         f"{word} in {in_words(cases)}" for word, cases in zip(words, groups, strict=True) if cases
     ]
     return in_words(parts)
+
+
+def _over_starts(found: LineSprings) -> dict[str, str]:
+    """What two springs do to separation and to the loss of some contact, over many starts."""
+    short, full = [], []
+    first = [rows[0] for rows in found.starts.values()]
+    what = {"apart": "the surfaces are apart", "lost": "some contact is lost"}
+    for key, words in what.items():
+        more, less, alike = (sum(getattr(one, key)[i] for one in first) for i in range(3))
+        short.append(
+            f"{words} for longer on two points than on the line from {more} of "
+            f"{more + less + alike} starts and shorter from {less}"
+        )
+        by = [
+            [
+                ", ".join(str(getattr(rows[j], key)[i]) for rows in found.starts.values())
+                for i in (0, 1)
+            ]
+            for j in range(len(next(iter(found.starts.values()))))
+        ]
+        parts = [
+            f"for longer from {longer} and for a shorter time from {shorter}"
+            + ("" if j == 0 else f" over {first_of[j].windows} times that time")
+            for j, (longer, shorter) in enumerate(by)
+            if (first_of := next(iter(found.starts.values())))
+        ]
+        full.append(f"{words} {', '.join(parts)}")
+    count = sum(first[0].apart)
+    names = ", ".join(found.starts)
+    return {
+        "physics.springs.verdict": f"{'; '.join(short)}, with the pad of this report",
+        "physics.springs.starts": f"of {count} starts in each case ({names}), {'; '.join(full)}",
+    }
 
 
 def _springs(found: LineSprings) -> dict[str, str]:
@@ -204,10 +251,15 @@ def _springs(found: LineSprings) -> dict[str, str]:
                 f"the first threshold of case ({name}), {number(line[0].mu, 4)} on the line "
                 f"({line[0].kind}), is {in_words(values)}"
             )
+    over = {
+        "physics.springs.verdict": f"{verdict} from the scenes' own starts",
+        "physics.springs.starts": "nothing is told without batches of simulations",
+    }
+    over |= _over_starts(found) if found.starts else {}
     return {
+        **over,
         "physics.springs.lost": _differs(lost),
         "physics.springs.apart": _differs(apart),
-        "physics.springs.verdict": verdict,
         "physics.springs.limit": limit,
         "physics.springs.thresholds": in_words(moved) or "no threshold of the four cases differs",
         "physics.springs.few": str(min((one.count for one in begins), default=0)),
@@ -219,14 +271,15 @@ SAME = 1e-3  # relative: thresholds that near are one
 NEAR_LINE = 0.01  # of the range: a motion that near follows the line's
 
 
-LOSSLESS, HAMMERING = KINDS[0], KINDS[3]
+LOSSLESS, ALTERNATE = KINDS[0], KINDS[3]
 MOST = 0.5  # of a map
+CONFIDENCE = 0.95
 
 
 def starts_table(found: Starts) -> str:
     """What becomes of each scene's own start, and shares of the maps."""
     times = sorted({part.windows for one in _scenes(found).values() for part in one.maps})
-    head = ["", *(f"own start, {n}" for n in times), "no loss, \\%", "hammering, \\%"]
+    head = ["", *(f"own start, {n}" for n in times), "no loss, \\%", "alternate, \\%"]
     groups: dict[str, list[list[str]]] = {}
     for name, one in found.scenes.items():
         model, _, case = name.partition("-")
@@ -235,7 +288,7 @@ def starts_table(found: Starts) -> str:
             row.append(rf"\multicolumn{{{len(head) - 1}}}{{l}}{{{typeset(one.reason)}}}")
         else:
             row += [KINDS[part.own] for part in one.maps]
-            for kind in (LOSSLESS, HAMMERING):
+            for kind in (LOSSLESS, ALTERNATE):
                 row.append(", ".join(f"{100 * part.share[kind]:.0f}" for part in one.maps))
         groups.setdefault(name[:2], []).append(row)
     return tabular("l" * (1 + len(times)) + "rr", head, list(groups.values()))
@@ -243,6 +296,18 @@ def starts_table(found: Starts) -> str:
 
 def _scenes(found: Starts) -> dict[str, SceneStarts]:
     return {name: one for name, one in found.scenes.items() if isinstance(one, SceneStarts)}
+
+
+def _alternating(part: Map) -> str:
+    """From how many starts of a map losses alternate, with an interval as if drawn at random."""
+    count = sum(map(len, part.rows))
+    number_of = round(count * part.share[ALTERNATE])
+    low, high = binomtest(number_of, count).proportion_ci(CONFIDENCE, method="wilson")
+    return f"{number_of} of {count}, {percent(float(low), 0)} to {percent(float(high), 0)}"
+
+
+def _times(windows: int) -> str:
+    return "one time" if windows == 1 else f"{windows} times"
 
 
 def _starts(found: Starts) -> dict[str, str]:
@@ -269,17 +334,24 @@ def _starts(found: Starts) -> dict[str, str]:
         model: [
             name[-1]
             for name, part in last.items()
-            if name.startswith(model) and part.share[HAMMERING] > MOST
+            if name.startswith(model) and part.share[ALTERNATE] > MOST
         ]
         for model in ("b1", "b2")
     }
     both = [case for case in most["b1"] if case in most["b2"]]
+    counts = {name: _alternating(part) for name, part in last.items()}
+    early = {name: _alternating(one.maps[0]) for name, one in scenes.items()}
+    told = [
+        f"{title(name)} {counts[name]} (over {_times(one.maps[0].windows)} {early[name]})"
+        for name, one in scenes.items()
+        if name[-1] in both
+    ]
     hammers = (
-        f"Most starts hammer with both models in case {in_words([f'({case})' for case in both])} "
-        + ("alone, as the article finds" if both == [HAMMERS] else "")
+        f"Losses alternate from most of these starts with both models in {_cases(both)}"
+        f"{' alone' if len(both) == 1 else ''}: {'; '.join(told)}"
         if both
-        else "In no case do most starts hammer with both models"
-    ).strip()
+        else "In no case do losses alternate from most of these starts with both models"
+    )
     turned = [
         f"{title(name)} ({KINDS[one.maps[0].own]}, then {KINDS[one.maps[-1].own]})"
         for name, one in scenes.items()
@@ -292,7 +364,7 @@ def _starts(found: Starts) -> dict[str, str]:
     )
     return {
         "physics.starts.keeps": keeps,
-        "physics.starts.hammers": f"{hammers}.",
+        "physics.starts.hammers": hammers,
         "physics.starts.later": later,
         "physics.starts.times": in_words(times),
     }
@@ -301,6 +373,11 @@ def _starts(found: Starts) -> dict[str, str]:
 def generated(energy: Energy, ranges: MapRanges, springs: LineSprings, starts: Starts) -> Generated:
     """Values and tables of the chapter."""
     values = _energy(energy) | _ranges(ranges) | _springs(springs) | _starts(starts)
+    values["physics.starts.turns"] = str(TURNS)
+    values["physics.starts.tolerance"] = number(TOLERANCE, 1)
+    values["physics.starts.confidence"] = percent(CONFIDENCE, 0)
+    friction = ranges.sweeps["mu"].values
+    values["physics.map.mu"] = f"{number(min(friction), 2)} to {number(max(friction), 2)}"
     return values, {
         "works": energy_table(energy),
         "members": members_table(ranges),

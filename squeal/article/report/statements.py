@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.report.latex import Generated, cells, long_table, typeset
+from squeal.article.claims import rules
+from squeal.article.report.latex import Generated, cells, long_table, number, percent, typeset
 from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.findings import Findings, MeasuredFinding
 
@@ -59,7 +60,7 @@ def follows(claim: JudgedClaim) -> str:
 def claims_table(claims: Sequence[JudgedClaim]) -> str:
     """All claims with place, statement, measured value and verdict."""
     columns: Mapping[str, Callable[[JudgedClaim], str]] = {
-        "claim": lambda c: rf"\footnotesize {c.id}",
+        "": lambda c: rf"\footnotesize {c.id}",
         "place": lambda c: typeset(c.where),
         "statement in our words": lambda c: typeset(c.statement),
         "measured": lambda c: typeset(c.measured),
@@ -76,6 +77,12 @@ def findings_table(findings: Sequence[MeasuredFinding]) -> str:
 
 def generated(claims: Claims, findings: Findings) -> Generated:
     """Values and tables, from the files of these studies."""
-    values = judged(claims.claims) | {"findings.total": str(len(findings.findings))}
+    values = judged(claims.claims) | {
+        "findings.total": str(len(findings.findings)),
+        "rules.hammer": number(rules.HAMMER, 2),
+        "rules.swings": str(rules.SWINGS),
+        "rules.alternate": percent(rules.ALTERNATE, 0),
+        "rules.calm": percent(rules.CALM, 0),
+    }
     tables = {"claims": claims_table(claims.claims), "findings": findings_table(findings.findings)}
     return values, tables

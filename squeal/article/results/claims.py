@@ -35,6 +35,13 @@ class JudgedClaim(Record):
         return self.verdict == "reproduced"
 
 
+class Reach(Record):
+    """Which cases hammer with both models, if delta must go so far (of w) to each side."""
+
+    reach: float
+    cases: tuple[str, ...]
+
+
 class SearchedFormulation(Record):
     """The most claims that one pad was found to keep in a formulation, of so many pads tried."""
 
@@ -46,7 +53,9 @@ class SearchedFormulation(Record):
 
 
 class Claims(Result):
-    """All statements in the article's order, and what searches of other formulations came to."""
+    """All statements in the article's order, which cases hammer by the distance asked for (that of
+    the statements first), and what searches of other formulations came to."""
 
     claims: tuple[JudgedClaim, ...]
+    hammering: tuple[Reach, ...]
     formulations: tuple[SearchedFormulation, ...]

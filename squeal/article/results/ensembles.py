@@ -28,13 +28,24 @@ class Seed(Record):
     """One search: the most kept by one pad of it in each way of counting, the distance level that
     it reached, the logarithm (base 10) of the share of the ranges within that level, and the
     informative statements that its best pad does not keep; standing: share of its last population
-    that starts at rest on a disc that begins to slide."""
+    that starts at rest on a disc that begins to slide.
+
+    Of the pads stored of that population: stored, distinct: how many, and how many that differ;
+    width: of the middle nine tenths of a number over its range, mean of the numbers; nearest: the
+    least distance; mean, unslid: their mean distance, and that without the statement on sliding.
+    """
 
     most: Kept
     level: float
     log_share: float
     standing: float
     failing: tuple[str, ...]
+    stored: int
+    distinct: int
+    width: float
+    nearest: float
+    mean: float
+    unslid: float
 
 
 class Ensemble(Record):
@@ -64,11 +75,21 @@ class Ensemble(Record):
 
 class Contrast(Record):
     """One switch of the formulation: the mean level reached with either choice, and the
-    probability of a difference as large by chance (Mann-Whitney, Holm's correction)."""
+    probability of a difference as large by chance, from exchanging the searches of formulations
+    that differ in this switch alone, with Holm's correction.
+
+    better: in how many of the `pairs` of formulations that differ in it alone the second choice
+    comes nearer. unslid, p_unslid: the mean distances of the last populations without the
+    statement on sliding, which rests on an assumed speed, and their probability.
+    """
 
     switch: str
     levels: dict[str, float]
     p: float
+    better: int
+    pairs: int
+    unslid: dict[str, float]
+    p_unslid: float
 
 
 class Range(Record):
@@ -84,16 +105,17 @@ class Range(Record):
 
 
 class Pad(Record):
-    """One pad under one law: its numbers, what it keeps over so many windows, the informative
-    statements that it does not keep over one, the least speed of the surface (m/s) at which
-    sliding holds, and the share of pads with all numbers off by one per cent that keep as much.
+    """One pad under one law: its numbers, what it keeps over so many windows, all statements that
+    it does not keep over these, the least speed of the surface (m/s) at which sliding holds, and
+    the share of pads with all numbers off by one per cent that keep as much.
 
-    distance: of the statements, as the ensembles have it.
+    horizons, failing: None where a motion leaves the model. distance: of the statements, as the
+    ensembles have it.
     """
 
     numbers: dict[str, float]
     horizons: dict[str, Kept | None]
-    failing: tuple[str, ...]
+    failing: dict[str, tuple[str, ...] | None]
     distance: float
     least_speed: float
     steady: float
@@ -116,23 +138,59 @@ class Front(Record):
     points: tuple[tuple[float, float, float], ...]
 
 
+class Keeping(Record):
+    """How many of the stored pads that differ keep some statements at once, from how many of so
+    many searches these are."""
+
+    pads: int
+    keep: int
+    searches: int
+    keeping: int
+
+
+class Conclusion(Record):
+    """A conclusion of the article as statements that must hold together.
+
+    consistent, every: pads of the consistent law and of all formulations; lasting: those of the
+    consistent law that still keep it over `over` windows, of `tried`.
+    """
+
+    statements: tuple[str, ...]
+    consistent: Keeping
+    every: Keeping
+    lasting: int
+    tried: int
+    over: int
+
+
+class Twins(Record):
+    """Two statements on whose verdict so many of the stored pads agree, with delta counted from
+    the mass centre."""
+
+    ids: tuple[str, str]
+    agree: int
+    pads: int
+
+
 class Check(Record):
-    """Stored pads judged afresh: how many, how many statements, and how many verdicts differ."""
+    """Stored pads judged afresh: how many, how many statements, how many verdicts differ, which."""
 
     pads: int
     statements: int
     different: int
+    which: tuple[str, ...]
 
 
 class Ensembles(Result):
     """All ensembles; the windows of the horizons; what distinguishes formulations.
 
     informative: the statements whose verdict is no consequence of others; names: of the three
-    statements of the fronts; total: statements on model B2 alone; rival: the
-    pad found elsewhere that keeps 27 listed statements, by law; rival_level: the level that all
-    searches of the consistent law reached; ranges: of the numbers, by law; chosen: the pad of the
-    report under both laws, taken: that of its scenes; left_out: why no pad is judged afresh, empty
-    if they are: horizons, rival and chosen are then empty too, and taken.
+    statements of the fronts; total_b2: statements on model B2 alone; rival: the pad found
+    elsewhere, by law; ranges: of the numbers, by law; conclusions: of the article, by name; twins:
+    statements that say the same; speed, load: of the surface (m/s) at that brake force (N), by
+    which sliding is judged; chosen: the pad of the report under both laws, taken: that of its
+    scenes; left_out: why no pad is judged afresh, empty if they are: horizons, rival and chosen are
+    then empty too, and taken.
     """
 
     ensembles: tuple[Ensemble, ...]
@@ -148,7 +206,10 @@ class Ensembles(Result):
     total_b2: int
     fronts: tuple[Front, ...]
     rival: dict[str, Pad]
-    rival_level: float
+    conclusions: dict[str, Conclusion]
+    twins: Twins
+    speed: float
+    load: float
     chosen: dict[str, Pad]
     chosen_from: str
     taken: str

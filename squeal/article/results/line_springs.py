@@ -42,9 +42,27 @@ class Case(Record):
     thresholds: dict[str, tuple[Threshold, ...]]
 
 
+class Compared(Record):
+    """Two springs against the line from many starts: in how many something takes longer on the
+    springs, in how many not as long, and in how many alike (to `ALIKE` of the time).
+
+    windows: how many times the scene's time; lost: of some contact, apart: of all of it.
+    """
+
+    windows: int
+    lost: tuple[int, int, int]
+    apart: tuple[int, int, int]
+
+
+ALIKE = 0.005
+"""Shares of time that differ by less are the same."""
+
+
 class LineSprings(Result):
-    """By case; stop: of the motions (ms), mu_max: of the branches."""
+    """By case; starts: two springs from other starts, by case, empty without batches; stop: of the
+    motions (ms), mu_max: of the branches."""
 
     cases: dict[str, Case]
+    starts: dict[str, tuple[Compared, ...]]
     stop: float
     mu_max: float

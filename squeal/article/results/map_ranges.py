@@ -70,11 +70,25 @@ class OffBranch(Record):
     tilt: float
 
 
+class Upright(Record):
+    """Where an equilibrium is kept in full contact, as the article's sliding state is.
+
+    pads: every other value of each parameter; low, high: least and greatest share of the map;
+    small: on how many pads it is below `below`, which counts as small.
+    """
+
+    pads: int
+    low: Share
+    high: Share
+    small: int
+    below: Share
+
+
 class MapRanges(Result):
     """By parameter (h/w, k2/k1, mu), and over all of them together.
 
     pads: how many combinations; printed, signs: spans of the shares; members: by case, on the edge
-    if the conditions change within `near` (rad).
+    if the conditions change within `near` (rad); flat: keys of the cases with K21 = 0 for all pads.
     """
 
     sweeps: dict[str, Sweep]
@@ -83,4 +97,6 @@ class MapRanges(Result):
     signs: Span
     members: dict[str, Member]
     near: float
+    full: Upright
+    flat: tuple[str, ...]
     off_branch: OffBranch

@@ -1,4 +1,4 @@
-"""Onset and attractors of damped motions: sweeps of friction, exponents, a hammering cycle."""
+"""Onset and attractors of damped motions: sweeps of friction, exponents, a cycle."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ class Late(Record):
     lost: Share
     peak: float
 
+    @property
+    def off(self) -> bool:
+        """The pad is off the surface all the time."""
+        return self.lost == 1.0 and self.peak == 0.0
+
 
 class Way(Record):
     """Friction raised or lowered in steps; lost, peak: as in `Late`, None where the model ends."""
@@ -31,7 +36,7 @@ class Way(Record):
     peak: tuple[float | None, ...]
 
     @property
-    def hammering(self) -> tuple[float, ...]:
+    def changing(self) -> tuple[float, ...]:
         """The values of mu at which contact goes on changing."""
         return tuple(mu for mu, lost in zip(self.mu, self.lost, strict=True) if lost)
 
@@ -46,6 +51,17 @@ class Sweep(Record):
     ratio: Share
     up: Way
     down: Way
+
+
+class Lasting(Record):
+    """Where changes of contact last for many times of the scene more, near the ends of a sweep.
+
+    begins: the least such mu on the way up, ends: on the way down, of the four nearest to the end;
+    None where at none of these.
+    """
+
+    begins: float | None
+    ends: float | None
 
 
 class Exponent(Record):
@@ -112,14 +128,15 @@ class Section(Record):
 
 class Onset(Result):
     """late: by name of the motion (as in `squeal.article.results.energy`); sweeps and sections: of
-    those whose contact still changes at the damping `ratio`; thresholds: at which their equilibria
-    begin to flutter at that ratio, None if they do not in the range; step: of mu; windows: of
-    `late`; early: over which growth is compared by two methods; left_out: why there is nothing,
-    empty if there is."""
+    those whose contact still changes at the damping `ratio`, lasting: at that ratio; thresholds: at
+    which their equilibria begin to flutter at that ratio, None if they do not; step: of mu;
+    windows: of `late`; early: over which growth is compared by two methods; left_out: why there is
+    nothing, empty if there is."""
 
     late: dict[str, tuple[Late | Missing, ...]]
     step: float
     sweeps: dict[str, tuple[Sweep, ...]]
+    lasting: dict[str, Lasting]
     thresholds: dict[str, float | None]
     sections: dict[str, Section]
     exponents: dict[str, Exponent | Missing]

@@ -1,4 +1,4 @@
-"""Spectra of the contact force through the onset of hammering."""
+"""Spectra of the contact force through the first losses of contact."""
 
 from __future__ import annotations
 

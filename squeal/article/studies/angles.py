@@ -54,6 +54,7 @@ def shares(found: Outline) -> Shares:
         full=share(full),
         partial=share(~full & ~none),
         quiet=share(kept),
+        quiet_full=share(kept & full),
         denied=share(kept & ~printed),
         wrongly_allowed=share(~kept & printed),
     )

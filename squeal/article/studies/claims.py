@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.claims import judge_scenes
+from squeal.article.claims import (
+    hammering_by_reach,
+    judge_claims,
+    linear_measures,
+    measure_scenes,
+)
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, SearchedFormulation
 from squeal.article.scenes import read_cases
@@ -15,9 +20,12 @@ from squeal.model.contact import FORMULATION_CHOICES
 def study(files: Sequence[Path]) -> Claims:
     """Judge the eight scenes; a JSON file of stored searches tells of other formulations."""
     stored = [file for file in files if file.suffix == ".json"]
-    judged = judge_scenes(*(read_cases(files, model, "simulate") for model in ("B1", "B2")))
+    b1, b2 = (read_cases(files, model, "simulate") for model in ("B1", "B2"))
+    cases = measure_scenes(b1, b2)
+    linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     return Claims(
-        tuple(judged),
+        tuple(judge_claims({**cases, "b3": linear})),
+        hammering_by_reach(cases),
         tuple(
             SearchedFormulation(
                 **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES},

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy import stats
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choosing import (
@@ -21,32 +20,52 @@ from squeal.article.ensembles.choosing import (
     over_windows,
     side_by_side,
 )
-from squeal.article.ensembles.distance import judge
+from squeal.article.ensembles.comparison import (
+    corrected,
+    exchanged,
+    keeping,
+    sampled_distances,
+    together,
+)
+from squeal.article.ensembles.distance import INDEX, judge
 from squeal.article.ensembles.gather import B2, FRONT, INFORMATIVE, LISTED, Kept, read_kept
 from squeal.article.ensembles.space import (
     DIMENSIONS,
     FORMULATIONS,
+    LOAD,
+    SPEED,
     decode,
     standing,
 )
+from squeal.article.identify.space import STOP
 from squeal.article.results.ensembles import (
     Check,
+    Conclusion,
     Contrast,
     Ensemble,
     Ensembles,
     Front,
     Range,
     Seed,
+    Twins,
 )
 from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
 
 CHECKED = 3  # stored pads of each formulation that are judged afresh
 TAIL = 0.05  # on either side of the range of a number
+CONCLUSIONS = {
+    "hammering": ("B2-c-hammer", "B2-only-c", "B12-c-severe"),
+    "exaggeration": ("B1-all-separate", "B2-only-c", "B12-more-loss"),
+}
+"""Conclusions of the article about its motions, as statements that must hold together."""
+SLIDING = "B12-sliding"  # the statement that rests on an assumed speed of the surface
+TWINS = ("B2-b-trailing", "B2-b-tilt")
+LASTING, TRIED = 10, 24  # windows over which pads that keep a conclusion are judged, and how many
 
 
 def _switches(f: Formulation) -> Switches:
@@ -71,6 +90,9 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
     pads, motions, steps, seconds = kept.effort[number].sum(axis=0).tolist()
     random, ran = kept.random[number].sum(axis=0).tolist()
     histograms = kept.random_counts[number]
+    points = kept.sample[number].astype(float)
+    spread = np.ptp(np.quantile(points, [TAIL, 1.0 - TAIL], axis=1), axis=0).mean(axis=1)
+    far, unslid = (sampled_distances(kept, number, out) for out in ((), (SLIDING,)))
     seeds = tuple(
         Seed(
             Counts(*map(int, kept.best[number, s])),
@@ -78,6 +100,12 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
             float(kept.shares[number, s, -1] / math.log(10.0)),
             float(np.mean(standing(decode(kept.sample[number, s].astype(float))))),
             failing(kept.margins[number, s]),
+            stored=points.shape[1],
+            distinct=len(np.unique(points[s], axis=0)),
+            width=float(spread[s]),
+            nearest=float(far[s].min()),
+            mean=float(far[s].mean()),
+            unslid=float(unslid[s].mean()),
         )
         for s in range(kept.best.shape[1])
     )
@@ -99,21 +127,42 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
 
 
 def contrasts(kept: Kept) -> tuple[Contrast, ...]:
-    """Whether the level that a search reaches differs between the choices of each switch."""
-    level = kept.levels[:, :, -1]
-    found = []
-    for name, choices in FORMULATION_CHOICES.items():
-        groups = {c: level[[getattr(f, name) == c for f in FORMULATIONS]].ravel() for c in choices}
-        p = float(stats.mannwhitneyu(*groups.values()).pvalue)
-        found.append((name, {c: float(g.mean()) for c, g in groups.items()}, p))
-    order = sorted(range(len(found)), key=lambda i: found[i][2])
-    corrected, most = [0.0] * len(found), 0.0
-    for rank, i in enumerate(order):
-        most = max(most, min(1.0, found[i][2] * (len(found) - rank)))
-        corrected[i] = most
+    """Whether the level that a search reaches differs between the choices of each switch.
+
+    So do the distances of the last populations without the statement on sliding.
+    """
+    level = kept.levels[:, :, -1].astype(float)
+    numbers = range(len(FORMULATIONS))
+    unslid = np.array([sampled_distances(kept, n, (SLIDING,)).mean(axis=1) for n in numbers])
+    found = {
+        name: (exchanged(level, name), exchanged(unslid, name)) for name in FORMULATION_CHOICES
+    }
+    p, other = (corrected([pair[i][1] for pair in found.values()]) for i in (0, 1))
+    pairs = len(FORMULATIONS) // 2
     return tuple(
-        Contrast(name, levels, p) for (name, levels, _), p in zip(found, corrected, strict=True)
+        Contrast(name, one[0], p[i], one[2], pairs, two[0], other[i])
+        for i, (name, (one, two)) in enumerate(found.items())
     )
+
+
+def conclusion(kept: Kept, statements: tuple[str, ...], *, judging: bool) -> Conclusion:
+    """How many of the stored pads keep a conclusion, and with judging for how long."""
+    number = FORMULATIONS.index(CONSISTENT)
+    points = np.unique(kept.sample[number][together(kept, [number], statements)[0]], axis=0)
+    points, lasting = points[: TRIED * judging].astype(float), 0
+    if len(points):
+        margins = judge(decode(points), CONSISTENT, stop=LASTING * STOP).margins
+        lasting = int((margins[:, [INDEX[s] for s in statements]] > 0.0).all(axis=1).sum())
+    every = keeping(kept, range(len(FORMULATIONS)), statements)
+    own = keeping(kept, [number], statements)
+    return Conclusion(statements, own, every, lasting, len(points), LASTING)
+
+
+def twins(kept: Kept) -> Twins:
+    """How often two statements agree on the stored pads with delta from the mass centre."""
+    numbers = [n for n, f in enumerate(FORMULATIONS) if f.delta_from == "centre"]
+    one, two = (kept.sampled[numbers][..., INDEX[name]] > 0.0 for name in TWINS)
+    return Twins(TWINS, int((one == two).sum()), one.size)
 
 
 def ranges(kept: Kept, number: int) -> dict[str, Range]:
@@ -138,16 +187,21 @@ def ranges(kept: Kept, number: int) -> dict[str, Range]:
 def check(kept: Kept) -> Check:
     """Judge a sample of the stored pads afresh."""
     random = np.random.default_rng(7)
-    different = total = 0
+    different: list[str] = []
+    total = 0
     for number, f in enumerate(FORMULATIONS):
         flat = kept.sample[number].reshape(-1, len(DIMENSIONS)).astype(float)
         stored = kept.sampled[number].reshape(len(flat), -1)
         some = random.choice(len(flat), CHECKED, replace=False)
         again = judge(decode(flat[some]), f).margins
         known = np.isfinite(again)
-        different += int(((again > 0.0) != (stored[some] > 0.0))[known].sum())
+        other = known & ((again > 0.0) != (stored[some] > 0.0))
+        different += [
+            f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, {again[pad, at]:.2g} now)"
+            for pad, at in np.argwhere(other)
+        ]
         total += int(known.sum())
-    return Check(CHECKED * len(FORMULATIONS), total, different)
+    return Check(CHECKED * len(FORMULATIONS), total, len(different), tuple(different))
 
 
 def study(files: Sequence[Path]) -> Ensembles:
@@ -170,7 +224,6 @@ def study(files: Sequence[Path]) -> Ensembles:
         )
         for n in range(len(FORMULATIONS))
     )
-    last = kept.levels[numbered["consistent"], :, -1]
     return Ensembles(
         ensembles=tuple(ensemble(kept, n, judging=judging) for n in range(len(FORMULATIONS))),
         stages=int(kept.stages),
@@ -191,11 +244,16 @@ def study(files: Sequence[Path]) -> Ensembles:
         total_b2=int(B2.sum()),
         fronts=fronts,
         rival=side_by_side(dict(RIVAL)) if judging else {},
-        rival_level=float(last.max()),
+        conclusions={
+            name: conclusion(kept, each, judging=judging) for name, each in CONCLUSIONS.items()
+        },
+        twins=twins(kept),
+        speed=SPEED,
+        load=LOAD,
         chosen=pads,
         chosen_from=origin,
         taken=law_of(pads) if judging else "",
         candidates=candidates,
-        check=check(kept) if judging else Check(0, 0, 0),
+        check=check(kept) if judging else Check(0, 0, 0, ()),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )

@@ -13,17 +13,32 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.critical import branch_system, critical_friction
-from squeal.article.results.line_springs import Case, Contact, LineSprings, Threshold
+from squeal.article.results.line_springs import (
+    ALIKE,
+    Case,
+    Compared,
+    Contact,
+    LineSprings,
+    Threshold,
+)
 from squeal.article.scenes import read_cases
+from squeal.article.studies.starts import grid, plane
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
+from squeal.files.provenance import NOT_INSTALLED, version
 from squeal.files.records import Missing
 from squeal.model.contact import Formulation
+from squeal.model.states import FULL, NONE, STATES
 from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
+from squeal.simulation.batch.many import DONE, simulate_many, stack
 
 COUNTS = (2, 3, 4, 6, 8, 16, 32)
 FEW = (2, 8)  # springs whose thresholds are sought
 SAMPLES = 401
+SIDE = 9  # starts a side of the plane through equilibrium and own start
+TIMES = (1, 3)  # times of the scene over which other starts are compared
+TOLERANCE = 1e-9
 MU_MAX = 2.0
 
 
@@ -93,10 +108,49 @@ def case(scene: Scene) -> Case:
     )
 
 
+def compared(scene: Scene, windows: int) -> Compared:
+    """Two springs against the line from starts about the line's equilibrium; none without it."""
+    line = on_springs(scene, 0)
+    rest, _ = sliding_equilibrium(line.pad_model)
+    if rest is None:
+        return Compared(windows, (0, 0, 0), (0, 0, 0))
+    starts = plane(scene, np.array(rest.q), *grid(SIDE))
+    assert scene.stop is not None
+    runs = [
+        simulate_many(
+            one.model,
+            stack([one.pad] * len(starts)),
+            starts,
+            windows * scene.stop,
+            TOLERANCE,
+            one.formulation,
+            measured=True,
+        )
+        for one in (on_springs(scene, FEW[0]), line)
+    ]
+    whole = np.logical_and(*(run["outcome"] == DONE for run in runs))
+    few, many = (run["shares"][whole] for run in runs)
+
+    def counted(differences: np.ndarray) -> tuple[int, int, int]:
+        more, less = (int((sign * differences > ALIKE).sum()) for sign in (1.0, -1.0))
+        return more, less, len(differences) - more - less
+
+    full, none = (STATES.index(state) for state in (FULL, NONE))
+    lost = counted(many[:, full] - few[:, full])
+    return Compared(windows, lost, counted(few[:, none] - many[:, none]))
+
+
 def study(files: Sequence[Path]) -> LineSprings:
     """The four cases of model B2."""
     scenes = read_cases(files, "B2", "simulate")
     stop = max(scene.stop or 0.0 for scene in scenes.values())
     return LineSprings(
-        cases={name: case(scene) for name, scene in scenes.items()}, stop=1e3 * stop, mu_max=MU_MAX
+        cases={name: case(scene) for name, scene in scenes.items()},
+        starts={
+            name: tuple(compared(scene, windows) for windows in TIMES)
+            for name, scene in scenes.items()
+            if version("heyoka") != NOT_INSTALLED
+        },
+        stop=1e3 * stop,
+        mu_max=MU_MAX,
     )

@@ -15,7 +15,8 @@ import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
 from squeal.article.cases import CASES
-from squeal.article.equations import bounds
+from squeal.article.claims.rules import SMALL
+from squeal.article.equations import bounds, stiffness
 from squeal.article.results.map_ranges import (
     Curve,
     MapRanges,
@@ -23,12 +24,14 @@ from squeal.article.results.map_ranges import (
     OffBranch,
     Span,
     Sweep,
+    Upright,
     Where,
 )
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
 from squeal.model.pad import Pad
+from squeal.model.states import FULL, STATES
 from squeal.numerics.outline import outline
 from squeal.scene import Scene
 from squeal.stability import VERDICTS
@@ -43,6 +46,7 @@ SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.
 CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined
 COARSE = 16  # a side of the maps of equilibria
+COARSEST = 9  # the same for many pads
 SPARSE = 5  # values of a parameter at which equilibria are sought
 GRID = 20  # a side of the map on which equilibria off the branch are sought
 NEAR = 0.02  # rad: a case is on the edge if the conditions change within
@@ -118,18 +122,44 @@ def _members(pad: Pad) -> dict[str, Member]:
     return found
 
 
-def _equilibria(scene: Scene, pads: Pad) -> tuple[np.ndarray, np.ndarray]:
-    """Shares of the map on which the branch has an equilibrium, and on which it is kept.
+def _equilibria(
+    scene: Scene, pads: Pad, cells: int = COARSE
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shares of the map on which the branch has an equilibrium, on which it is kept, and on which
+    it is kept in full contact.
 
     `pads` holds parameters as arrays (n,); so do the shares.
     """
-    angles = _angles(COARSE)
+    angles = _angles(cells)
     names = ("h", "I", "k1", "k2", "mu")
     given = [np.asarray(getattr(pads, name), dtype=float) for name in names]
-    count, cells = len(given[0]), len(angles[0])
-    values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, cells) for v in given)])
-    codes = codes_at(scene, ("alpha1", "alpha2", *names), values).codes.reshape(count, cells)
-    return (codes != BEYOND_FOLD).mean(axis=1), np.isin(codes, KEPT).mean(axis=1)
+    count, each = len(given[0]), len(angles[0])
+    values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, each) for v in given)])
+    found = codes_at(scene, ("alpha1", "alpha2", *names), values)
+    kept = np.isin(found.codes, KEPT)
+    chosen = found.codes != BEYOND_FOLD, kept, kept & (found.contact == STATES.index(FULL))
+    reached, kept, full = (one.reshape(count, each).mean(axis=1) for one in chosen)
+    return reached, kept, full
+
+
+def _full(scene: Scene) -> Upright:
+    """Shares of the map with an equilibrium that is kept in full contact, over many pads."""
+    some = [values[::2] for values in VALUES.values()]
+    grid = [values.ravel() for values in np.meshgrid(*some, indexing="ij")]
+    *_, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
+    small = int((full < SMALL).sum())
+    return Upright(full.size, float(full.min()), float(full.max()), small, SMALL)
+
+
+def _flat(pad: Pad) -> tuple[str, ...]:
+    """Cases in which K21 is nothing but rounding for the extreme springs: it is so for all pads."""
+    ends = [with_values(pad, 1.0, springs, 0.1) for springs in VALUES["k2/k1"][[0, -1]].tolist()]
+
+    def zero(angles: tuple[float, float]) -> bool:
+        entries = (stiffness(p.replace(alpha1=angles[0], alpha2=angles[1])) for p in ends)
+        return all(abs(K[1, 0]) < 1e-12 * np.abs(K[:2, :2]).max() for K in entries)
+
+    return tuple(case for case, angles in CASES.items() if zero(angles))
 
 
 def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
@@ -167,7 +197,7 @@ def study(files: Sequence[Path]) -> MapRanges:
     sparse = {n: v[np.linspace(0, len(v) - 1, SPARSE).astype(int)] for n, v in VALUES.items()}
     each = [own | {name: v} for name, values in sparse.items() for v in values.tolist()]
     many = with_values(pad, *(np.array([one[name] for one in each]) for name in own))
-    reached, kept = (part.reshape(-1, SPARSE) for part in _equilibria(scene, many))
+    reached, kept, _ = (part.reshape(-1, SPARSE) for part in _equilibria(scene, many))
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
         pads = {v: with_values(pad, *(own | {name: v}).values()) for v in values.tolist()}
@@ -193,5 +223,7 @@ def study(files: Sequence[Path]) -> MapRanges:
         signs=Span(float(signs.min()), float(signs.max())),
         members=_members(pad),
         near=NEAR,
+        full=_full(scene),
+        flat=_flat(pad),
         off_branch=off_branch(scene),
     )

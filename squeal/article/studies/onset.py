@@ -16,6 +16,7 @@ from squeal.article.results.onset import (
     CyclePoint,
     Cycles,
     Exponent,
+    Lasting,
     Late,
     Onset,
     Section,
@@ -60,6 +61,7 @@ LASTING = 1000  # windows over which neighbours of undamped motions are compared
 EARLY = 10  # windows over which they are compared with the variational equations
 MEMBERS = 4  # motions from which an exponent is taken
 MOST = 3  # motions that are swept
+NEAREST = 4  # steps at the end of a sweep at which it is looked at for longer
 BRANCH_STEP = 0.1  # of the branch of cycles, in natural units, periods and mu
 NEAR = 1e-6  # of their size: returns that near are the same
 
@@ -124,32 +126,41 @@ def _way(mu: Sequence[float], lost: np.ndarray, peak: np.ndarray) -> Way:
     return Way(tuple(mu), *map(tuple, some))
 
 
-def sweeps(scene: Scene, models: Sequence[PadModel], last: np.ndarray) -> tuple[Sweep, ...]:
+def sweeps(
+    scene: Scene, models: Sequence[PadModel], last: np.ndarray
+) -> tuple[tuple[Sweep, ...], Lasting]:
     """Friction raised from the equilibrium and lowered from the states `last`, for each ratio.
 
-    None without an equilibrium at the least friction.
+    And where changes of contact last, at the ratio of the study. Nothing is swept without an
+    equilibrium at the least friction.
     """
     assert scene.stop is not None
     n = len(RATIOS)
     rest, _ = sliding_equilibrium(scene.pad_model.replace(mu=MU[0]))
     if rest is None:
-        return ()
+        return (), Lasting(None, None)
     down = np.where(np.isnan(last), scene.initial, last)  # the own start, where its model ends
     begin = np.concatenate([np.tile(np.append(rest.q, np.zeros(3)), (n, 1)), down])
     states = begin.copy()
     falling = [mu for mu in reversed(MU) if mu <= scene.pad.mu]
     seen = np.full((2, len(MU), 2 * n), np.nan)
+    ends = np.full((len(MU), 2 * n, 6), np.nan)
     for i, up in enumerate(MU):
         states[:n, 1] += KICK * lever(scene)
         both = (up, falling[i]) if i < len(falling) else (up,)
         now = slice(0, n * len(both))
         pads = [one.replace(mu=mu) for mu in both for one in models]
         end, *found = settled(pads, states[now], STEP * scene.stop, SEEN * scene.stop)
-        seen[:, i, now] = found
+        seen[:, i, now], ends[i, now] = found, end
         # where the model ends, each way begins anew
         states[now] = np.where(np.isnan(end), begin[now], end)
     lost, peak = seen[:, : len(MU)]
-    return tuple(
+    at = RATIOS.index(RATIO)
+    last_of = [
+        lasting(scene, models[at], values, lost[: len(values), column], ends[:, column])
+        for values, column in ((MU, at), (falling, n + at))
+    ]
+    found_sweeps = tuple(
         Sweep(
             ratio,
             _way(MU, lost[:, i], peak[:, i]),
@@ -157,6 +168,21 @@ def sweeps(scene: Scene, models: Sequence[PadModel], last: np.ndarray) -> tuple[
         )
         for i, ratio in enumerate(RATIOS)
     )
+    return found_sweeps, Lasting(*last_of)
+
+
+def lasting(
+    scene: Scene, model: PadModel, mu: Sequence[float], lost: np.ndarray, ends: np.ndarray
+) -> float | None:
+    """The least friction of a sweep, of the four least at which contact changes, at which it goes
+    on to do so; None at none. mu, lost (n,), ends (n, 6): the steps of the sweep."""
+    assert scene.stop is not None
+    changing = sorted(np.flatnonzero(lost > 0.0).tolist(), key=lambda i: mu[i])[:NEAREST]
+    if not changing:
+        return None
+    models = [model.replace(mu=mu[i]) for i in changing]
+    _, still, _ = settled(models, ends[changing], LATE * scene.stop, SEEN * scene.stop)
+    return next((mu[i] for i, at in zip(changing, still, strict=True) if at > 0.0), None)
 
 
 def threshold(scene: Scene) -> float | None:
@@ -322,7 +348,7 @@ def study(files: Sequence[Path]) -> Onset:
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
-        return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, Missing(why), RATIO, LATE, EARLY, why)
+        return Onset({}, MU[1] - MU[0], {}, {}, {}, {}, {}, Missing(why), RATIO, LATE, EARLY, why)
     own = {name: scene.formulation for name, scene in scenes.items()}
     motions = under_both_laws(scenes)
     models, ends = {}, {}
@@ -342,7 +368,7 @@ def study(files: Sequence[Path]) -> Onset:
     most = sorted(lasting, key=lambda name: -lasting[name])[:MOST]
     chosen = [name for name in motions if name in most and lasting[name] > 0.0]
     swept = {name: sweeps(motions[name], models[name], ends[name][1]) for name in chosen}
-    chosen = [name for name in chosen if swept[name]]
+    chosen = [name for name in chosen if swept[name][0]]
     last = {name: ends[name][1][at] for name in chosen}
     found: dict[str, Exponent | Missing] = {}
     for scene in {(one.model, one.formulation): one for one in scenes.values()}.values():
@@ -357,7 +383,8 @@ def study(files: Sequence[Path]) -> Onset:
     return Onset(
         late={name: rows for name, (rows, _) in ends.items()},
         step=MU[1] - MU[0],
-        sweeps={name: swept[name] for name in chosen},
+        sweeps={name: swept[name][0] for name in chosen},
+        lasting={name: swept[name][1] for name in chosen},
         thresholds={name: threshold(motions[name]) for name in chosen},
         sections={name: section(motions[name], last[name]) for name in chosen},
         exponents=found,

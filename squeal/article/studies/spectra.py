@@ -1,4 +1,4 @@
-"""Sound: spectra of the contact force from a kicked equilibrium through the onset of hammering."""
+"""Sound: spectra of the contact force from a kicked equilibrium through first losses of contact."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.starts import KINDS, TURNS, Map, SceneStarts, Starts
+from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
@@ -26,8 +26,7 @@ WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
 FINE = 41
 REACH = 1.25
-TOLERANCE = 1e-6
-_SEPARATION, _HAMMERING, _ENDED = (KINDS.index(n) for n in (*KINDS[2:4], KINDS[-1]))
+_SEPARATION, _ALTERNATE, _ENDED = (KINDS.index(n) for n in (*KINDS[2:4], KINDS[-1]))
 
 
 def plane(scene: Scene, equilibrium: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -60,7 +59,7 @@ def kind(first: State, points: np.ndarray) -> int:
         lost += [i for i in (0, 1) if before[i] and not after[i]]
         apart |= any(before) and not any(after)
     if sum(a != b for a, b in itertools.pairwise(lost)) >= TURNS:
-        return _HAMMERING
+        return _ALTERNATE
     return _SEPARATION if apart else min(len(lost), 1)
 
 
