@@ -14,6 +14,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
 from squeal.article.report.plain import plain
+from squeal.files.document import with_named_files
 from squeal.files.sources import sources
 
 LOCK = "requirements/environment.txt"

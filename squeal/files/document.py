@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -109,3 +110,19 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
             "values"
         )
     return documents[0]
+
+
+def with_named_files(path: Path) -> list[str]:
+    """A document's file and those that it names as `file: NAME`, which lie beside it.
+
+    Raises InputError if the document cannot be read.
+    """
+
+    def named(said: Any) -> Iterator[str]:
+        for key, entry in said.items() if isinstance(said, dict) else enumerate(said):
+            if key == "file" and isinstance(entry, str):
+                yield str(path.parent / entry)
+            elif isinstance(entry, dict | list):
+                yield from named(entry)
+
+    return list(dict.fromkeys([str(path), *named(read_document(path))]))

@@ -16,6 +16,7 @@ from squeal.commands.cli import main as query
 from squeal.commands.jobs import read_job
 from squeal.commands.parts import cut, main
 from squeal.errors import ComputationError, InputError
+from squeal.files.document import with_named_files
 from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
@@ -93,6 +94,12 @@ def test_a_sweep_of_a_large_system_in_parts_is_that_of_the_query(
     assert query(["eigenvalues", chain, *options]) == 0
     assert found == {table.read_bytes()}
     assert table.read_text().count("flutter") > 0
+
+
+def test_the_matrix_files_of_a_system_are_inputs_of_its_parts(chain, tmp_path):
+    names = [f"{tmp_path}/{name}" for name in ("chain.yaml", "M.mtx", "K0.mtx", "K1.mtx")]
+    assert with_named_files(Path(chain)) == names
+    assert with_named_files(Path(B1)) == [B1]
 
 
 def test_a_band_is_for_systems_alone(tmp_path, capsys):

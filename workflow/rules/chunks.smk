@@ -7,25 +7,6 @@ SCENE_OF = {
 }
 
 
-def scene_and_matrices(wildcards):
-    """The scene or system file of a job, and the matrix files that it names."""
-    scene = Path(SCENE_OF[wildcards.job])
-
-    def files(said):
-        for entry in said.values() if isinstance(said, dict) else said:
-            if isinstance(entry, dict) and "file" in entry:
-                yield str(scene.parent / entry["file"])
-            elif isinstance(entry, dict | list):
-                yield from files(entry)
-
-    return [str(scene), *files(yaml.safe_load(scene.read_text(encoding="utf-8")))]
-
-
-# the searches of the chapter on ensembles, `--config stages=10` for a few; a stage that stands in
-# the folder, of an interrupted job too, is not drawn again
-SEARCHED = "searched/ensembles"
-
-
 scattergather:
     part=8,
 
@@ -33,7 +14,7 @@ scattergather:
 rule part:
     input:
         job="workflow/jobs/{job}.yaml",
-        scene=scene_and_matrices,
+        scene=lambda wildcards: with_named_files(Path(SCENE_OF[wildcards.job])),
         lock=LOCK,
         package=sources("squeal.commands.parts"),
     output:
@@ -65,6 +46,8 @@ rule gathered:
         "python -m squeal.commands.parts {input.job} --gather {input.parts} --out {output} 2> {log}"
 
 
+# The searches of the chapter on ensembles, `--config stages=10` for a few; a stage that stands in
+# the folder, of an interrupted job too, is not drawn again.
 rule searches:
     input:
         lock=LOCK,
@@ -78,9 +61,10 @@ rule searches:
         mem_mb=lambda wildcards, threads: 500 + 500 * threads,
         runtime=600,
     params:
+        folder="searched/ensembles",
         stages=f"--stages {config['stages']}" if "stages" in config else "",
     shell:
-        "OPENBLAS_NUM_THREADS=1 python -m squeal.article.ensembles.draw {SEARCHED} {params.stages} "
+        "OPENBLAS_NUM_THREADS=1 python -m squeal.article.ensembles.draw {params.folder} {params.stages} "
         "--part {wildcards.scatteritem} --workers {threads} 2> {log}"
 
 
@@ -91,5 +75,7 @@ rule searches_gathered:
         "results/jobs/ensembles.npz",
     log:
         "logs/part/ensembles.log",
+    params:
+        folder=rules.searches.params.folder,
     shell:
-        "python -m squeal.article.ensembles.gather {SEARCHED} --untimed > {output} 2> {log}"
+        "python -m squeal.article.ensembles.gather {params.folder} --untimed > {output} 2> {log}"
