@@ -29,6 +29,14 @@ def _heyoka() -> bool:
 
 HEYOKA = _heyoka()
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
+# files that take long: a worker runs a file whole, and none of these should be the last
+LONG = (
+    *("workflow/test_workflow", "analysis/test_maps", "equilibrium/test_admissible"),
+    *("simulation/test_springs", "commands/test_installed", "commands/test_cli"),
+    *("simulation/test_falling", "commands/test_admissible", "analysis/test_threshold_curve"),
+    *("equilibrium/test_equilibrium", "article/test_stability_chapter", "analysis/test_scatter"),
+    *("article/test_ensembles", "analysis/test_advice", "simulation/test_simulation"),
+)
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 
 
@@ -57,6 +65,10 @@ def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:
     }
     used = {n: v for n, v in (values | fixed).items() if not model or model in models_with(n)}
     return Pad(**used)
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: f"{item.path.parent.name}/{item.path.stem}" not in LONG)
 
 
 @pytest.fixture

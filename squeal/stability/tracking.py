@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -33,6 +32,17 @@ class TrackedModes:
         return np.asarray(np.abs(self.values.imag) / (2 * np.pi))
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Modes at one mu: the states that the next are compared with, and which are of before."""
+
+    mu: float
+    values: ComplexArray
+    shapes: ComplexArray
+    states: ComplexArray
+    mixed: np.ndarray
+
+
 class _Tracker:
     def __init__(self, system: System) -> None:
         self.system = system
@@ -53,27 +63,23 @@ class _Tracker:
         states = np.vstack([z, phase * z])
         return values, shapes, states / np.linalg.norm(states, axis=0)
 
-    def advance(
-        self, mu: float, before: tuple[float, ComplexArray, ComplexArray], depth: int
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-        """Values, shapes, reference states at mu in the order of `before`, and the likeness."""
+    def advance(self, mu: float, before: _Place, depth: int) -> tuple[_Place, Array]:
+        """The modes at mu in the order of `before`, and the likeness."""
         from scipy.optimize import linear_sum_assignment
 
-        mu0, values0, states0 = before
         values, shapes, states = self.states(mu)
-        mac = np.abs(states0.conj().T @ states) ** 2
-        radius = max(np.abs(values).max(), np.abs(values0).max()) or 1.0
-        distance = np.abs(values0[:, None] - values[None, :]) / radius
+        mac = np.abs(before.states.conj().T @ states) ** 2
+        radius = max(np.abs(values).max(), np.abs(before.values).max()) or 1.0
+        distance = np.abs(before.values[:, None] - values[None, :]) / radius
         _, order = linear_sum_assignment(distance - mac)
         likeness = mac[np.arange(len(order)), order]
-        if likeness.min() < SURE and depth > 0:
-            middle = (mu0 + mu) / 2
-            half = self.advance(middle, before, depth - 1)
-            return self.advance(mu, (middle, half[0], half[2]), depth - 1)
-        values, shapes, states = values[order], shapes[:, order], states[:, order]
+        # what is unlike since earlier steps, such as a mode that diverges, no halving makes alike
+        if depth > 0 and np.any((likeness < SURE) & ~before.mixed):
+            half, _ = self.advance((before.mu + mu) / 2, before, depth - 1)
+            return self.advance(mu, half, depth - 1)
         mixed = likeness < KEEP
-        states[:, mixed] = states0[:, mixed]
-        return values, shapes, states, likeness
+        states = np.where(mixed, before.states, states[:, order])
+        return _Place(mu, values[order], shapes[:, order], states, mixed), likeness
 
 
 def track(system: System, mus: Iterable[float], halvings: int = DEPTH) -> TrackedModes:
@@ -90,10 +96,10 @@ def track(system: System, mus: Iterable[float], halvings: int = DEPTH) -> Tracke
     if not steps:
         raise ValueError("mus: at least one value is required")
     tracker = _Tracker(system)
-    values, shapes, states = tracker.states(steps[0])
-    rows = [(values, shapes, np.ones(len(values)))]
-    for mu0, mu in itertools.pairwise(steps):
-        values, shapes, states, likeness = tracker.advance(mu, (mu0, values, states), halvings)
-        rows.append((values, shapes, likeness))
-    parts = [np.array(part) for part in zip(*rows, strict=True)]
-    return TrackedModes(np.array(steps), parts[0], parts[1], parts[2])
+    first = tracker.states(steps[0])
+    rows = [(_Place(steps[0], *first, np.zeros(len(first[0]), dtype=bool)), np.ones(len(first[0])))]
+    for mu in steps[1:]:
+        rows.append(tracker.advance(mu, rows[-1][0], halvings))
+    places, likeness = zip(*rows, strict=True)
+    values, shapes = (np.array([getattr(p, name) for p in places]) for name in ("values", "shapes"))
+    return TrackedModes(np.array(steps), values, shapes, np.array(likeness))

@@ -40,7 +40,7 @@ def test_beyond_a_fold_every_command_says_so(capsys, beyond, tmp_path):
     assert "tilted" in found["warnings"][1]
     assert found["warnings"][-1].startswith("sweep: ")
     assert [step["admissible"] for step in found["sweep"]][::2] == [True, False]
-    advised = answer(capsys, "advise", beyond)
+    advised = answer(capsys, "advise", beyond, "--mu-max", "0.1")
     assert (advised["admissible"], advised["warnings"]) == (False, found["warnings"][:-1])
     listed = answer(capsys, "sliding", beyond)
     assert listed["admissible"] is False
