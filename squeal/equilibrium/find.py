@@ -10,6 +10,7 @@ import numpy as np
 
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.branch import Branch, follow
+from squeal.equilibrium.settings import LIMITS
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
@@ -69,7 +70,10 @@ def record(
 
 
 def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
-    """Starting places (4, n): of the size of the load, or also of pad and springs."""
+    """Starting places (4, n): of the size of the load, or also of pad and springs.
+
+    If the law turns the pad away also about half as far as `AdmissibleLimits`.
+    """
     pad = statics.model.pad
     lengths = [1.0] if near else sorted({1.0, 10.0, pad.w, pad.L1, pad.L2})
     places = [(0.0, 0.0)] + [
@@ -78,6 +82,9 @@ def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
     limit = 0.98 * np.pi / 2
     wide = np.array([]) if near else np.linspace(-limit, limit, 13) - pad.theta0
     small = np.array([-10.0, -1.0, 1.0, 10.0]) / pad.w
+    if not statics.model.law.restoring:
+        lengths.append(LIMITS.travel * pad.w / 2)
+        small = np.append(small, [-LIMITS.tilt / 2, LIMITS.tilt / 2])
     # not np.unique, which loads numpy.ma
     tilts = np.array(sorted({*wide.tolist(), *small[np.abs(small) < limit].tolist(), 0.0}))
     xy = np.array(places)

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.find import least_at_zero
-from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
+from squeal.equilibrium.settings import DEFAULT, LIMITS, ContinuationSettings
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
@@ -86,11 +86,17 @@ def moved_little(
 
 
 def _seeds(statics: Statics, n: int) -> Iterator[np.ndarray]:
-    """Places (4, n) that the load of each of n pads reaches, as `find.find_all` takes them."""
+    """Places (4, n) that the load of each of n pads reaches, as `find.find_all` takes them, and
+    places about half as far as `AdmissibleLimits` if the law turns the pad away."""
     own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
     near = (0.0, -1.0, 1.0)
     for turn, x, y in itertools.product((*near, -10.0, 10.0), near, near):
         yield own * np.array([x, y, turn, 0.0])[:, None]
+    if not statics.model.law.restoring:
+        half = statics.model.pad.w * np.ones(n) / 2
+        for turn, x, y in itertools.product(near, near, near):
+            at = [x * LIMITS.travel, y * LIMITS.travel, turn * LIMITS.tilt, 0.0]
+            yield half * np.array(at)[:, None]
 
 
 def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray, np.ndarray]:

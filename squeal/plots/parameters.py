@@ -62,7 +62,8 @@ def draw_thresholds(
 
 
 def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None) -> None:
-    """Limits, ticks and labels of both axes, whose numbers are over `unit_of`; the pad marked."""
+    """Limits, ticks and labels of both axes, whose numbers are over `unit_of`; the pad marked if it
+    lies in the ranges."""
     for axis, way in zip(pair, ("x", "y"), strict=True):
         factor = unit_of(axis)
         axes.set(
@@ -74,7 +75,7 @@ def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None)
             getattr(axes, f"set_{way}ticks")(QUARTERS, OF_PI)
     if all(unit_of(axis) == math.pi for axis in pair):
         axes.set_aspect("equal")
-    if own is not None:
+    if own is not None and all(a.low <= at <= a.high for a, at in zip(pair, own, strict=True)):
         place = np.array(own) / [unit_of(axis) for axis in pair]
         look = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
         axes.plot(*place, "o", clip_on=False, gid="own pad", **look)  # type: ignore[arg-type]

@@ -68,6 +68,8 @@ def test_own_pad_and_its_level_are_drawn():
     assert place == pytest.approx(own)
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
+    outside = contour_figure(found, (scene.pad.alpha1, 2.1 * scene.pad.k_c)).axes[0]
+    assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
 
 
 @pytest.mark.parametrize(
