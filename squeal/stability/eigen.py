@@ -9,7 +9,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.stability.matrices import Array, Reduced, System, first_order, reduce, zero_roots
+from squeal.stability.matrices import (
+    Array,
+    Batched,
+    Reduced,
+    System,
+    first_order,
+    reduce,
+    reduce_stack,
+    zero_roots,
+)
 
 ComplexArray = NDArray[np.complex128]
 MOST_SHOWN = 6  # frequencies in a representation
@@ -229,17 +238,17 @@ def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
     One batched call for all values of mu; vectors and zero-root recognition are left to
     `complex_eigenvalues`. Undamped only if every C of the sweep is None or zero.
     """
-    all_reduced = [reduce(*matrices) for matrices in map(system, mus)]
-    if not all_reduced:
+    places = list(mus)
+    matrices = system.many(places) if isinstance(system, Batched) else [*map(system, places)]
+    if not matrices:
         raise ValueError("mus: at least one value is required")
-    if all(r.B is None for r in all_reduced):
-        s = np.linalg.eigvals(np.array([r.A for r in all_reduced])).astype(complex)
+    A, B = reduce_stack(matrices)
+    if B is None:
+        s = np.linalg.eigvals(A).astype(complex)
         half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
         half = np.where(s.imag < 0, half.conj(), half)
         values = np.concatenate([half, -half], axis=1)
     else:
-        A = np.array([r.A for r in all_reduced])
-        B = np.array([np.zeros_like(r.A) if r.B is None else r.B for r in all_reduced])
-        matrices, rates = first_order(A, B)
-        values = np.linalg.eigvals(matrices) * rates[:, None]
+        state, rates = first_order(A, B)
+        values = np.linalg.eigvals(state) * rates[:, None]
     return np.take_along_axis(values, ordered(values), axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -102,6 +102,49 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
         )
     B = None if damping is None else T.T @ damping @ T
     return Reduced(T.T @ stiffness @ T, B, T, rounding)
+
+
+def reduce_stack(matrices: Sequence[Matrices]) -> tuple[Array, Array | None]:
+    """A and B (m, n, n) of many systems in mass-normalised coordinates, B None without damping.
+
+    All at once where they share one M; raises InputError as `reduce` does.
+    """
+    stacks = _stacked(matrices)
+    if stacks is None:
+        each = [reduce(*given) for given in matrices]
+        A = np.array([r.A for r in each])
+        if all(r.B is None for r in each):
+            return A, None
+        return A, np.array([np.zeros_like(r.A) if r.B is None else r.B for r in each])
+    mass, damping, stiffness = stacks
+    T, _ = _factor(mass.tobytes(), len(mass))
+    if np.count_nonzero(T - np.diag(np.diag(T))) == 0:
+        factor = np.outer(np.diag(T), np.diag(T))
+        return stiffness * factor, None if damping is None else damping * factor
+    return T.T @ stiffness @ T, None if damping is None else T.T @ damping @ T
+
+
+def _stacked(matrices: Sequence[Matrices]) -> tuple[Array, Array | None, Array] | None:
+    """The M (n, n) that all share, C or None and K (m, n, n); None if they have to be looked at
+    one by one."""
+    try:
+        masses = [M for M, _, _ in matrices]
+        first = np.asarray(masses[0], dtype=float)
+        other = any(M is not masses[0] for M in masses)
+        if other and not np.array_equal(np.array(masses, dtype=float), [first] * len(masses)):
+            return None
+        K = np.array([k for _, _, k in matrices], dtype=float)
+        given = [c for _, c, _ in matrices]
+        C = None if all(c is None for c in given) else np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    shape = (len(matrices), len(first), len(first)) if first.ndim == 2 else ()
+    for X in (K, C):
+        if X is not None and (X.shape != shape or not np.all(np.isfinite(X))):
+            return None
+    if first.shape != shape[1:] or not np.all(np.isfinite(first)):
+        return None
+    return first, C if C is not None and C.any() else None, K
 
 
 @lru_cache(maxsize=8)  # along mu the mass matrix stays

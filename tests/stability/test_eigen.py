@@ -123,11 +123,13 @@ def test_single_oscillator():
     assert e.growth_rate == pytest.approx(-c / (2 * m), rel=1e-14)
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.05])
-def test_sweep_gives_the_same_values(mode_coupling, damping):
+@pytest.mark.parametrize("mass", [0.0, 0.3])  # that changes along the sweep
+@pytest.mark.parametrize("damping", [None, 0.0, 0.05])
+def test_sweep_gives_the_same_values(mode_coupling, damping, mass):
     def system(mu):
         M, _, K = mode_coupling(mu)
-        return M, damping * np.diag([1.0, 2.0]), K
+        C = None if damping is None else damping * np.diag([1.0, 2.0])
+        return M + mass * mu * np.eye(2), C, K
 
     mus = np.linspace(0, 2, 9)
     table = sweep(system, mus)
@@ -151,3 +153,5 @@ def test_sweep_gives_the_same_values(mode_coupling, damping):
 def test_refuses_what_is_not_a_system(M, C, K, word):
     with pytest.raises(InputError, match=f"^{word}: "):
         complex_eigenvalues(M, C, K)
+    with pytest.raises(InputError, match=f"^{word}: "):
+        sweep(lambda mu: (M, C, K), [0.0, 1.0])

@@ -80,23 +80,37 @@ def _places(radii: NDArray, angles: NDArray, heights: NDArray) -> NDArray:
 
 def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, float]) -> Any:
     """Mass and stiffness of a body, rows (node, direction)."""
+    from scipy.sparse import coo_array
+
     try:
-        from skfem import Basis, BilinearForm, ElementHex1, ElementVector, MeshHex
-        from skfem.models.elasticity import lame_parameters, linear_elasticity
+        from skfem import Basis, ElementHex1, MeshHex
+        from skfem.models.elasticity import lame_parameters
     except ImportError:
         raise ComputationError(
             "a brake of solids needs the package scikit-fem, which is not installed (extra fe)"
         ) from None
     young, poisson, density = material
-    basis = Basis(MeshHex(places, cells), ElementVector(ElementHex1()))
-
-    @BilinearForm  # type: ignore[untyped-decorator, unused-ignore]
-    def mass(u: Any, v: Any, _: Any) -> Any:
-        return density * sum(a * b for a, b in zip(u, v, strict=True))
-
-    K = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
-    order = basis.nodal_dofs.T.ravel()
-    return tuple(X.tocsc()[order][:, order] for X in (mass.assemble(basis), K))
+    volume, shear = lame_parameters(young, poisson)
+    basis = Basis(MeshHex(places, cells), ElementHex1())
+    weight = np.sqrt(basis.dx)  # (cells, points)
+    shapes = np.array([np.asarray(b[0]) * weight for b in basis.basis]).transpose(1, 0, 2)
+    slopes = np.array([b[0].grad * weight for b in basis.basis]).transpose(2, 0, 1, 3)
+    count = len(slopes)
+    flat = slopes.reshape(count, 24, -1)  # (cells, corner and direction, points)
+    both = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
+    K = volume * both + shear * both.transpose(0, 1, 4, 3, 2)
+    M = np.zeros_like(K)
+    gradient, mass = np.einsum("eiaja->eij", both), shapes @ shapes.transpose(0, 2, 1)
+    for way in range(3):
+        K[:, :, way, :, way] += shear * gradient
+        M[:, :, way, :, way] = density * mass
+    rows = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(count, 24)
+    where = (np.repeat(rows, 24, axis=1).ravel(), np.tile(rows, 24).ravel())
+    n = 3 * places.shape[1]
+    assembled = tuple(coo_array((X.ravel(), where), shape=(n, n)).tocsc() for X in (M, K))
+    for X in assembled:
+        X.eliminate_zeros()
+    return assembled
 
 
 def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrake:

@@ -3,7 +3,8 @@
 Bordered by the vectors of a mode, P(lambda, p) stays regular where it is singular: in
 [[P, b], [c^H, 0]] [x; g] = [0; 1] the number g vanishes exactly at the roots, with
 dg = -y^H dP x. Newton's method on g(i omega, p) = 0, a complex equation for two real unknowns,
-converges to the crossing to rounding with one factorisation a step.
+converges to the crossing to rounding. Next to it one factorisation serves several steps: what it
+solves is refined until the residual is rounding.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from squeal.stability.sparse.scaled import ScaledSystem
 
 STEPS = 20
 CONVERGED = 1e-12  # step relative to p and omega; Newton's error is its square
+NEAR = 1e-3  # of p and omega: a step after which the factorisation serves once more, refined
+REFINEMENTS = 8
+REFINED = 4 * EPS  # residual of a refined solution, of the sizes of what it is the difference of
 ROUNDING = 2 * EPS  # of the entries of the matrices and of a solution, for the interval
 
 
@@ -54,29 +58,61 @@ class AxisCrossing:
 
 
 class _Bordered:
-    """P(lambda) with its border; g and the vectors that its derivatives need."""
+    """P(lambda) with its border; g and the vectors that its derivatives need.
 
-    def __init__(self, problem: Quadratic, value: complex, b: ComplexArray, c: ComplexArray):
+    `other` lends its border and factorisation if what they solve can be refined.
+    """
+
+    def __init__(
+        self,
+        problem: Quadratic,
+        value: complex,
+        b: ComplexArray,
+        c: ComplexArray,
+        other: _Bordered | None = None,
+    ):
         from scipy.sparse import block_array, csc_array
 
         self.problem, self.value, n = problem, value, problem.n
         self.size = sum(s * abs(value) ** k for s, k in zip(problem.norms, (2, 1, 0), strict=True))
-        scale = 2.0 ** round(math.log2(self.size))
+        scale = 2.0 ** round(math.log2(self.size)) if other is None else other.scale
+        self.scale = scale
         column, row = csc_array(scale * b[:, None]), csc_array(scale * c.conj()[None, :])
         whole = block_array(
             [[problem.at(value).astype(complex), column], [row, None]], format="csc"
         )
-        factor: Factor = factorise(whole)
         end = np.zeros(n + 1, dtype=complex)
         end[n] = scale
-        right = factor.solve(end)
-        left = factor.solve(end, transposed=True)
+        right: ComplexArray | None = None
+        left: ComplexArray | None = None
+        if other is not None:
+            self.factor: Factor = other.factor
+            right, left = (_refined(self.factor, whole, end, t) for t in (False, True))
+        if right is None or left is None:
+            self.factor = factorise(whole)
+            right, left = (self.factor.solve(end, t) for t in (False, True))
         self.x, self.g, self.w = right[:n], right[n] * scale, left[:n]
         self.noise = ROUNDING * self.size * float(np.linalg.norm(self.x) * np.linalg.norm(self.w))
 
     def slope(self, matrix: Any) -> complex:
         """dg for a change `matrix` of P."""
         return complex(-(self.w @ (matrix @ self.x)))
+
+
+def _refined(
+    factor: Factor, matrix: Any, end: ComplexArray, transposed: bool
+) -> ComplexArray | None:
+    """The solution of matrix (or matrix') x = end by the factor of one nearby; None if it does
+    not converge."""
+    matrix = matrix.T if transposed else matrix
+    size = float(abs(matrix).sum(axis=1).max())
+    x = factor.solve(end, transposed)
+    for _ in range(REFINEMENTS):
+        rest = end - matrix @ x
+        if np.abs(rest).max() <= REFINED * (size * np.abs(x).max() + np.abs(end).max()):
+            return x
+        x = x + factor.solve(rest, transposed)
+    return None
 
 
 def axis_crossing(
@@ -97,12 +133,13 @@ def axis_crossing(
     c, b = right / np.linalg.norm(right), left / np.linalg.norm(left)
     p, w, real = float(value), float(omega), omega == 0.0
     scale_p = abs(p) or 1.0
+    last: _Bordered | None = None
     for _ in range(STEPS):
         at = {**(changes or {}), name: p}
         problem = scaled.at(at)
         root = complex(0.0, w)
         try:
-            bordered = _Bordered(problem, root, b, c)
+            bordered = _Bordered(problem, root, b, c, last)
         except ZeroDivisionError:
             break
         g_lambda = bordered.slope(problem.slope(root))
@@ -122,15 +159,18 @@ def axis_crossing(
             amplification = float(np.abs(np.linalg.inv(jacobian)[1]).sum())
         if not np.all(np.isfinite(moves)):
             break
-        c = bordered.x / np.linalg.norm(bordered.x)
-        b = bordered.w.conj() / np.linalg.norm(bordered.w)
+        near = abs(moves[1]) <= NEAR * max(abs(p), scale_p) and abs(moves[0]) <= NEAR * abs(w)
+        last = bordered if near else None
+        shape = bordered.x / np.linalg.norm(bordered.x)
+        if last is None:
+            c, b = shape, bordered.w.conj() / np.linalg.norm(bordered.w)
         small = abs(moves[1]) <= CONVERGED * max(abs(p), scale_p)
         small &= abs(moves[0]) <= CONVERGED * max(abs(w), 1.0)
         w, p = w + float(moves[0]), p + float(moves[1])
         uncertain = bordered.noise * amplification
         if small or abs(moves[1]) <= uncertain:
             slope = -(g_p / g_lambda).real
-            residual = problem.backward_errors(np.array([root]), c[:, None])[0]
+            residual = problem.backward_errors(np.array([root]), shape[:, None])[0]
             half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
             return AxisCrossing(
                 p,
@@ -139,7 +179,7 @@ def axis_crossing(
                 float(slope),
                 (p - half, p + half),
                 float(residual),
-                c,
+                shape,
             )
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "

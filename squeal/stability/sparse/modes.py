@@ -295,6 +295,7 @@ def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
     mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
     size = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
     largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
-    vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / size)
+    with np.errstate(invalid="ignore"):
+        vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / size)
     vectors.setflags(write=False)
     return np.asarray(vectors)

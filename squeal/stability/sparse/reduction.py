@@ -22,7 +22,7 @@ from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
 from squeal.stability.terms import Term, TermSystem
 
-TOLERANCE = 3e-9  # of the backward error; that of a root is of the order of its square
+TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 DROPPED = 1e-9  # part of a snapshot outside the basis that is left out
 MARGIN = 0.04  # snapshots are taken from a region this much larger on each side
 SKETCH = 48  # random vectors that estimate a residual; the last word has the residual itself

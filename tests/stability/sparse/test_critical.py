@@ -8,6 +8,8 @@ from squeal.errors import ComputationError, InputError
 from squeal.numerics.formula import Formula
 from squeal.stability.sparse.along import crossings_along
 from squeal.stability.sparse.critical import axis_crossing
+from squeal.stability.sparse.factor import factorise
+from squeal.stability.sparse.modes import modes_in
 from squeal.stability.sparse.reduction import reduce_system
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem
@@ -99,3 +101,33 @@ def test_a_real_root(rng):
     for omega in (0.0, 5.0):
         with pytest.raises(ComputationError, match="no crossing"):
             axis_crossing(ScaledSystem(still), "p", 0.3, omega, guess + 0j, guess + 0j)
+
+
+def test_a_factorisation_serves_again(rng, monkeypatch):
+    """The crossing is the same with one factorisation next to it and with one for each step."""
+    from squeal.stability.sparse import critical
+
+    system, mu, omega = _among(rng)
+    scaled = ScaledSystem(system)
+    (root,) = (
+        e
+        for e in modes_in(scaled.at({"mu": mu}), Rectangle(-9.0, 9.0, 350.0, 700.0)).eigenvalues
+        if abs(e.value.real) < 1e-6
+    )
+    vectors = root.right / scaled.scale, root.left / scaled.scale
+    made = []
+
+    def counted(matrix):
+        made.append(matrix)
+        return factorise(matrix)
+
+    monkeypatch.setattr(critical, "factorise", counted)
+    found = axis_crossing(scaled, "mu", mu * (1 + 1e-5), omega * (1 - 1e-5), *vectors)
+    assert len(made) == 1
+    monkeypatch.setattr(critical, "REFINEMENTS", 0)
+    again = axis_crossing(scaled, "mu", mu * (1 + 1e-5), omega * (1 - 1e-5), *vectors)
+    assert len(made) > 3
+    for crossing in (found, again):
+        assert crossing.value == pytest.approx(mu, rel=1e-11)
+        assert crossing.interval[0] <= mu <= crossing.interval[1]
+        assert crossing.slope == pytest.approx(found.slope, rel=1e-9)

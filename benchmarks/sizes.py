@@ -1,0 +1,168 @@
+"""A brake of solids of rising size: CPU seconds and memory for modes, a sweep and all thresholds.
+
+`python -m benchmarks.sizes [ROWS ...]` runs each size in a process of its own on one thread, so
+that peak memory is that of the size, and prints a row for each and the power laws through them.
+`--figure FILE` draws them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from squeal.analysis.systems.solid_brake import solid_brake
+from squeal.stability.sparse.along import crossings_along
+from squeal.stability.sparse.factor import factorise, one_thread
+from squeal.stability.sparse.modes import lowest_modes, modes_in
+from squeal.stability.sparse.reduction import reduce_system
+from squeal.stability.sparse.region import band
+from squeal.stability.sparse.scaled import ScaledSystem
+
+ROWS = (2000, 5000, 11000, 40000, 82000)
+BAND = (500.0, 8000.0)  # Hz
+VALUES = 50  # of mu from 0 to 1
+CHECKED = (0.37, 0.83)  # values at which the sweep is held against the full problem
+ESTIMATED = 1e6
+
+
+@dataclass(frozen=True)
+class Size:
+    """What a size took: rows, CPU seconds of each step, peak memory (GB), how good it is.
+
+    `growth` and `value` are the largest errors of the sweep's growth rates (of |lambda|) and roots.
+    """
+
+    rows: int
+    factor: float
+    certified: float  # 20 lowest modes with left vectors and count
+    basis: float
+    sweep: float
+    thresholds: float
+    memory: float
+    basis_size: int
+    samples: int
+    crossings: int
+    value: float
+    growth: float
+
+    @property
+    def answer(self) -> float:
+        """Seconds for 50 values and every threshold."""
+        return self.basis + self.sweep + self.thresholds
+
+
+def measured(rows: int, certify: bool) -> Size:
+    """One size."""
+    clock = time.process_time
+    brake = solid_brake(rows)
+    scaled = ScaledSystem(brake.system)
+    problem, region = scaled.at(), band(*BAND)
+    mu = [float(x) for x in np.linspace(0.0, 1.0, VALUES)]
+    with one_thread():
+        start = clock()
+        factorise(problem.at(region.centre))
+        factored = clock() - start
+        start = clock()
+        if certify and not lowest_modes(problem, 20).certified:
+            raise SystemExit(f"{problem.n} rows: the modes are not certified")
+        certified = clock() - start
+        start = clock()
+        reduction = reduce_system(scaled, region, [{"mu": x} for x in mu[::2] + mu[-1:]])
+        basis = clock() - start
+        start = clock()
+        for x in mu:
+            reduction.modes(region, {"mu": x})
+        sweep = clock() - start
+        start = clock()
+        found = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
+        thresholds = clock() - start
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        value, growth = 0.0, 0.0
+        for x in CHECKED:
+            full = modes_in(scaled.at({"mu": x}), region, left=False, certify=False).values
+            near = reduction.modes(region, {"mu": x}).values
+            off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
+            value = max(value, float(np.max(np.abs(off / full))))
+            growth = max(growth, float(np.max(np.abs(off.real / full))))
+    return Size(
+        problem.n,
+        factored,
+        certified if certify else float("nan"),
+        basis,
+        sweep,
+        thresholds,
+        memory,
+        reduction.size,
+        len(reduction.samples),
+        len(found.crossings),
+        value,
+        growth,
+    )
+
+
+def power(sizes: list[Size], name: str) -> tuple[float, float]:
+    """Exponent of the power law through the three largest sizes, and what it gives at 10^6."""
+    last = [s for s in sizes if getattr(s, name) > 0][-3:]
+    slope, offset = np.polyfit(
+        np.log([s.rows for s in last]), np.log([getattr(s, name) for s in last]), 1
+    )
+    return float(slope), float(np.exp(offset + slope * np.log(ESTIMATED)))
+
+
+def draw(sizes: list[Size], file: Path) -> None:
+    """Seconds and memory over size."""
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(6.9, 2.8), layout="constrained")
+    rows = [s.rows for s in sizes]
+    shown = {"factor": "a factorisation", "certified": "20 modes, certified"}
+    for name, label in (shown | {"answer": "50 values and all thresholds"}).items():
+        left.loglog(rows, [getattr(s, name) for s in sizes], "o-", label=label)
+    right.loglog(rows, [s.memory for s in sizes], "o-")
+    left.set(xlabel="degrees of freedom", ylabel="CPU time, s")
+    right.set(xlabel="degrees of freedom", ylabel="peak memory, GB")
+    left.legend(fontsize=8)
+    figure.savefig(file)
+
+
+def main() -> int:
+    """Measure the sizes that are named."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.sizes", description=__doc__)
+    parser.add_argument("rows", type=int, nargs="*", default=ROWS)
+    parser.add_argument("--no-count", action="store_true", help="leave the certified modes out")
+    parser.add_argument("--figure", type=Path, help="draw them")
+    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.one:
+        print(json.dumps(asdict(measured(given.rows[0], not given.no_count))))
+        return 0
+    sizes: list[Size] = []
+    names = list(Size.__dataclass_fields__)
+    print("".join(f"{name:>11s}" for name in names), flush=True)
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    for rows in given.rows:
+        command = [sys.executable, "-m", "benchmarks.sizes", str(rows), "--one"]
+        command += ["--no-count"] * given.no_count
+        run = subprocess.run(command, stdout=subprocess.PIPE, env=environment, check=True)
+        sizes.append(Size(**json.loads(run.stdout)))
+        print("".join(f"{x:11.3g}" for x in asdict(sizes[-1]).values()), flush=True)
+    if len(sizes) > 2:
+        for name in ("factor", "certified", "answer", "memory"):
+            slope, there = power(sizes, name)
+            print(f"{name}: n^{slope:.2f}, {there:.3g} at {ESTIMATED:.0e} rows")
+    if given.figure is not None:
+        draw(sizes, given.figure)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

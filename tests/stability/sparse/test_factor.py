@@ -1,0 +1,56 @@
+"""Factorisations against dense solutions and determinants."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+from squeal.stability.sparse import factor
+from tests import large
+
+MAKERS = ("superlu", "full", "mumps")
+
+
+def made(name, matrix):
+    """A factorisation by one of the ways."""
+    if name == "superlu":
+        return factor._SuperLU(matrix)
+    if name == "full":
+        return factor._Full(matrix)
+    context = factor._context()
+    if context is None:
+        pytest.skip("python-mumps is not installed")
+    return factor._Mumps(matrix, context)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("value", [2.0, -3.0, 1.0 + 4.0j])
+def test_solutions_and_determinant(name, value, rng):
+    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
+    P = csc_array(value**2 * M + value * C - 7 * K)
+    found, dense = made(name, P), P.toarray()
+    for right in (rng.standard_normal(31), rng.standard_normal((31, 3)) + 1j):
+        for transposed, matrix in ((False, dense), (True, dense.T)):
+            assert np.allclose(found.solve(right, transposed), np.linalg.solve(matrix, right))
+    sign, size = np.linalg.slogdet(dense)
+    logarithm = found.logarithm()
+    assert logarithm.real == pytest.approx(size, rel=1e-10)
+    assert np.exp(1j * logarithm.imag) == pytest.approx(complex(sign), abs=1e-10)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_singular(name):
+    with pytest.raises(ZeroDivisionError):
+        made(name, csc_array(np.diag([1.0, 0.0, 2.0])))
+
+
+def test_which_one_is_taken(monkeypatch):
+    """MUMPS where it is installed and the matrix is large; full matrices as such."""
+    monkeypatch.setattr(factor, "MUMPS_ROWS", 20)
+    monkeypatch.setattr(factor, "_context", lambda: "context")
+    monkeypatch.setattr(factor, "_Mumps", lambda matrix, context: context)
+    small, many = (csc_array(np.eye(n)) for n in (19, 20))
+    assert isinstance(factor.factorise(small), factor._SuperLU)
+    assert factor.factorise(many) == "context"
+    assert isinstance(factor.factorise(csc_array(np.ones((30, 30)) + np.eye(30))), factor._Full)
+    monkeypatch.setattr(factor, "_context", lambda: None)
+    assert isinstance(factor.factorise(many), factor._SuperLU)
