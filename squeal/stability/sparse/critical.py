@@ -76,7 +76,7 @@ class _Bordered:
         self.problem, self.value, n = problem, value, problem.n
         self.size = sum(s * abs(value) ** k for s, k in zip(problem.norms, (2, 1, 0), strict=True))
         scale = 2.0 ** round(math.log2(self.size)) if other is None else other.scale
-        self.scale = scale
+        self.scale: float = scale
         column, row = csc_array(scale * b[:, None]), csc_array(scale * c.conj()[None, :])
         whole = block_array(
             [[problem.at(value).astype(complex), column], [row, None]], format="csc"
