@@ -5,6 +5,7 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import block_diag, csc_array
 
+from squeal.analysis.systems.wanted import ALL_ROWS
 from tests import large
 from tests.commands.calls import answer, assert_refused, run
 from tests.known import known_system
@@ -23,11 +24,11 @@ def drum():
 
 @pytest.fixture(scope="module")
 def sparse(tmp_path_factory):
-    """The drum brake among 500 stable oscillators, mixed."""
+    """The drum brake among stable oscillators, mixed: more rows than are solved whole."""
     path = tmp_path_factory.mktemp("sparse")
     rng = np.random.default_rng(4)
     C, K0, K1, mu, omega = drum()
-    size = 500
+    size = ALL_ROWS
     blocks = large.blocks(rng.uniform(2.0, 9.0, size), rng.uniform(300.0, 9000.0, size), rng)
     ones = np.ones(size + 2)
     left, right = (large.blocks(ones, ones, rng, links=1)[0] for _ in range(2))

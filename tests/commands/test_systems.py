@@ -5,6 +5,7 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
+from squeal.analysis.systems.wanted import ALL_ROWS
 from tests import large
 from tests.commands.calls import answer, assert_refused, run
 
@@ -39,7 +40,7 @@ def small(tmp_path_factory):
 @pytest.fixture(scope="module")
 def sparse(tmp_path_factory):
     path = tmp_path_factory.mktemp("sparse")
-    return path, _folder(path, 600)
+    return path, _folder(path, ALL_ROWS + 1)
 
 
 def _values(found):
@@ -166,7 +167,7 @@ def test_refusals(options, words, small, sparse, capsys):
 def test_too_little_memory_is_told_before_anything_runs(sparse, capsys):
     code, _, err = run(capsys, "eigenvalues", sparse[0] / "system.yaml", "--memory", "0.001")
     assert code == 1
-    assert "600 rows need about" in err
+    assert f"{ALL_ROWS + 1} rows need about" in err
 
 
 @pytest.mark.parametrize("sweep", [(), ("--sweep", "0:0.4:5")])
