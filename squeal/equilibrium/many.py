@@ -105,8 +105,8 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches, and
     the least potential energy of the admissible ones, if there are any, decides, as it does for a
-    single pad. Of such other laws' pads that then rest nowhere `LOST` are searched for everywhere;
-    more are left aside.
+    single pad. Of such other laws' pads that then rest nowhere admissible `LOST` are searched for
+    one by one; more are left as they are.
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
@@ -127,8 +127,9 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
             better = own & ((fits & ~meant) | ((fits == meant) & lower))
             least[better], meant[better] = energy[better], fits[better]
             z[:, doubtful[better]], side[doubtful[better]] = trial[:, better], met[better]
-    lost = doubtful[~np.isfinite(least)]
-    side[lost] = 0.0
+    side[doubtful[~np.isfinite(least)]] = 0.0
+    # those that rest nowhere so far, then those that rest too far off
+    lost = doubtful[np.argsort(np.isfinite(least) + 2 * meant, kind="stable")][: np.sum(~meant)]
     for i in () if statics.model.law.restoring else lost[:LOST]:
         place = _far(subset(statics.model, names, i), names)
         if place is not None:
@@ -139,7 +140,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
 
 
 def _far(model: PadModel, names: tuple[str, ...]) -> np.ndarray | None:
-    """Where one pad rests that rests nowhere near, as a place (4, 1); None if it does not."""
+    """Where one pad rests, searched for alone, as a place (4, 1); None if it does not."""
     plain = {name: float(getattr(model.pad, name)) for name in {*names, "I"}}
     found = least_at_zero(model.replace(**plain))
     if found is None:
