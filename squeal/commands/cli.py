@@ -72,4 +72,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    return command(given[0]).main(given[1:])
+    try:
+        return command(given[0]).main(given[1:])
+    except KeyboardInterrupt:  # while modules are loaded
+        print("squeal: stopped", file=sys.stderr)
+        return 130

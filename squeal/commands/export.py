@@ -70,6 +70,11 @@ def run(given: argparse.Namespace) -> Answer:
         system, inputs = file.system, [given.source.file, *file.inputs]
         if given.method not in (None, "full"):
             system = _reduced(given, system)
+        elif which := next((n for n in ("band", "region", "sweep") if getattr(given, n)), None):
+            raise InputError(
+                f"--{which} {getattr(given, which)}: is of a reduced system; --method reduced or "
+                "modal is allowed with it"
+            )
     rows = write_system(folder, system, given.format)
     return Answer(
         lambda: {"folder": str(folder), "rows": system.n, "files": rows},

@@ -26,8 +26,11 @@ _OTHER_NAMES = {
 }
 
 
-class _File(argparse.Action):
-    """Keeps the file and the option by which it was named."""
+class Once(argparse.Action):
+    """Keeps the value and the option by which it was given, and refuses a second one.
+
+    Options of one meaning have several names, of which the last would win without a word.
+    """
 
     def __call__(
         self,
@@ -36,6 +39,12 @@ class _File(argparse.Action):
         values: Any,
         option: str | None = None,
     ) -> None:
+        before = getattr(namespace, f"{self.dest}_option", None)
+        if before is not None:
+            raise InputError(
+                f"{option} {values}: {before} {getattr(namespace, self.dest)} is given already; "
+                "one of them is allowed"
+            )
         setattr(namespace, self.dest, values)
         setattr(namespace, f"{self.dest}_option", option)
 
@@ -47,7 +56,7 @@ def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
         parser.add_argument(
             f"--{name}",
             *_OTHER_NAMES[name],
-            action=_File,
+            action=Once,
             type=Path,
             metavar="FILE",
             help=f"{words}; its name ends in {_listed(FORMATS[name])}",

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from squeal.errors import InputError
 from squeal.files.document import parse_document, read_content, scalar
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
@@ -58,7 +59,14 @@ class Source:
         from squeal.scene.terms import system_file
 
         folder = Path() if self.path is None else self.path.parent
-        return system_file(self.document, self.at, folder)
+        found = system_file(self.document, self.at, folder)
+        for key, value in self.changes.items():
+            name = key.removeprefix("parameters.")
+            if name != key and name not in found.system.names:
+                raise InputError(
+                    f"--set {name}={value:g}: no matrix of {self.name} depends on {name}"
+                )
+        return found
 
 
 def read_source(given: str, changes: Sequence[str]) -> Source:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.systems.chart import Chart, Side, system_chart
-from squeal.analysis.systems.wanted import check_memory, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers, whole
-from squeal.commands.system_options import memory_of, progress_of, wanted_of
+from squeal.commands.system_options import check_work, progress_of, wanted_of
 from squeal.commands.systems import basis_row
 from squeal.commands.tables import table
 from squeal.errors import InputError
@@ -35,8 +34,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         )
     n = POINTS if given.n is None else whole(given.n, "--n", 2, MOST_POINTS)
     sides = (_side(given.first, "--first", system, n), _side(given.second, "--second", system, n))
-    if not is_small(system):
-        check_memory(system, memory_of(given))
+    check_work(given, system)
     found = system_chart(system, sides, wanted_of(given), progress_of(given))
     if given.table is not None:
         _write(given, found)

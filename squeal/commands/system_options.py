@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from squeal.commands.numbers import band_of, numbers, whole
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.scene import PlainSystem
 
 if TYPE_CHECKING:
     from squeal.analysis.systems.wanted import Progress, Wanted
     from squeal.scene.terms import SystemFile
+    from squeal.stability.terms import TermSystem
 
 MOST = 100_000
 
@@ -74,11 +76,26 @@ def value_in(given: str | None, option: str) -> float | None:
     return None if given is None else numbers(given, option, 1, "a finite number")[0]
 
 
+def warn_if_constant(system: TermSystem) -> None:
+    """Warn where a range of the parameter was asked for and nothing depends on it."""
+    if system.parameter not in system.names:
+        warnings.warn(f"no matrix depends on {system.parameter}", InputWarning, stacklevel=2)
+
+
 def memory_of(given: argparse.Namespace) -> float | None:
     """Bytes that --memory allows, None if it is left out. Raises InputError."""
     if given.memory is None:
         return None
     return 1e9 * numbers(given.memory, "--memory", 1, "a number above 0", lambda v: v > 0.0)[0]
+
+
+def check_work(given: argparse.Namespace, system: TermSystem) -> None:
+    """Refuse a large system that does not fit into --memory, or what is free."""
+    from squeal.analysis.systems.wanted import check_memory, is_small
+
+    limit = memory_of(given)  # checked for a small one too
+    if not is_small(system):
+        check_memory(system, limit)
 
 
 def progress_of(given: argparse.Namespace) -> Progress:

@@ -11,10 +11,16 @@ import numpy as np
 
 from squeal.analysis.systems.critical import SystemThresholds, system_thresholds
 from squeal.analysis.systems.sweeps import full_rows, reduced_rows
-from squeal.analysis.systems.wanted import Wanted, check_memory, is_small
+from squeal.analysis.systems.wanted import Wanted
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers
-from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
+from squeal.commands.system_options import (
+    check_work,
+    progress_of,
+    value_in,
+    wanted_of,
+    warn_if_constant,
+)
 from squeal.commands.systems import basis_row
 from squeal.commands.tables import elided, number
 from squeal.errors import InputError
@@ -34,8 +40,8 @@ def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         )
     system, wanted, progress = file.system, wanted_of(given), progress_of(given)
     high = numbers(given.mu_max, "--max", 1, "a finite number")[0]
-    if not is_small(system):
-        check_memory(system, memory_of(given))
+    warn_if_constant(system)
+    check_work(given, system)
     found = system_thresholds(system, high, value_in(given.min, "--min"), wanted, progress)
     if given.table is not None:
         write_thresholds(given.table, found)

@@ -20,11 +20,17 @@ from squeal.analysis.systems.sweeps import (
     reduced_for,
     reduced_rows,
 )
-from squeal.analysis.systems.wanted import check_memory, extent, is_small
+from squeal.analysis.systems.wanted import extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import spaced
 from squeal.commands.sweep import plain_shape_rows
-from squeal.commands.system_options import memory_of, progress_of, value_in, wanted_of
+from squeal.commands.system_options import (
+    check_work,
+    progress_of,
+    value_in,
+    wanted_of,
+    warn_if_constant,
+)
 from squeal.commands.tables import elided, in_words, number, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
@@ -60,11 +66,11 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if at is not None:
         system = system.replace({system.parameter: at})
     method = check_method(given.method, system)
-    if not is_small(system):
-        check_memory(system, memory_of(given))
+    check_work(given, system)
     roots = system_roots(system, wanted, None, progress)
     swept = _Sweep()
     if values:
+        warn_if_constant(system)
         swept = _swept(given, system, values, method)
     _write(given, system, roots, swept)
     grow, chosen = _growing(system, roots), filter_of(given)
@@ -227,7 +233,9 @@ def _text(
         told = "\n".join(f"  {name}: {text}" for name, text in system_checks(system).items())
         parts.append(table(rows, right=False) + "\n" + told)
     parts.append(root_table(roots))
-    parts += [f"verdict: {in_words(roots.criterion)}", unstable]
+    whole = roots.region is None
+    about = "" if whole else f" on {words}"
+    parts += [f"verdict{about}: {in_words(roots.criterion)}", unstable]
     parts.append(certificate(roots, words))
     if swept.rows:
         parts.append(f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter))
@@ -239,7 +247,8 @@ def certificate(roots: SystemRoots, words: str) -> str:
     if roots.count is None:
         return f"{words}: the number of roots could not be settled; the list may be incomplete"
     if roots.certified:
-        return f"{words}: {roots.count} roots, none is missing (count)"
+        listed = f", {len(roots.eigenvalues)} of them listed" if roots.others else ""
+        return f"{words}: {roots.count} roots{listed}, none is missing (count)"
     return f"{words}: {len(roots.eigenvalues)} roots are listed and {roots.count} counted"
 
 

@@ -188,6 +188,8 @@ class Word(Single):
         return f"one of {', '.join(self.choices)}"
 
     def convert(self, value: Any) -> str | None:
+        if value == [None]:  # what YAML makes of a minus sign by itself
+            value = "-"
         return value if isinstance(value, str) and value in self.choices else None
 
     def schema(self) -> dict[str, Any]:

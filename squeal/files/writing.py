@@ -27,7 +27,10 @@ def check_writable(path: Path, option: str) -> None:
 
 def write_whole(path: Path, write: Callable[[IO[Any]], None], binary: bool = False) -> None:
     """Write a file beside its place and move it there when it is complete."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     try:
         with os.fdopen(handle, "wb") if binary else os.fdopen(handle, "w", newline="") as stream:
             write(stream)

@@ -143,7 +143,8 @@ class Pad:
         "initial position along the surface", "m", _LENGTH, Number(), common=False, default="0"
     )
     y0: float = _field(
-        "initial height of the mass centre over its place at touch",
+        "initial height of the mass centre over its place at touch (without effect in B1, whose "
+        "contact springs are relaxed there)",
         "m",
         _LENGTH,
         Number(),

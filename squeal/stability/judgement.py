@@ -72,6 +72,8 @@ def judge_reduced(reduced: Reduced) -> Judgement:
 
 
 def _by_invariants(reduced: Reduced, cubic: Cubic) -> Judgement:
+    if not np.isfinite([v for quantity in cubic[:5] for v in quantity]).all():
+        raise OverflowError("the eigenvalues are beyond double precision")
     name = VERDICTS[int(code(cubic))]
     singular = abs(cubic.c.value) <= cubic.c.bound
     note = " (K singular)" if singular and reduced.n == 3 else ""

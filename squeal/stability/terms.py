@@ -76,6 +76,11 @@ class TermSystem:
                 yield letter, index, term
 
     @property
+    def names(self) -> frozenset[str]:
+        """Parameters that some matrix depends on."""
+        return frozenset().union(*(term.factor.names for _, _, term in self._all()))
+
+    @property
     def n(self) -> int:
         """Number of degrees of freedom."""
         return int(self.M[0].matrix.shape[0])

@@ -334,3 +334,28 @@ def test_a_refused_simulation_writes_nothing(capsys, tmp_path):
     err = assert_refused(capsys, "simulate", scene, "--csv", target, code=1)
     assert "past 90 degrees at t = 0.157" in err
     assert not target.exists()
+
+
+def test_a_minus_sign_by_itself_is_one(capsys, tmp_path):
+    scene = tmp_path / "minus.yaml"
+    text = (SCENES / "b2-c.yaml").read_text()
+    scene.write_text(text)
+    by_set = answer(capsys, "eigenvalues", scene, "--set", "formulation.delta_moment=-")
+    quoted = answer(capsys, "eigenvalues", scene, "--set", "formulation.delta_moment='-'")
+    assert by_set["eigenvalues"] == quoted["eigenvalues"]
+    told = assert_refused(capsys, "eigenvalues", scene, "--set", "formulation.line_force=-")
+    assert "it must be one of" in told
+
+
+def test_stopped_while_modules_load(capsys, monkeypatch):
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("squeal.commands.cli.command", interrupted)
+    assert run(capsys, "eigenvalues", "pad.yaml") == (130, "", "squeal: stopped\n")
+
+
+def test_beyond_double_precision_is_no_verdict(capsys):
+    code, out, err = run(capsys, "eigenvalues", SCENES / "b3.yaml", "--set", "I=1e-300")
+    assert (code, out) == (1, "")
+    assert "beyond double precision" in err.splitlines()[-1]

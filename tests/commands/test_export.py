@@ -123,3 +123,20 @@ def test_map_refuses(options, words, tmp_path, capsys):
     path.write_text(CHART)
     err = assert_refused(capsys, "map", path, *options)
     assert words in err
+
+
+def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
+    folder = tmp_path / "out"
+    answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder)
+    told = assert_refused(capsys, "eigenvalues", folder / "system.yaml", "--set", "mu=0.3")
+    assert "no matrix of system.yaml depends on mu" in told
+    code, _, err = run(capsys, "critical-friction", folder / "system.yaml")
+    assert (code, err) == (0, "squeal: warning: no matrix depends on mu\n")
+
+
+def test_a_whole_system_takes_no_options_of_a_reduced_one(tmp_path, capsys):
+    system = tmp_path / "one.yaml"
+    system.write_text("M: [[1.0]]\nK0: [[2.0]]\nK1: [[1.0]]\n")
+    told = assert_refused(capsys, "export", system, "--output", tmp_path / "out", "--band", "1:2")
+    assert "--band 1:2" in told
+    assert not (tmp_path / "out").exists()

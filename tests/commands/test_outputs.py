@@ -164,3 +164,27 @@ def test_long_tables_are_cut_in_the_middle(capsys):
         len(json.loads(run(capsys, "eigenvalues", B3, "--mu", "0:1:200", "--json")[1])["sweep"])
         == 200
     )
+
+
+@pytest.mark.parametrize(
+    ("command", "first", "second"),
+    [
+        ("eigenvalues", ("--csv", "a.csv"), ("--table", "b.csv")),
+        ("eigenvalues", ("--pdf", "a.pdf"), ("--png", "b.png")),
+        ("eigenvalues", ("--mu", "0:1:3"), ("--sweep", "0:1:5")),
+        ("critical-friction", ("--max", "0.5"), ("--mu-max", "0.1")),
+    ],
+)
+def test_names_of_one_option_are_given_once(capsys, scene, command, first, second):
+    told = assert_refused(capsys, command, scene, *first, *second)
+    assert all(words in told for words in (*first, *second))
+    assert not [path for path in scene.parent.iterdir() if path != scene]
+
+
+def test_what_the_system_refuses_to_make_is_told_by_its_name(capsys, scene, monkeypatch):
+    def refuse(**_):
+        raise OSError(28, "No space left on device", "/hidden/name")
+
+    monkeypatch.setattr("squeal.files.writing.tempfile.mkstemp", refuse)
+    told = assert_refused(capsys, "eigenvalues", scene, "--csv", "full.csv")
+    assert told == "squeal: full.csv: cannot be written: No space left on device\n"

@@ -178,3 +178,54 @@ def test_pictures(sweep, small, tmp_path, capsys):
     assert code == 0
     assert "none is missing" in out
     assert "</svg>" in figure.read_text()
+
+
+@pytest.fixture
+def flutters_in_the_second_mode(tmp_path):
+    """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
+    rows = {
+        "C0": np.diag([0.01] * 4),
+        "K0": np.diag([0.2, 2.0, 2.0, 9.0])
+        - np.diag([0.0, 1.0, 0.0], 1)
+        - np.diag([0.0, 1, 0], -1),
+        "K1": np.diag([0.0, 1.333, 0.0], 1),
+    }
+    path = tmp_path / "four.yaml"
+    lines = [f"{name}: {matrix.tolist()}" for name, matrix in {"M": np.eye(4), **rows}.items()]
+    path.write_text("\n".join(lines))
+    return path
+
+
+@pytest.mark.parametrize("options", [["--modes", 1], ["--band", "0:0.6", "--modes", 1]])
+def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second_mode, capsys):
+    path = flutters_in_the_second_mode
+    found = answer(capsys, "eigenvalues", path, "--at", 1, *options)
+    assert len(found["eigenvalues"]) == 1
+    assert found["verdict"] == "flutter"
+    assert found["certified"]
+    [grows] = found["unstable"]
+    # s = 2 +- i sqrt(1/3) of the middle block, lambda^2 + 0.01 lambda + s = 0
+    exact = -0.005 + np.sqrt(0.005**2 - 2 + 1j * np.sqrt(0.333) + 0j)
+    assert grows["growth_rate"] == pytest.approx(exact.real, rel=1e-6)
+    sweep = answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", *options)["sweep"]
+    assert [row["verdict"] for row in sweep] == ["stable", "stable", "flutter"]
+    assert all(len(row["eigenvalues"]) == 1 for row in sweep)
+
+
+def test_real_modes_of_a_small_system_are_all_of_them(flutters_in_the_second_mode, capsys):
+    options = ["--sweep", "0:1:3", "--band", "0:0.6"]
+    path = flutters_in_the_second_mode
+    modal = answer(capsys, "eigenvalues", path, *options, "--method", "modal")
+    full = answer(capsys, "eigenvalues", path, *options, "--method", "full")
+    assert modal["basis"]["size"] == 4
+    for one, other in zip(modal["sweep"], full["sweep"], strict=True):
+        assert one["verdict"] == other["verdict"]
+        assert np.allclose(_values(one), _values(other), atol=1e-12)
+
+
+@pytest.mark.parametrize("memory", ["0", "nan", "-1", "much"])
+def test_memory_is_checked_for_small_systems_too(memory, flutters_in_the_second_mode, capsys):
+    told = assert_refused(
+        capsys, "eigenvalues", flutters_in_the_second_mode, "--modes", 1, "--memory", memory
+    )
+    assert f"--memory {memory}" in told

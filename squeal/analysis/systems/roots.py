@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,8 +31,9 @@ SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamp
 class SystemRoots:
     """Roots of a system, by rising frequency, what proves them complete, and the verdict on them.
 
-    `region` None is the whole plane; `count` None if the number could not be settled. `known` is
-    the number of roots that were found, of which the lowest may be all that is listed.
+    `region` None is the whole plane; `count` None if the number could not be settled. `others` are
+    roots that were found and counted too, and that the verdict is on, beyond the lowest ones that
+    were asked for.
     """
 
     eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
@@ -40,19 +41,16 @@ class SystemRoots:
     count: int | None
     verdict: str
     criterion: str
-    known: int | None = None  # None: those that are listed
+    others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
 
     @property
     def certified(self) -> bool:
         """True if the count proves that no root of the region is missing."""
-        known = len(self.eigenvalues) if self.known is None else self.known
-        return self.count == known
+        return self.count == len(self.eigenvalues) + len(self.others)
 
     def lowest(self, modes: int) -> SystemRoots:
         """The first of them, which the count still proves to be the first."""
-        kept = self.eigenvalues[:modes]
-        verdict, criterion = judged(kept)
-        return SystemRoots(kept, self.region, self.count, verdict, criterion, len(self.eigenvalues))
+        return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
 
 
 def system_roots(
@@ -110,7 +108,7 @@ def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
 def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
     found = []
-    for e in roots.eigenvalues:
+    for e in (*roots.eigenvalues, *roots.others):
         noise = margin(e)
         if e.value.real > noise and e.value.imag > -noise:
             kind = "flutter" if e.value.imag > noise else "divergence"
@@ -146,8 +144,8 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
     rectangle = wanted.rectangle
     if rectangle is None:
         if wanted.modes is not None:
-            values = tuple(e for e in values if e.value.imag >= 0.0)[: wanted.modes]
-            words = judged(values)
+            upper = tuple(e for e in values if e.value.imag >= 0.0)
+            return SystemRoots(upper, None, len(upper), *words).lowest(wanted.modes)
         return SystemRoots(values, None, len(values), *words)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)

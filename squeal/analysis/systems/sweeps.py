@@ -102,8 +102,7 @@ def reduced_for(
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
-        modes = min(REAL_MODES, system.n - 2)
-        return reduce_to_real_modes(scaled, region, values, modes), region
+        return reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n)), region
     return reduce_system(scaled, region, values, progress=progress), region
 
 
@@ -140,7 +139,7 @@ def full_rows(
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
-    """The wanted ones of all roots of a small system, by rising frequency, values alone."""
+    """The roots of a small system in the band or region, by rising frequency, values alone."""
     M, C, K = (None if X is None else dense(X) for X in system.at(changes))
     assert M is not None
     assert K is not None
@@ -152,17 +151,17 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
         roots = roots[(roots.imag >= low) & (roots.imag <= high)]
     elif wanted.region is not None:
         roots = roots[wanted.region.contains(roots)]
-    roots = roots[ordered(roots)]
-    if wanted.modes is not None:
-        roots = roots[roots.imag >= 0.0][: wanted.modes]
-    return roots
+    return np.asarray(roots[ordered(roots)])
 
 
 def _all_rows(system: TermSystem, wanted: Wanted, values: Sequence[float]) -> Iterator[SweepRow]:
     noise = noise_of(system)
     for value in values:
         roots = roots_of_all(system, wanted, {system.parameter: value})
-        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict_of(roots, noise))
+        verdict = verdict_of(roots, noise)  # on all of them, however few are listed
+        if wanted.modes is not None:
+            roots = roots[roots.imag >= 0.0][: wanted.modes]
+        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
 
 
 def check_method(method: str | None, system: TermSystem) -> str:

@@ -214,18 +214,22 @@ def reduce_to_real_modes(
     """Projection onto the lowest real modes of the structure, as commercial programs do it.
 
     The modes are those of M and the symmetric part of K without damping, of the terms without
-    parameters. Raises InputError for more modes than rows - 2 and ComputationError.
+    parameters; of as many modes as rows, or one less, all directions are kept. Raises InputError
+    for more modes than rows and ComputationError.
     """
     from scipy.sparse.linalg import ArpackError, eigsh
 
-    if not 1 <= modes <= scaled.n - 2:
-        raise InputError(f"{modes} modes are not allowed; it must be 1 to {scaled.n - 2}")
+    if not 1 <= modes <= scaled.n:
+        raise InputError(f"{modes} modes are not allowed; it must be 1 to {scaled.n}")
     M, K = (_structure(scaled, part) for part in ("M", "K"))
     K = (K + K.T) / 2
     shift = -1e-6 * norm_of(K) / norm_of(M)  # below all squares, so that rigid bodies pass
     with one_thread():
         try:
-            _, vectors = eigsh(K, k=modes, M=M, sigma=shift)
+            if modes > scaled.n - 2:
+                vectors = np.eye(scaled.n)
+            else:
+                _, vectors = eigsh(K, k=modes, M=M, sigma=shift)
         except (ArpackError, RuntimeError, ValueError) as error:
             raise ComputationError(f"the real modes were not found: {error}") from None
         basis = Basis(scaled)
