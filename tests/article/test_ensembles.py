@@ -12,6 +12,7 @@ import pytest
 from squeal.article.claims import CLAIMS
 from squeal.article.claims.measures import friction_raises
 from squeal.article.ensembles import beyond, choosing, distance, population
+from squeal.article.ensembles.balance import flattest, mean_place
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.ensembles.choosing import LAWS, RIVAL
 from squeal.article.ensembles.comparison import corrected, distances, exchanged, keeping
@@ -495,3 +496,31 @@ def test_points_within_half_of_a_range_by_chance():
     points = np.random.default_rng(4).uniform(size=(40_000, 5))
     seen = (np.ptp(points, axis=1) < 0.5).mean()
     assert half_by_chance(5) == pytest.approx(seen, abs=0.01)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("case", "abcd")
+def test_the_mean_place_of_the_reaction_follows_from_the_balances(case):
+    """By a simulation over 20 windows, with partial contact and, in case (c), separation."""
+    scene = read_scene(ROOT / "workflow" / "scenes" / f"b2-{case}.yaml", "simulate")
+    assert scene.stop is not None
+    longer = dataclasses.replace(scene, stop=20 * scene.stop, samples=100_001, outputs=("history",))
+    history = simulate(longer).history
+    force, place = (np.nan_to_num(np.array(history[name])) for name in ("Rn", "delta"))
+    pad = scene.pad
+    wanted = mean_place(case, pad.mu, pad.h / pad.w, force.mean())
+    assert (force * place).mean() / force.mean() == pytest.approx(wanted, abs=3e-3)
+
+
+def test_a_flat_pad_alone_keeps_the_reaction_on_the_trailing_side():
+    limit = flattest("d")
+    assert limit == pytest.approx(math.tan(0.17 * math.pi) / 2.0, rel=1e-12)
+    assert mean_place("d", 0.3, limit - 0.01, 2.0) > 0.0 > mean_place("d", 0.3, limit + 0.01, 2.0)
+    found = dataclasses.replace(found, taken="consistent")
+    for own, words in ((limit + 0.1, "must be flatter"), (limit - 0.1, "which the pad")):
+        pads = {
+            law: dataclasses.replace(pad, numbers=pad.numbers | {"h": own})
+            for law, pad in found.chosen.items()
+        }
+        values, _ = generated(dataclasses.replace(found, chosen=pads))
+        assert words in values["ensembles.balance"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from squeal.article.ensembles.balance import flattest
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.report.pads import (
     beside,
@@ -268,6 +269,18 @@ def _front(found: Ensembles) -> str:
     )
 
 
+def _balance(found: Ensembles) -> str:
+    """Whether the balances let the pad of the report keep that delta is positive in case (d)."""
+    limit, own = flattest("d"), found.chosen[found.taken].numbers["h"]
+    needs = f"That $\\delta$ is positive throughout case (d) needs $h/w < {limit:.3f}$"
+    if own < limit:
+        return f"{needs}, which the pad of this report is."
+    return (
+        f"{needs}; the pad of this report, with {number(own, 3)}, cannot keep it, and a pad that "
+        "does must be flatter."
+    )
+
+
 def _enough(found: Ensembles) -> str:
     least = min(e.pads for e in found.ensembles)
     most = max(e.pads for e in found.ensembles)
@@ -334,6 +347,7 @@ def generated(found: Ensembles) -> Generated:
             "ensembles.outside": outside(found, found.chosen[found.taken]),
             "ensembles.beside": beside(found, found.chosen[found.taken]),
             "ensembles.differ": _differ(found),
+            "ensembles.balance": _balance(found),
         }
     tables = {
         "ensemble-searches": ensemble_table(found),
