@@ -46,6 +46,7 @@ from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
 from squeal.scene import read_scene
+from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import ROOT, needs_heyoka
 
@@ -516,7 +517,8 @@ def test_a_flat_pad_alone_keeps_the_reaction_on_the_trailing_side():
     limit = flattest("d")
     assert limit == pytest.approx(math.tan(0.17 * math.pi) / 2.0, rel=1e-12)
     assert mean_place("d", 0.3, limit - 0.01, 2.0) > 0.0 > mean_place("d", 0.3, limit + 0.01, 2.0)
-    found = dataclasses.replace(found, taken="consistent")
+    found = known.result("ensembles")
+    assert isinstance(found, Ensembles)
     for own, words in ((limit + 0.1, "must be flatter"), (limit - 0.1, "which the pad")):
         pads = {
             law: dataclasses.replace(pad, numbers=pad.numbers | {"h": own})
