@@ -22,7 +22,7 @@ MOST = 100_000
 
 def band_option(parser: argparse.ArgumentParser) -> None:
     """The option --band."""
-    parser.add_argument("--band", metavar="LOW:HIGH", help="frequencies wanted, Hz")
+    parser.add_argument("--band", metavar="LOW:HIGH", help="systems only: frequencies wanted, Hz")
 
 
 def work_options(parser: argparse.ArgumentParser) -> None:

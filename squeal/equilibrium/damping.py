@@ -82,6 +82,6 @@ def _without_friction(scene: Scene) -> Linearisation:
     if start is None:
         raise ComputationError(
             "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
-            "there is no equilibrium in contact without friction"
+            "no equilibrium in contact was found without friction"
         )
     return linearise(model, Statics.of(model).to_si(start[0]), start[1])

@@ -190,7 +190,7 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     of the branch that rises from mu = 0, or leaves what the model means.
     """
     start = least_at_zero(model)
-    reason = "without friction there is no equilibrium in contact"
+    reason = "without friction no equilibrium in contact was found"
     beyond = f"the equilibrium is on no branch from mu = 0: {reason}"
     if start is not None:
         branch = follow(model, *start, model.pad.mu)

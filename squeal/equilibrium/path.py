@@ -50,7 +50,7 @@ class Path:
         """
         start = least_at_zero(model)
         if start is None:
-            raise ComputationError("without friction there is no equilibrium in contact")
+            raise ComputationError("without friction no equilibrium in contact was found")
         branch = follow(model, *start, mu_max, settings, rising=True)
         mus = [float(point.z[3]) for point in branch.points]
         steps = itertools.pairwise(mus)

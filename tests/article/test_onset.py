@@ -84,7 +84,7 @@ def test_a_motion_that_ends_is_missing_and_its_sweep_begins_with_the_own_start(m
 
 def test_no_equilibrium_means_no_threshold(monkeypatch):
     def none(*_):
-        raise ComputationError("without friction there is no equilibrium in contact")
+        raise ComputationError("without friction no equilibrium in contact was found")
 
     monkeypatch.setattr(study, "critical_friction", none)
     assert study.threshold(read_scene(SCENES / "b1-d.yaml", "simulate")) is None
