@@ -321,11 +321,12 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
 
 
 def test_hammering_is_told_by_the_swing_that_is_asked_for():
-    one, *others = Reach(0.1, ("c", "d")), Reach(0.25, ("c",)), Reach(0.5, ("c",)), Reach(0.9, ())
-    text = verdicts.by_reach((one, *others))
-    assert r"reach $0.1$\,$w$ to each side, (c) and (d)" in text
-    assert r"(c) if $0.25$ and $0.5$\,$w$" in text
-    assert text.endswith(r"no case if $0.9$\,$w$")
+    found = (Reach(0.1, ("c", "d")), Reach(0.25, ("c",)), Reach(0.5, ("c",)), Reach(0.9, ()))
+    text = verdicts.by_reach(found)
+    assert text.startswith(r"(c) and (d) if $\delta$ must reach $0.1$\,$w$; (c) if ")
+    assert r"reach $0.25$ and $0.5$\,$w$" in text
+    assert text.endswith(r"no case if $\delta$ must reach $0.9$\,$w$")
+    assert verdicts.by_reach(found[1:3]) == r"(c) for each swing of $0.25$ and $0.5$\,$w$"
 
 
 def test_what_the_article_argues_with_is_told_apart_from_our_reading():

@@ -20,7 +20,7 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 HOLDS = ("#FFFFFF", "#5A5A5A")
 """Colours of a condition that fails or holds."""
 CONTACTS = {
-    "full contact": "#CFE6F5",
+    "full contact": "#B7A5D8",
     "no equilibrium on the branch": VERDICT_COLOURS[-1],
     "leading edge": "#F2C14E",
     "trailing edge": "#7FB77E",

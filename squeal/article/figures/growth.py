@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from squeal.article.cases import HISTORY_FIGURES, title
 from squeal.article.results.stability import Stability
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
+
+
+def _label(name: str) -> str:
+    return title(name) if name in HISTORY_FIGURES else name[0].upper() + name[1:]
 
 
 def growth_figure(found: Stability) -> Figure:
@@ -22,7 +27,7 @@ def growth_figure(found: Stability) -> Figure:
             for axes, part, unit in ((left, 0, 1e3), (right, 1, 2e3 * np.pi)):
                 predicted = np.array(one.predicted)[:, part] / unit
                 fitted = np.array(one.fitted)[:, part] / unit
-                axes.plot(mu, fitted, marker, mfc="none", mec=colour, ms=5, label=one.name)
+                axes.plot(mu, fitted, marker, mfc="none", mec=colour, ms=5, label=_label(one.name))
                 axes.plot(mu, predicted, "+", color=colour, ms=4)
         left.set_ylabel("growth rate [1/ms]")
         right.set_ylabel("frequency [kHz]")

@@ -24,7 +24,7 @@ def _shares(axes: Axes, samples: Sequence[Sample]) -> None:
     axes.set_yticks(range(len(ids)), ids, fontsize=SMALL)
     axes.set_xticks(range(len(samples)), [s.sample for s in samples])
     axes.tick_params(length=0)
-    axes.set_title("share of pads that keep a claim [%]")
+    axes.set_title("share of pads that keep a statement [%]")
     axes.set_xlabel("scatter of all numbers about the pad")
 
 
@@ -61,7 +61,7 @@ def _breaks(axes: Axes, breaks: Sequence[Break]) -> None:
     axes.set_yticks(range(len(names)), [SYMBOLS[n] for n in names])
     axes.grid(axis="y", which="major", color="0.92", linewidth=8, zorder=0)
     axes.set_axisbelow(True)
-    axes.set_title("change of one number at which a claim first breaks", pad=6)
+    axes.set_title("change of one number at which a statement first breaks", pad=6)
     axes.set_xlabel("change [%]")
     axes.legend(loc="lower left", ncols=1, borderaxespad=0.4, labelspacing=0.2)
 

@@ -179,8 +179,9 @@ def missing_parameters() -> Measured:
     count = {model: len(names) for model, names in needed.items()}
     return Measured(
         {f"{model}_needed": float(n) for model, n in count.items()},
-        f"B1 needs {count['B1']} parameters and B2 {count['B2']}; of these the article prints the "
-        "two spring angles of each case.",
+        f"A simulation cannot do without {count['B1']} parameters for B1 and {count['B2']} for B2, "
+        "besides the moment of inertia, for which a rectangle can stand, and the speed of the "
+        "surface; of these the article prints the two spring angles of each case.",
     )
 
 

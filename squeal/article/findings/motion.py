@@ -109,7 +109,11 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             text += f"; in case {', '.join(ended)} the pad turns over, where the model ends"
         else:
             after = study.reproduced(measured)
-            text += f"; {after} instead of {before} claims are reproduced"
+            text += (
+                f"; {after} statements are reproduced, as before"
+                if after == before
+                else f"; {after} statements are reproduced and not {before}"
+            )
         numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
         return Measured(numbers | ({} if after is None else {"after": float(after)}), text + ".")
 

@@ -48,7 +48,7 @@ def shown(value: Number) -> str:
     value = complex(value)
     if value.imag == 0.0:
         return f"{value.real:.9g}"
-    return f"{value.real:.8g}{value.imag:+.8g}i"
+    return f"{value.real + 0.0:.8g}{value.imag:+.8g}i"  # no minus before a zero
 
 
 def compare(

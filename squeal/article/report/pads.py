@@ -79,8 +79,7 @@ def twins(found: Ensembles) -> str:
         return (
             f"With $\\delta$ counted from the centre, {one} and {two} are one statement (they "
             f"agree on all {thousands(found.twins.pads)} pads stored of the ensembles, "
-            "Sec.~\\ref{sec:ensembles}), so that for this pad both numbers are greater by one "
-            "than they should be"
+            "Sec.~\\ref{sec:ensembles}), so that one of them should not be counted"
         )
     return (
         f"{one} and {two} agree on {thousands(found.twins.agree)} of the "

@@ -84,6 +84,7 @@ def values(found: Stability, loci: Loci) -> dict[str, str]:
         "loop.scenes": str(len(loci.scenes)),
         "loop.locus-apart": number(max((one.locus_apart for one in loops), default=0.0), 2),
         "literature.rows": str(len(found.literature)),
+        "literature.derived": str(sum(row.provenance == "derived" for row in found.literature)),
         "literature.agree": str(sum(row.agrees for row in found.literature)),
     }
 

@@ -40,13 +40,13 @@ def by_reach(found: Sequence[Reach]) -> str:
     def cases(one: Reach) -> str:
         return in_words([f"({name})" for name in one.cases]) or "no case"
 
-    first, *rest = found
-    told = f"if $\\delta$ must reach {number(first.reach, 2)}\\,$w$ to each side, {cases(first)}"
-    same: dict[str, list[str]] = {}
-    for one in rest:
-        same.setdefault(cases(one), []).append(number(one.reach, 2))
-    others = [f"{names} if {in_words(reach)}\\,$w$" for names, reach in same.items()]
-    return "; ".join([told, *others])
+    by: dict[str, list[str]] = {}
+    for one in found:
+        by.setdefault(cases(one), []).append(number(one.reach, 2))
+    told = [f"{names} if $\\delta$ must reach {in_words(r)}\\,$w$" for names, r in by.items()]
+    if len(told) == 1:
+        return f"{next(iter(by))} for each swing of {in_words(by[next(iter(by))])}\\,$w$"
+    return "; ".join(told)
 
 
 def argued(held: dict[str, bool]) -> str:
