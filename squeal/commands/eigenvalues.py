@@ -30,6 +30,8 @@ from squeal.commands.sweep import (
     write_sweep,
 )
 from squeal.commands.system_options import refuse_options, system_of, work_options
+from squeal.commands.system_shapes import OPTIONS as SHAPE
+from squeal.commands.system_shapes import shape_options
 from squeal.commands.tables import in_words, number
 from squeal.commands.unstable import (
     filter_of,
@@ -76,6 +78,7 @@ def options(parser: Parser) -> None:
         table="write the eigenvalues, or those of the sweep, to FILE",
         figure="draw them into FILE",
     )
+    shape_options(parser)
 
 
 def data(analysis: Analysis) -> dict[str, Any]:
@@ -239,7 +242,7 @@ def run(given: argparse.Namespace) -> Answer:
         return eigenvalues_of(given, matrices)
     mus = spaced(given.mu, "--mu", 0.0, 1e3) if given.mu else None
     system = given.source.system()
-    refuse_options(given, ("modes", "region", "method"))
+    refuse_options(given, ("modes", "region", "method", *SHAPE))
     value_of(given.at, system)
     if given.sensitivity:
         refuse_sensitivity(given.source.name, system)

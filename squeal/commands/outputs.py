@@ -16,12 +16,14 @@ FORMATS = {
     "table": (".csv", ".json", ".nc"),
     "curve": (".csv", ".json"),
     "figure": (".pdf", ".svg", ".png"),
+    "animation": (".gif",),
     "sound": (".wav",),
 }
 _OTHER_NAMES = {
     "table": ("--csv", "--nc"),
     "curve": ("--threshold-curve",),
     "figure": ("--pdf", "--svg", "--png"),
+    "animation": ("--gif",),
     "sound": ("--wav",),
 }
 
@@ -108,6 +110,7 @@ def _is_of(path: Path) -> bool:
         ".pdf": head.startswith(b"%PDF"),
         ".png": head.startswith(b"\x89PNG"),
         ".svg": head.lstrip().startswith((b"<?xml", b"<svg")),
+        ".gif": head.startswith(b"GIF8"),
         ".nc": head.startswith(b"CDF"),
         ".wav": head.startswith(b"RIFF"),
         ".json": head.lstrip().startswith((b"{", b"[")),

@@ -39,7 +39,7 @@ def asked(given: argparse.Namespace) -> bool:
     """True if an option was given that only systems from matrices know."""
     return any(
         getattr(given, name, None) is not None
-        for name in ("band", "modes", "region", "method", "min")
+        for name in ("band", "modes", "region", "method", "min", "shape", "animation")
     )
 
 

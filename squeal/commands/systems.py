@@ -31,6 +31,7 @@ from squeal.commands.system_options import (
     wanted_of,
     warn_if_constant,
 )
+from squeal.commands.system_shapes import check_shape, write_shape
 from squeal.commands.tables import elided, in_words, number, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
@@ -66,6 +67,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if at is not None:
         system = system.replace({system.parameter: at})
     method = check_method(given.method, system)
+    where = check_shape(given, file)
     check_work(given, system)
     roots = system_roots(system, wanted, None, progress)
     swept = _Sweep()
@@ -73,6 +75,8 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         warn_if_constant(system)
         swept = _swept(given, system, values, method)
     _write(given, system, roots, swept)
+    if where is not None:
+        write_shape(given, where, roots)
     grow, chosen = _growing(system, roots), filter_of(given)
 
     def data() -> dict[str, Any]:
@@ -291,7 +295,7 @@ def _write(
             units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
             units |= {"residual": "", "condition": ""}
             write_table(given.table, units, ([*root_row(e).values()] for e in roots.eigenvalues))
-    if given.figure is not None:
+    if given.figure is not None and given.shape is None:
         from squeal.plots.systems import draw_roots, draw_system_sweep
 
         if swept.rows:
