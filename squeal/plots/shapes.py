@@ -41,7 +41,7 @@ class _Box:
         self.middle = (where.places.max(axis=0) + where.places.min(axis=0)) / 2
         self.sides = np.maximum(sides, FLAT * self.size) + 2 * LARGEST * self.size
         self.amplitude = np.sqrt(np.sum(np.abs(self.u) ** 2, axis=1))
-        self.point = float(np.clip(2e3 / len(self.rest), 0.3, 12.0))
+        self.point = float(np.clip(6e3 / len(self.rest), 0.3, 12.0))
 
     def axes(self, figure: Figure, place: tuple[float, ...]):  # type: ignore[no-untyped-def]
         axes = figure.add_axes(place, projection="3d")
@@ -51,7 +51,9 @@ class _Box:
 
     def draw(self, axes, turn: complex):  # type: ignore[no-untyped-def]
         moved = self.rest + LARGEST * self.size * (self.u * turn).real
-        drawn = axes.scatter(*moved.T, c=self.amplitude, s=self.point, vmin=0.0, vmax=1.0, lw=0)
+        drawn = axes.scatter(
+            *moved.T, c=self.amplitude, s=self.point, vmin=0.0, vmax=1.0, lw=0, clip_on=False
+        )
         for name, middle, side in zip("xyz", self.middle, self.sides, strict=True):
             getattr(axes, f"set_{name}lim")(middle - side / 2, middle + side / 2)
         return drawn

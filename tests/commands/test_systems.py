@@ -229,3 +229,24 @@ def test_memory_is_checked_for_small_systems_too(memory, flutters_in_the_second_
         capsys, "eigenvalues", flutters_in_the_second_mode, "--modes", 1, "--memory", memory
     )
     assert f"--memory {memory}" in told
+
+
+def test_a_shape_on_coordinates(small, tmp_path, capsys):
+    path, _ = small
+    rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
+    (path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
+    file = path / "placed.yaml"
+    file.write_text(FILE + "coordinates: {file: nodes.csv}\n")
+    still, moving = tmp_path / "mode.png", tmp_path / "mode.gif"
+    answer(capsys, "eigenvalues", file, "--shape", "3", "--png", still, "--gif", moving)
+    assert still.read_bytes().startswith(b"\x89PNG")
+    assert moving.read_bytes().startswith(b"GIF89a")
+    refused = [
+        (path / "system.yaml", ["--shape", "1", "--png", still], "says not where its rows are"),
+        (path / "system.yaml", ["--gif", moving], "--gif: is not allowed"),
+        (file, ["--shape", "61", "--png", still], "--shape"),
+        (file, ["--shape", "1"], "needs --png FILE or --gif FILE"),
+        (file, ["--gif", tmp_path / "mode.mp4"], "must end in .gif"),
+    ]
+    for given, options, word in refused:
+        assert word in assert_refused(capsys, "eigenvalues", given, *options)
