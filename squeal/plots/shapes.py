@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -43,13 +44,13 @@ class _Box:
         self.amplitude = np.sqrt(np.sum(np.abs(self.u) ** 2, axis=1))
         self.point = float(np.clip(6e3 / len(self.rest), 0.3, 12.0))
 
-    def axes(self, figure: Figure, place: tuple[float, ...]):  # type: ignore[no-untyped-def]
-        axes = figure.add_axes(place, projection="3d")
+    def axes(self, figure: Figure, place: tuple[float, float, float, float]) -> Any:
+        axes: Any = figure.add_axes(place, projection="3d")
         axes.set_box_aspect(tuple(self.sides), zoom=1.5)
         axes.set_axis_off()
         return axes
 
-    def draw(self, axes, turn: complex):  # type: ignore[no-untyped-def]
+    def draw(self, axes: Any, turn: complex) -> Any:
         moved = self.rest + LARGEST * self.size * (self.u * turn).real
         drawn = axes.scatter(
             *moved.T, c=self.amplitude, s=self.point, vmin=0.0, vmax=1.0, lw=0, clip_on=False
@@ -62,7 +63,8 @@ class _Box:
 def shape_figure(words: str, where: Coordinates, shape: NDArray) -> Figure:
     """The nodes at the phase of largest motion and a quarter of a period later."""
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.5), layout="none")
+        figure = Figure(figsize=(DOUBLE, 2.5))
+        figure.set_layout_engine("none")
         box = _Box(where, displacements(where, shape))
         panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
         for left, turn, title in panels:
@@ -87,8 +89,9 @@ def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) ->
     from PIL import Image
 
     with style():
-        figure = Figure(figsize=(SINGLE, 2.2), dpi=150, layout="none")
-        canvas = FigureCanvasAgg(figure)
+        figure = Figure(figsize=(SINGLE, 2.2), dpi=150)
+        figure.set_layout_engine("none")
+        canvas: Any = FigureCanvasAgg(figure)
         box = _Box(where, displacements(where, shape))
         axes = box.axes(figure, (0.0, 0.0, 1.0, 0.9))
         figure.text(0.5, 0.92, words, ha="center")

@@ -1,5 +1,7 @@
 """Mode shapes on coordinates: displacements against what was put in, files that hold them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -30,8 +32,8 @@ def test_displacements_are_scaled_and_turned():
 
 def test_a_still_figure_shows_two_phases():
     figure = shape_figure("a mode", WHERE, _shape(np.exp(2j * T)))
-    first, second = (axes.collections[0] for axes in figure.axes[:2])
-    for drawn, turn in ((first, 1.0), (second, 1j)):
+    for axes, turn in zip(figure.axes, (1.0, 1j), strict=False):
+        drawn: Any = axes.collections[0]
         heights = np.asarray(drawn._offsets3d[2])
         u = displacements(WHERE, _shape(np.exp(2j * T)))[:, 2]
         assert np.allclose(heights, LARGEST * 0.4 * (u * turn).real, rtol=1e-2)
@@ -42,6 +44,7 @@ def test_a_still_figure_shows_two_phases():
 def test_a_moving_one_has_a_period(tmp_path):
     path = tmp_path / "mode.gif"
     animate_shape(path, "a mode", WHERE, _shape(np.cos(2 * T)))
+    image: Any
     with Image.open(path) as image:
         assert image.n_frames == FRAMES
         frames = []
