@@ -20,14 +20,7 @@ SCENES = ROOT / "tests" / "scenes"
 HAMMERING = ROOT / "tests" / "hammering"
 
 
-def _heyoka() -> bool:
-    try:
-        return importlib.util.find_spec("heyoka") is not None
-    except ModuleNotFoundError:  # tests/without_heyoka
-        return False
-
-
-HEYOKA = _heyoka()
+HEYOKA = importlib.util.find_spec("heyoka") is not None
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
 # files that take long: a worker runs a file whole, and none of these should be the last
 LONG = (

@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import os
 import platform
+import subprocess
 import sys
 from importlib import metadata
 
@@ -69,3 +71,18 @@ def test_commands_of_several_scenes_name_them_all(name, more, capsys):
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
     assert [file.name for file in made.inputs] == [*cases, *more]
+
+
+def test_without_heyoka_its_version_is_none():
+    code = (
+        "from squeal.files.provenance import provenance; print(provenance([], 'squeal.simulation'))"
+    )
+    hidden = os.pathsep.join([str(ROOT / "tests" / "without_heyoka"), str(ROOT)])
+    made = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": hidden},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert f"'heyoka': '{NOT_INSTALLED}'" in made.stdout

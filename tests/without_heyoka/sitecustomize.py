@@ -1,17 +1,19 @@
 """Python as if heyoka were not installed: `make test-without-heyoka` puts this on PYTHONPATH."""
 
-import importlib.abc
 import importlib.metadata
 import sys
+from importlib.machinery import PathFinder
 from typing import Any
 
 
-class Missing(importlib.abc.MetaPathFinder):
-    """Finds no heyoka."""
+class Without(PathFinder):
+    """Finds all on the path but heyoka, of which it tells what is told of a missing package."""
 
-    def find_spec(self, name: str, *_: Any) -> None:
-        if name.partition(".")[0] == "heyoka":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    @classmethod
+    def find_spec(cls, fullname: str, path: Any = None, target: Any = None) -> Any:
+        if fullname.partition(".")[0] == "heyoka":
+            return None
+        return super().find_spec(fullname, path, target)
 
 
 def _without(name: str) -> str:
@@ -26,6 +28,6 @@ def _others() -> Any:
 
 _version = importlib.metadata.version
 _distributions = importlib.metadata.packages_distributions
-sys.meta_path.insert(0, Missing())
+sys.meta_path[:] = [Without if finder is PathFinder else finder for finder in sys.meta_path]
 importlib.metadata.version = _without  # type: ignore[assignment]
 importlib.metadata.packages_distributions = _others
