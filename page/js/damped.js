@@ -68,22 +68,24 @@ export function bodyOf(engine, settings, origin = false) {
   return { ...body, damped: true };
 }
 
+const TERMS = [[0, 4, 8, 1], [0, 5, 7, -1], [1, 5, 6, 1], [1, 3, 8, -1], [2, 3, 7, 1], [2, 4, 6, -1]];
+
 /** Coefficients of det(s^2 + s B + A), those of low powers first. */
 function characteristic(A, B) {
-  const entry = (i) => [A[i], B[i], i % 4 ? 0 : 1];
-  const times = (p, q) => {
-    const found = new Float64Array(p.length + q.length - 1);
-    p.forEach((a, i) => q.forEach((b, j) => (found[i + j] += a * b)));
-    return found;
-  };
-  const minor = (a, b, c, d) => {
-    const back = times(entry(b), entry(c));
-    return times(entry(a), entry(d)).map((v, i) => v - back[i]);
-  };
-  const [first, second, third] = [
-    times(entry(0), minor(4, 5, 7, 8)), times(entry(1), minor(3, 5, 6, 8)), times(entry(2), minor(3, 4, 6, 7)),
-  ];
-  return first.map((v, i) => v - second[i] + third[i]);
+  const p = new Float64Array(7);
+  for (const [i, j, k, sign] of TERMS) {
+    for (let a = 0; a < 3; a++) {
+      const first = sign * (a === 0 ? A[i] : a === 1 ? B[i] : i % 4 ? 0 : 1);
+      if (first === 0) continue;
+      for (let b = 0; b < 3; b++) {
+        const both = first * (b === 0 ? A[j] : b === 1 ? B[j] : j % 4 ? 0 : 1);
+        p[a + b] += both * A[k];
+        p[a + b + 1] += both * B[k];
+        if (k % 4 === 0) p[a + b + 2] += both;
+      }
+    }
+  }
+  return p;
 }
 
 /** The six roots {re, im}, by Ehrlich's and Aberth's iteration from roots nearby. */
@@ -93,7 +95,9 @@ export function dampedRoots(A, B, near) {
   // apart from each other and not symmetric to the real axis, where pairs may become real roots
   const re = near.map((r, k) => r.re + 1e-3 * top * Math.cos(1 + k));
   const im = near.map((r, k) => r.im + 1e-3 * top * Math.sin(1 + k));
-  for (let pass = 0, moved = 1; pass < 60 && moved > 4e-16; pass++) {
+  // to rounding: until the steps are tiny, or small and no longer shrink
+  for (let pass = 0, moved = 1, last = 1; pass < 60; pass++, last = moved) {
+    if (moved < 1e-14 || (moved < 3e-8 && moved > 0.7 * last)) break;
     moved = 0;
     for (let k = 0; k < n; k++) {
       const [x, y] = [re[k], im[k]];
@@ -123,10 +127,11 @@ export function dampedRoots(A, B, near) {
 
 /** Verdict on damped roots as an index; how far rounding may move a root counts as zero. */
 export function judgeDamped(six) {
-  const norm = Math.max(...six.map(({ re, im }) => Math.hypot(re, im))) || 1;
+  const size = (x, y) => Math.sqrt(x * x + y * y);
+  const norm = Math.max(...six.map(({ re, im }) => size(re, im))) || 1;
   let fastest = null, onAxis = false;
   six.forEach((root, k) => {
-    const apart = six.map((r, i) => (i === k ? Infinity : Math.hypot(r.re - root.re, r.im - root.im)));
+    const apart = six.map((r, i) => (i === k ? Infinity : size(r.re - root.re, r.im - root.im)));
     const cluster = Math.max(2, 1 + apart.filter((d) => d <= 4 * Math.cbrt(ERROR) * norm).length);
     const noise = norm * Math.min((ERROR * norm) / Math.min(...apart), ERROR ** (1 / cluster));
     if (Math.abs(root.im) <= noise) root.im = 0;

@@ -51,19 +51,22 @@ export function horner(a, from, order, t) {
   return value;
 }
 
-const ratios = new Map();
+const bases = new Map();
 
-/** C(j, i)/C(n, i): from powers to Bernstein's basis, whose coefficients bound the polynomial. */
-function toBernstein(n) {
-  if (!ratios.has(n)) {
-    const rows = [];
+/** C(j, i)/C(n, i), row by row: from powers to Bernstein's basis, whose coefficients bound the
+ * polynomial; and room for one. */
+function bernstein(n) {
+  if (!bases.has(n)) {
+    const ratios = new Float64Array((n + 1) ** 2);
     for (let j = 0; j <= n; j++) {
-      rows.push([1]);
-      for (let i = 1; i <= j; i++) rows[j].push((rows[j][i - 1] * (j - i + 1)) / (n - i + 1));
+      ratios[j * (n + 1)] = 1;
+      for (let i = 1; i <= j; i++) {
+        ratios[j * (n + 1) + i] = (ratios[j * (n + 1) + i - 1] * (j - i + 1)) / (n - i + 1);
+      }
     }
-    ratios.set(n, rows);
+    bases.set(n, { ratios, powers: new Float64Array(n + 1), found: new Float64Array(n + 1) });
   }
-  return ratios.get(n);
+  return bases.get(n);
 }
 
 /** First t in (0, h] where the polynomial passes zero upwards (or downwards), or Infinity. */
@@ -71,34 +74,43 @@ export function firstCrossing(a, from, order, h, rising) {
   let rest = 0, p = h;
   for (let i = 1; i <= order; i++, p *= h) rest += Math.abs(a[from + i]) * p;
   if (Math.abs(a[from]) > rest) return Infinity; // the usual case: far from the surface
-  const scaled = new Float64Array(order + 1);
+  const { ratios, powers, found } = bernstein(order);
   p = 1;
-  for (let i = 0; i <= order; i++, p *= h) scaled[i] = a[from + i] * p;
-  const b = toBernstein(order).map((row) => row.reduce((sum, r, i) => sum + r * scaled[i], 0));
-  return crossing(b, 0, h);
-
-  function crossing(b, low, high) {
-    const signs = b.map(Math.sign).filter((s) => s !== 0);
-    const changes = signs.filter((s, i) => i > 0 && s !== signs[i - 1]).length;
-    if (changes === 0 || !(high - low > 1e-14 * h)) return Infinity;
-    if (changes === 1) {
-      if (rising !== signs[0] < 0) return Infinity;
-      for (let middle; (middle = (low + high) / 2) > low && middle < high; ) {
-        if (Math.sign(horner(a, from, order, middle)) === signs[0]) low = middle;
-        else high = middle;
-      }
-      return high;
-    }
-    // de Casteljau; not at the middle, where symmetric motions may have a root
-    const at = 0.4871, left = [], right = [];
-    for (let row = b; row.length; ) {
-      left.push(row[0]);
-      right.unshift(row[row.length - 1]);
-      row = row.slice(1).map((v, i) => (1 - at) * row[i] + at * v);
-    }
-    const middle = low + at * (high - low);
-    return Math.min(crossing(left, low, middle), crossing(right, middle, high));
+  for (let i = 0; i <= order; i++, p *= h) powers[i] = a[from + i] * p;
+  let above = false, below = false;
+  for (let j = 0; j <= order; j++) {
+    let sum = 0;
+    for (let i = 0, row = j * (order + 1); i <= j; i++) sum += ratios[row + i] * powers[i];
+    found[j] = sum;
+    above ||= sum > 0;
+    below ||= sum < 0;
   }
+  return above && below ? crossing({ a, from, order, h, rising }, Array.from(found), 0, h) : Infinity;
+}
+
+/** The same in [low, high], where the polynomial has the Bernstein coefficients b. */
+function crossing(of, b, low, high) {
+  const { a, from, order, h, rising } = of;
+  const signs = b.map(Math.sign).filter((s) => s !== 0);
+  const changes = signs.filter((s, i) => i > 0 && s !== signs[i - 1]).length;
+  if (changes === 0 || !(high - low > 1e-14 * h)) return Infinity;
+  if (changes === 1) {
+    if (rising !== signs[0] < 0) return Infinity;
+    for (let middle; (middle = (low + high) / 2) > low && middle < high; ) {
+      if (Math.sign(horner(a, from, order, middle)) === signs[0]) low = middle;
+      else high = middle;
+    }
+    return high;
+  }
+  // de Casteljau; not at the middle, where symmetric motions may have a root
+  const at = 0.4871, left = [], right = [];
+  for (let row = b; row.length; ) {
+    left.push(row[0]);
+    right.unshift(row[row.length - 1]);
+    row = row.slice(1).map((v, i) => (1 - at) * row[i] + at * v);
+  }
+  const middle = low + at * (high - low);
+  return Math.min(crossing(of, left, low, middle), crossing(of, right, middle, high));
 }
 
 /** Name of an exported function in a contact state (bit i: point i touches); where one code serves
@@ -159,6 +171,15 @@ export function touching(body, gaps) {
 }
 
 export const fullContact = ({ points }) => 2 ** points - 1;
+
+/** The points that can change next: the face is straight, so these lie where contact ends, or at
+ * both ends of the face. */
+function nextPoints({ points }, contact) {
+  let count = 0;
+  for (let i = 0; i < points; i++) count += (contact >>> i) & 1;
+  if (count === 0 || count === points) return [0, points - 1];
+  return contact & 1 ? [count - 1, count] : [points - count - 1, points - count];
+}
 
 /** Which ends of the face touch: 1 the leading, 2 the trailing. The face is straight, so that is
  * full contact (3), partial contact on one side, or none. */
@@ -240,7 +261,8 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
   if (!onward) offLevel(engine, body, state, contact);
   let jets = new Float64Array(SIZE * terms * 512);
   const nodes = [t], contacts = [], changes = [];
-  const what = body.damped ? "damped" : "step", { points } = body, events = points + limits.length;
+  const what = body.damped ? "damped" : "step", { points } = body;
+  const ends = limits.map((_, i) => points + i); // events that end the motion
   const change = (point) => {
     const to = (contact ^ (1 << point)) >>> 0;
     changes.push({ t, from: contact, to });
@@ -250,7 +272,7 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
     const name = within(engine, body, what, contact);
     let h = engine.step(name, state, body.coefficients, until - t);
     let event = -1;
-    for (let e = 0; e < events; e++) {
+    for (const e of [...nextPoints(body, contact), ...ends]) {
       const at = firstCrossing(engine.jet, (SIZE + e) * terms, order, h, e < points);
       if (at <= h && (event < 0 || at < h)) [h, event] = [at, e];
     }
