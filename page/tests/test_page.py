@@ -15,7 +15,7 @@ from squeal.commands.cli import main
 from squeal.errors import ComputationError
 from squeal.scene import read_scene
 from squeal.simulation.run import simulate
-from tests.conftest import SCENES
+from tests.conftest import ROOT
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 EIGEN = "JSON.stringify(squeal.view.eigen.map(({ re, im }) => [re, im]))"
@@ -82,7 +82,7 @@ def test_the_eight_cases(page):
         for name, choice in (("model", model.upper()), ("case", case)):
             page.run(f"document.querySelector('[name={name}][value={choice}]').click()")
         settled(page)
-        scene = read_scene(SCENES / f"{stem}.yaml")
+        scene = read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml")
         answer = json.loads(page.run("JSON.stringify(squeal.motion(squeal.settings))"))
         assert compare(scene, answer, simulate(scene)) < 1e-10, stem
         assert page.run("squeal.view.motion.steps") == answer["steps"]
@@ -142,7 +142,7 @@ def test_a_link_carries_the_settings(page, model, stiffness):
     page.run(f"location.hash = '#model=B2&case=a&{wrong}'")
     page.wait("squeal.settings.case === 'a'")
     settled(page)
-    case = read_scene(SCENES / "b2-a.yaml")
+    case = read_scene(ROOT / "workflow" / "scenes" / "b2-a.yaml")
     assert page.run("squeal.settings.parameters.mu") == case.pad.mu  # refused, not taken
     assert page.run("squeal.settings.stop") == case.stop
     assert page.run("squeal.settings.damping") == 0.0
@@ -218,7 +218,7 @@ def test_everything_has_a_name_for_a_screen_reader(page):
     assert len(named) > 40
     assert [n for n in named if not n.get("name", {}).get("value", "").strip()] == []
     pictures = [n["name"]["value"] for n in named if n["role"]["value"] in ("image", "img")]
-    changes = simulate(read_scene(SCENES / "b2-c.yaml")).contact_changes
+    changes = simulate(read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")).contact_changes
     assert any(f"Share of time: {changes};" in words for words in pictures)
     assert f"{changes} contact changes" in text(page, "status")
 
