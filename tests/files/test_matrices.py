@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.io import savemat
-from scipy.sparse import csc_array, random_array
+from scipy.sparse import csc_array, random_array, save_npz
 
 from squeal.errors import InputError
 from squeal.files.matrices import aligned, fingerprint, read_matrix, write_matrix
@@ -39,6 +39,17 @@ def test_keys_pick_one_of_several(tmp_path, matrix):
         read_matrix(tmp_path / "s.mat", "L")
     np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))
     assert read_matrix(tmp_path / "s.npz", "K").matrix.sum() == 9
+    save_npz(tmp_path / "one.npz", matrix)
+    with pytest.raises(InputError, match="key K is not allowed; the file holds one sparse matrix"):
+        read_matrix(tmp_path / "one.npz", "K")
+
+
+def test_a_file_that_was_cut_off_is_no_matrix(tmp_path, matrix):
+    path = tmp_path / "K.mat"
+    savemat(path, {"K": matrix.toarray()})
+    path.write_bytes(path.read_bytes()[:400])
+    with pytest.raises(InputError, match=r"no readable \.mat matrix"):
+        read_matrix(path)
 
 
 def test_abaqus_text(tmp_path):
@@ -104,6 +115,7 @@ def test_op4_by_its_package(tmp_path, matrix):
         ("K.mat", "no such thing", "no readable .mat matrix"),
         ("K.npz", "no such thing", "no readable .npz matrix"),
         ("K.hb", "no such thing", "no readable .hb matrix"),
+        ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "type CUA; RUA and RSA"),
         ("K.txt", "1 2\n", "2 columns"),
         ("K.txt", "1 x 3\n", "no readable .txt matrix"),
         ("K.txt", "0 1 3\n", "count from 1"),

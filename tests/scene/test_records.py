@@ -197,6 +197,7 @@ def test_replace_takes_parameters_and_fields():
         B1.replace(mu=0.1, h=0.03).to_dict()
     )
     assert "Scene: kc: unknown key" in sentence(lambda: scene.replace(kc=1.0))
+    assert "Pad: kc: unknown key; allowed are m, w" in sentence(lambda: B1.replace(kc=1.0))
     assert "Pad: k3: -1" in sentence(lambda: scene.replace(k3=-1.0))
     assert "does not use it" in sentence(lambda: scene.replace(k_c=1.0))
 

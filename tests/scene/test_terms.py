@@ -98,6 +98,21 @@ def test_coordinates(folder):
 
 
 @pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("7,x,0,0,0\n7,2,0,0,0\n", "2 lines; the system's 3 rows need one each"),
+        ("7,x,0,0,0\n7,2,0,0,0\n9,4,1,2,inf\n", "line 4: a node and three finite coordinates"),
+        ("7,x,0,0,0\n,2,0,0,0\n9,4,1,2,3\n", "line 3: a node and three finite coordinates"),
+        ("7,x,0,0\n7,2,0,0,0\n9,4,1,2,3\n", "line 2: a node and three finite coordinates"),
+    ],
+)
+def test_wrong_coordinates_are_refused(folder, rows, words):
+    (folder / "nodes.csv").write_text(f"node,dof,x,y,z\n{rows}")
+    with pytest.raises(InputError, match=f"nodes.csv: {words}"):
+        _read(folder, GOOD + "coordinates: {file: nodes.csv}\n")
+
+
+@pytest.mark.parametrize(
     ("change", "words"),
     [
         (("m.mtx", "none.mtx"), "M.file: .*none.mtx: cannot be read"),
@@ -108,6 +123,9 @@ def test_coordinates(folder):
         (("{file: k0.mtx}", "{factor: mu}"), "K.1: it must hold one of file and matrix"),
         (("{file: k0.mtx}", "{fil: k0.mtx}"), "K.1.fil: unknown key; allowed are file, key"),
         (("M: {file: m.mtx}", "M: [{file: m.mtx}, 3]"), "M.2: 3 is not allowed"),
+        (("M: {file: m.mtx}", "M: []"), r"M: \[\] is not allowed; it must be rows of numbers"),
+        (("{matrix: [[0", "{key: K, matrix: [[0"), "C.2.key: .*a matrix without a file"),
+        (("parameters: {Omega: 2.0, mu: 0.4}", "parameters: 3"), "must be a mapping of names"),
         (("mu: 0.4", "mu: x"), "parameters.mu: 'x' is not allowed"),
         (
             ("parameter: Omega", "parameter: 2x"),
@@ -116,6 +134,7 @@ def test_coordinates(folder):
         (("name: three", "K0: [[1]]"), "K0: unknown key"),
         (("name: three", "coordinates: {file: m.mtx}"), "no column node"),
         (("name: three", "damping: {ratios: [-1]}"), "damping.ratios.1: -1 is not allowed"),
+        (("name: three", "damping: {ratios: []}"), "of at least 0, or a list of them"),
     ],
 )
 def test_refusals(folder, change, words):
