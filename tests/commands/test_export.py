@@ -74,6 +74,9 @@ def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
     [
         (("0.1:a.mtx",), "2 or 3"),
         (("x:a.mtx", "1:b.mtx"), "VALUE:FILE"),
+        (("1:a.mtx", "2"), "VALUE:FILE"),
+        (("1:a.mtx", "2:"), "VALUE:FILE"),
+        (("1:a.mtx", "2:b.mtx", "--parameter", "2x"), "--parameter 2x: is not allowed; it must be"),
         (("1:a.mtx", "2:b.mtx"), "cannot be read"),
     ],
 )
@@ -81,6 +84,18 @@ def test_terms_refuses(arguments, words, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     err = assert_refused(capsys, "terms", *arguments)
     assert words in err
+
+
+def test_terms_overwrite_no_file(tmp_path, capsys):
+    for name in ("a", "b"):
+        mmwrite(tmp_path / f"{name}.mtx", np.eye(2))
+    given = ("terms", f"1:{tmp_path}/a.mtx", f"2:{tmp_path}/b.mtx", "--output", tmp_path / "K.mtx")
+    (tmp_path / "K1.mtx").touch()
+    assert "K1.mtx: exists" in assert_refused(capsys, *given)
+    assert not (tmp_path / "K0.mtx").exists()
+    (tmp_path / "K1.mtx").unlink()
+    assert run(capsys, *given)[0] == 0
+    assert (tmp_path / "K0.mtx").exists()
 
 
 CHART = """\
@@ -116,6 +131,8 @@ def test_a_chart_over_two_parameters(tmp_path, capsys):
         (("--first", "nu:0:1", "--second", "gap:0:1"), "NAME one of gap, mu"),
         (("--first", "mu:1:0", "--second", "gap:0:1"), "LOW < HIGH"),
         (("--first", "mu:0:1", "--second", "mu:0:1"), "not allowed twice"),
+        (("--quantity", "growth"), "--quantity growth: is not allowed with a system of matrices"),
+        (("--threshold-curve", "c.csv"), "c.csv: is not allowed with a system of matrices"),
     ],
 )
 def test_map_refuses(options, words, tmp_path, capsys):
@@ -123,6 +140,28 @@ def test_map_refuses(options, words, tmp_path, capsys):
     path.write_text(CHART)
     err = assert_refused(capsys, "map", path, *options)
     assert words in err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--format", "doc"), "--format doc: is not allowed; it must be one of"),
+        (("--method", "best"), "--method best: is not allowed; it must be one of full, reduced"),
+        (("--method", "reduced"), "--band: is missing"),
+        (("--band", "1:2"), "--band 1:2: is of a reduced system"),
+    ],
+)
+def test_export_refuses(options, words, tmp_path, capsys):
+    path, folder = tmp_path / "system.yaml", tmp_path / "out"
+    path.write_text(CHART)
+    assert words in assert_refused(capsys, "export", path, "--output", folder, *options)
+    assert not folder.exists()
+
+
+def test_a_scene_is_not_reduced(tmp_path, capsys):
+    options = ("--output", tmp_path / "out", "--band", "1:2")
+    err = assert_refused(capsys, "export", SCENES / "b1-c.yaml", *options)
+    assert "a scene with six roots; a system from matrices is allowed" in err
 
 
 def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):

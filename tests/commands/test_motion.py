@@ -18,7 +18,7 @@ from squeal.plots.motion import motion_figure, with_place
 from squeal.scene import Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.sound import PEAK, RATE, sound
-from tests.commands.calls import run
+from tests.commands.calls import assert_refused, run
 from tests.conftest import SCENES
 from tests.simulation.test_response import RATE as PULSE
 from tests.simulation.test_response import bounce
@@ -43,6 +43,15 @@ def test_pictures_of_a_motion(tmp_path, capsys, scene, ending, head):
         forces = [s.name for s in contact_law(read_scene(scene).model).plotted if s.is_force]
         assert all(f'id="spectrum {name}"' in text for name in forces)
         assert "A last panel shows the spectrum" in text
+
+
+def test_a_history_over_a_zero_brake_force_is_refused(tmp_path, capsys):
+    table = tmp_path / "x.csv"
+    options = ("--set", "F_n=0", "--set", "outputs=[events]", "--set", "stop=1e-3")
+    err = assert_refused(capsys, "simulate", B2, *options, "--csv", table)
+    assert "parameters.F_n: 0 is not allowed with --csv" in err
+    assert not table.exists()
+    assert run(capsys, "simulate", B2, *options)[0] == 0
 
 
 def test_a_picture_changes_no_other_answer(tmp_path, capsys):

@@ -113,6 +113,14 @@ def test_a_band_is_for_systems_alone(tmp_path, capsys):
     assert "job.yaml: band 9:3" in capsys.readouterr().err
 
 
+def test_a_map_has_two_axes(tmp_path, capsys):
+    file = tmp_path / "job.yaml"
+    axes = {"alpha1": {"low": 0, "high": 1, "n": 3}}
+    file.write_text(yaml.safe_dump({"map": {"scene": B3, "axes": axes}}))
+    assert main([str(file), "--part", "1-of-1", "--out", str(tmp_path / "out.csv")]) == 2
+    assert "axes: 'alpha1' is not allowed; it must be two parameters" in capsys.readouterr().err
+
+
 def test_random_pads_in_parts_are_the_same_pads(in_parts):
     tables = {in_parts(PADS, parts) for parts in (1, 2, 3)} | {in_parts(PADS, 1, "--workers", "2")}
     assert len(tables) == 1

@@ -156,6 +156,7 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
         (("--sweep", "1:0:5"), "A < B"),
         (("--set", "nu=1"), "unknown key"),
         (("--memory", "0"), "above 0"),
+        (("--sensitivity",), "a system of matrices; a scene is allowed"),
     ],
 )
 def test_refusals(options, words, small, sparse, capsys):
