@@ -120,7 +120,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
         for trial in _seeds(part, doubtful.size):
             met = solved(part, names, trial, 20, state)
             own = np.all((part.gaps(trial) < 0.0) == (touching > 0.0), axis=0) & (met != 0.0)
-            with np.errstate(invalid="ignore"):
+            with np.errstate(all="ignore"):  # where nothing was met
                 energy = part.model.energy(part.place(trial), np.zeros(3), state)
                 fits = np.asarray(~excursion(part, trial, touching).beyond().any(axis=0))
                 lower = energy < least - 1e-9 * np.abs(energy)
