@@ -21,7 +21,7 @@ def growth_figure(found: Stability) -> Figure:
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         left, right = figure.subplots(1, 2)
-        looks = zip(found.growth, COLOURS, ("o", "s", "^"), strict=True)
+        looks = zip(found.growth, COLOURS, ("o", "s", "^"), strict=False)  # as many as flutter
         for one, colour, marker in looks:
             mu = np.array(one.mu)
             for axes, part, unit in ((left, 0, 1e3), (right, 1, 2e3 * np.pi)):
