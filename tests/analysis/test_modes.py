@@ -8,7 +8,7 @@ import pytest
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.modes import mode_shapes, shapes_of_pad, sweep_modes
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.scene import read_scene
 from squeal.stability import complex_eigenvalues
 from tests.conftest import SCENES
@@ -108,3 +108,15 @@ def test_a_scene_s_sweep_is_that_of_its_branch():
     assert 0.1 < mu < found.end
     with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.9"):
         sweep_modes(scene, 1.9, 2.0)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-0.1, 1.0), (0.5, 0.5), (0.0, math.inf)])
+def test_a_range_that_is_none_is_refused(low, high):
+    with pytest.raises(InputError, match=r"sweep_modes: low .* it must be 0 <= low < high"):
+        sweep_modes(coupled, low, high)
+
+
+@pytest.mark.parametrize("mus", [[], [0.1, -0.1]])
+def test_a_sweep_takes_friction_of_at_least_zero(mus):
+    with pytest.raises(InputError, match=r"sweep_mu: mus: .* a sequence of numbers of at least 0"):
+        sweep_mu(read_scene(SCENES / "b3.yaml"), mus)

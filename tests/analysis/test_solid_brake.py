@@ -69,3 +69,9 @@ def test_it_is_written_and_read_back(brake, tmp_path):
 def test_refusals():
     with pytest.raises(InputError, match="500 to 1000000"):
         solid_brake(10)
+
+
+@pytest.mark.parametrize("rows", [499, 1_000_001])
+def test_sizes_that_are_not_built(rows):
+    with pytest.raises(InputError, match=f"{rows} rows are not allowed; it must be 500 to 1000000"):
+        solid_brake(rows)

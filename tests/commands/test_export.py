@@ -158,6 +158,13 @@ def test_export_refuses(options, words, tmp_path, capsys):
     assert not folder.exists()
 
 
+def test_complex_matrices_are_not_written(tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(CHART + "damping: {structural: 0.1}\n")
+    err = assert_refused(capsys, "export", path, "--output", tmp_path / "out")
+    assert "K: is complex (structural damping) and cannot be written" in err
+
+
 def test_a_scene_is_not_reduced(tmp_path, capsys):
     options = ("--output", tmp_path / "out", "--band", "1:2")
     err = assert_refused(capsys, "export", SCENES / "b1-c.yaml", *options)

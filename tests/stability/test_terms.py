@@ -81,3 +81,5 @@ def test_modal_ratios_are_the_damping_ratios():
         modal(system, [0.1] * 3)
     with pytest.raises(InputError, match="without"):
         rayleigh(TermSystem((Term(M),), (), (Term(K0, Formula("mu")),)), 0.0, 1.0)
+    with pytest.raises(InputError, match="0 ratios of 2 rows"):
+        modal(system, [])
