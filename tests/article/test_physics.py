@@ -405,6 +405,7 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
 def test_sentences_on_starts_follow_the_maps(one, other, words):
     found = Starts(scenes={"b1-c": scene_starts(*one), "b2-c": scene_starts(*other)}, reach=1.0)
     values = chapter(starts=found)
+    assert values["starts.left-out"] == ""
     for key, part in zip(("keeps", "hammers", "later"), words, strict=True):
         assert part in values[f"physics.starts.{key}"]
 
@@ -413,5 +414,6 @@ def test_without_heyoka_the_reason_stands_in_place_of_the_maps():
     why = Missing("No heyoka on this machine simulates no batches of pads.")
     none = Starts(scenes={"b1-c": why, "b2-c": why}, reach=1.0)
     values = chapter(starts=none)
-    assert "simulates no batches" in values["physics.starts.keeps"]
+    assert "simulates no batches" in values["starts.left-out"]
+    assert "physics.starts.keeps" not in values
     assert starts_figure.draw(none).alternative == why.reason

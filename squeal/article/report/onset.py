@@ -184,7 +184,7 @@ def _cycles(found: Cycles, threshold: float | None) -> str:
 def _shot(found: Onset) -> dict[str, str]:
     """The cycle at the scene's friction and its branch."""
     if isinstance(found.cycles, Missing):
-        text = f"No cycle was followed: {typeset(found.cycles.reason)}."
+        text = f"No cycle was followed: {typeset(found.cycles.reason).rstrip('.')}."
         return {"onset.cycle": text, "onset.branch": ""}
     one, own = found.cycles, found.cycles.own
     agree = abs(one.decay - own.multiplier) < 1e-3

@@ -315,8 +315,7 @@ def _starts(found: Starts) -> dict[str, str]:
     scenes = _scenes(found)
     if not scenes:
         why = next(one.reason for one in found.scenes.values() if isinstance(one, Missing))
-        keys = ("keeps", "hammers", "later", "times")
-        return {f"physics.starts.{key}": typeset(why) for key in keys}
+        return {"starts.left-out": typeset(why)}
     times = [str(part.windows) for part in next(iter(scenes.values())).maps]
     last = {name: one.maps[-1] for name, one in scenes.items()}
     calm = [
@@ -363,6 +362,7 @@ def _starts(found: Starts) -> dict[str, str]:
         else "Given more time, the scene's own start comes to no other end."
     )
     return {
+        "starts.left-out": "",
         "physics.starts.keeps": keeps,
         "physics.starts.hammers": hammers,
         "physics.starts.later": later,
