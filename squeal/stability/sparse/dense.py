@@ -23,7 +23,7 @@ def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     n = len(M)
     if (C is None or not C.any()) and 1.0 / np.linalg.cond(M, 1) > REGULAR:
         A = _normalised(M, K)
-        solve = np.linalg.eigvalsh if np.array_equal(A, A.T) else np.linalg.eigvals
+        solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
         squares = -solve(A).astype(complex)
         half = np.sqrt(squares)
         return np.concatenate([half, -half])
