@@ -141,4 +141,4 @@ def test_refusals(scaled):
     with pytest.raises(InputError, match="at least one value"):
         reduce_system(scaled, REGION, [])
     with pytest.raises(InputError, match="modes are not allowed"):
-        reduce_to_real_modes(scaled, REGION, VALUES, scaled.n)
+        reduce_to_real_modes(scaled, REGION, VALUES, scaled.n + 1)
