@@ -120,6 +120,7 @@ def ensembles(entry: Any) -> dict[str, Any]:
         "names": ("B2-a-leading", "B2-c-hammer", "B2-d-trailing"),
         "total_b2": 12,
         "rival": pads,
+        "most": pads,
         "chosen": pads,
         "taken": "consistent",
         "left_out": "",

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.article.claims import CLAIMS
+from squeal.article.claims import CLAIMS, judge_scenes
 from squeal.article.claims.measures import friction_raises
-from squeal.article.ensembles import beyond, choosing, distance, population
+from squeal.article.ensembles import balanced, beyond, choosing, distance, population
 from squeal.article.ensembles.balance import flattest, mean_place
 from squeal.article.ensembles.choice import read_choice
-from squeal.article.ensembles.choosing import LAWS, RIVAL
+from squeal.article.ensembles.choosing import LAWS, MOST, RIVAL
 from squeal.article.ensembles.comparison import corrected, distances, exchanged, keeping
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
@@ -37,6 +37,7 @@ from squeal.article.report.chapters import ENSEMBLES, PAD
 from squeal.article.report.ensembles import _contrast, generated, half_by_chance
 from squeal.article.results.ensembles import Contrast, Ensembles, Kept
 from squeal.article.results.ensembles import Pad as Judged
+from squeal.article.scenes import read_cases
 from squeal.article.studies import ensembles as studied
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
@@ -526,3 +527,54 @@ def test_a_flat_pad_alone_keeps_the_reaction_on_the_trailing_side():
         }
         values, _ = generated(dataclasses.replace(found, chosen=pads))
         assert words in values["ensembles.balance"]
+
+
+@needs_heyoka
+def test_one_pad_keeps_all_listed_statements_that_can_hold_together(tmp_path):
+    """Each scene simulated by itself, at full accuracy, over one and two windows."""
+    own = read_choice(ROOT / PAD)
+    most = dataclasses.replace(own, numbers=MOST)
+    assert most.law == CONSISTENT
+    write_scenes(most.numbers, most.law, tmp_path, choosing.first_states(most))
+    files = list(tmp_path.glob("*.yaml"))
+    models = [read_cases(files, model, "simulate") for model in ("B1", "B2")]
+    listed = {c.id for c in CLAIMS if c.listed}
+    for windows in (1, 2):
+        longer = (
+            {case: dataclasses.replace(one, stop=windows * one.stop) for case, one in four.items()}
+            for four in models
+        )
+        lost = {j.id for j in judge_scenes(*longer) if not j.holds}
+        assert lost & listed == {"B2-b-theta"}
+
+
+def test_pads_that_the_balances_allow_rest_on_the_trailing_side_in_case_b():
+    numbers = decode(np.random.default_rng(3).uniform(size=(1_000_000, len(DIMENSIONS))))
+    few = np.flatnonzero(balanced.allowed(numbers))
+    assert 0 < len(few) < 200
+    some = {name: v[few] for name, v in numbers.items()}
+    pads = stacked(some, "B2", "b", CONSISTENT)
+    for i, slender in enumerate(some["h"].tolist()):
+        pad = one_of(pads, i)
+        rest, _ = sliding_equilibrium(PadModel("B2", pad, CONSISTENT))
+        assert rest is not None
+        if pad.F_n > 4e-4:  # the springs turn with the pad
+            continue
+        assert rest.state == FULL
+        assert rest.delta > 0.0
+        wanted = mean_place("b", pad.mu, slender, rest.R_n / pad.F_n)
+        assert rest.delta == pytest.approx(wanted, abs=0.1)
+
+
+@pytest.mark.parametrize(("listed", "words"), [(28, "all that can hold together"), (27, "not all")])
+def test_the_sentence_on_the_most_follows_the_count(listed, words):
+    found = known.result("ensembles")
+    assert isinstance(found, Ensembles)
+    pads = {
+        law: dataclasses.replace(pad, horizons=pad.horizons | {"1": Kept(30, listed, 18)})
+        for law, pad in found.most.items()
+    }
+    for plausible, like in ((True, "such as an"), (False, "not one that an")):
+        values, _ = generated(dataclasses.replace(found, most=pads, plausible=plausible))
+        assert words in values["ensembles.together"]
+        assert like in values["ensembles.together"]

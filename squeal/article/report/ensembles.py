@@ -281,6 +281,26 @@ def _balance(found: Ensembles) -> str:
     )
 
 
+def _most(found: Ensembles) -> str:
+    """What the pad with most of the listed statements keeps, and for how long."""
+    pad = found.most["consistent"]
+    first, *later = (pad.horizons[str(w)] for w in found.windows)
+    if first is None:
+        return "The motion of its pad leaves the model."
+    ceiling = found.total.listed - 1
+    whole = "all that can hold together" if first.listed == ceiling else "not all"
+    lost = typeset(in_words(pad.failing[str(found.windows[0])] or ()))
+    spans = in_words([str(w) for w in found.windows[1:]])
+    over = in_words(["none" if k is None else str(k.listed) for k in later])
+    like = "such as" if found.plausible else "not one that"
+    return (
+        f"One keeps {first.listed} of the {found.total.listed} listed statements, {whole}, and "
+        f"{over} over {spans} windows, with $h/w$ {number(pad.numbers['h'], 3)} and $\\mu$ "
+        f"{number(pad.numbers['mu'], 3)}; of the informative ones it does not keep "
+        f"{lost}. It is {like} an engineer would take."
+    )
+
+
 def _enough(found: Ensembles) -> str:
     least = min(e.pads for e in found.ensembles)
     most = max(e.pads for e in found.ensembles)
@@ -348,6 +368,7 @@ def generated(found: Ensembles) -> Generated:
             "ensembles.beside": beside(found, found.chosen[found.taken]),
             "ensembles.differ": _differ(found),
             "ensembles.balance": _balance(found),
+            "ensembles.together": _most(found),
         }
     tables = {
         "ensemble-searches": ensemble_table(found),

@@ -187,7 +187,8 @@ class Ensembles(Result):
     informative: the statements whose verdict is no consequence of others; names: of the three
     statements of the fronts; total_b2: statements on model B2 alone; rival: the pad found
     elsewhere, by law; ranges: of the numbers, by law; conclusions: of the article, by name; twins:
-    statements that say the same; speed, load: of the surface (m/s) at that brake force (N), by
+    statements that say the same; most: the pad with most of the listed statements, by law, and
+    whether it is plausible; speed, load: of the surface (m/s) at that brake force (N), by
     which sliding is judged; chosen: the pad of the report under both laws, taken: that of its
     scenes; left_out: why no pad is judged afresh, empty if they are: horizons, rival and chosen are
     then empty too, and taken.
@@ -206,6 +207,8 @@ class Ensembles(Result):
     total_b2: int
     fronts: tuple[Front, ...]
     rival: dict[str, Pad]
+    most: dict[str, Pad]
+    plausible: bool
     conclusions: dict[str, Conclusion]
     twins: Twins
     speed: float

@@ -11,6 +11,7 @@ import numpy as np
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choosing import (
     LAWS,
+    MOST,
     RIVAL,
     WINDOWS,
     chosen,
@@ -18,6 +19,7 @@ from squeal.article.ensembles.choosing import (
     law_of,
     names,
     over_windows,
+    plausible,
     side_by_side,
 )
 from squeal.article.ensembles.comparison import (
@@ -244,6 +246,8 @@ def study(files: Sequence[Path]) -> Ensembles:
         total_b2=int(B2.sum()),
         fronts=fronts,
         rival=side_by_side(dict(RIVAL)) if judging else {},
+        most=side_by_side(dict(MOST)) if judging else {},
+        plausible=plausible(dict(MOST)),
         conclusions={
             name: conclusion(kept, each, judging=judging) for name, each in CONCLUSIONS.items()
         },
