@@ -10,6 +10,8 @@ from page.export import bits
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
+from squeal.equilibrium.find import least_at_zero
+from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.scene import Damping, read_scene
 from tests.conftest import ROOT
@@ -63,6 +65,19 @@ def test_equilibria_and_eigenvalues(node):
             assert np.max(np.abs(sum(P) @ v) / terms) < 1e-7
     assert compared > 80
     assert others < 3
+
+
+def test_of_several_places_of_rest_the_one_of_least_energy_begins_the_branch(node):
+    loads = {1019: 1.0, 642: 0.3, 483: 1.0, 418: 0.3}  # heavy for these pads
+    scenes = [
+        damped(random_scene(seed), 0.0).replace(F_n=load, mu=0.0) for seed, load in loads.items()
+    ]
+    for scene, answer in zip(
+        scenes, node("small_motions.js", list(map(as_json, scenes))), strict=True
+    ):
+        model = scene.pad_model
+        least = Statics.of(model).to_si(least_at_zero(model)[0])
+        assert answer["q"] == pytest.approx(least, abs=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.02])
