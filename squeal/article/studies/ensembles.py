@@ -246,7 +246,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         total_b2=int(B2.sum()),
         fronts=fronts,
         rival=side_by_side(dict(RIVAL)) if judging else {},
-        most=side_by_side(dict(MOST)) if judging else {},
+        most=side_by_side(dict(MOST), {"consistent": LAWS["consistent"]}) if judging else {},
         plausible=plausible(dict(MOST)),
         conclusions={
             name: conclusion(kept, each, judging=judging) for name, each in CONCLUSIONS.items()
