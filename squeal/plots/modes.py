@@ -12,7 +12,13 @@ from matplotlib.figure import Figure
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import ModeShape, shapes_of_pad
 from squeal.model.pad import Pad
-from squeal.plots.pads import LARGEST, draw_pad, draw_surface, legend_of_phases, outlines
+from squeal.plots.pads import (
+    draw_pad,
+    draw_surface,
+    exaggeration,
+    legend_of_phases,
+    outlines,
+)
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
 from squeal.scene import Scene, takes_scene
@@ -20,7 +26,6 @@ from squeal.scene import Scene, takes_scene
 _MODULE = "squeal.plots.modes"
 RING, CROSS = "#3498DB", "#C8380E"
 PANEL = 1.3  # in, height of a panel with a mode shape
-SEEN = 1e-6  # m: a motion of this size is what the exaggeration is told for
 
 
 def _units(values: np.ndarray) -> tuple[Unit, Unit]:
@@ -59,14 +64,6 @@ def eigenvalue_figure(values: np.ndarray, beside: np.ndarray | None = None) -> F
         figure = Figure(figsize=(SINGLE, 2.9))
         draw_eigenvalues(figure.add_subplot(), values, beside)
     return figure
-
-
-def exaggeration(w: float) -> str:
-    """How much larger than a motion of a micrometre shapes of a pad of half length w (m) are drawn,
-    in words."""
-    factor = LARGEST * w / SEEN
-    digits = 10 ** int(np.floor(np.log10(factor)) - 1)
-    return rf"motion of 1 $\mu$m enlarged {round(factor / digits) * digits} times"
 
 
 def pad_figure(

@@ -11,12 +11,21 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
+SEEN = 1e-6  # m: a motion of this size is what the exaggeration is told for
 REAL = 1e-6  # a shape whose imaginary parts are smaller is real: rounding leaves less
 LOOKS: dict[str, dict[str, Any]] = {
     "rest": {"color": "0.6"},
     "first phase": {"color": "#C8380E"},
     "second phase": {"color": "#3498DB", "linestyle": (0, (3, 1.5))},
 }
+
+
+def exaggeration(w: float) -> str:
+    """How much larger than a motion of a micrometre shapes of a pad of half length w (m) are drawn,
+    in words."""
+    factor = LARGEST * w / SEEN
+    digits = 10 ** int(np.floor(np.log10(factor)) - 1)
+    return rf"motion of 1 $\mu$m enlarged {round(factor / digits) * digits} times"
 
 
 def is_real(shape: np.ndarray) -> bool:

@@ -14,9 +14,10 @@ from squeal.analysis.maps import NAMES
 from squeal.analysis.pads import BLOCK, RandomPads, Range
 from squeal.commands.cli import main as query
 from squeal.commands.jobs import read_job
-from squeal.commands.parts import cut, main
+from squeal.commands.parts import main
 from squeal.errors import ComputationError, InputError
 from squeal.files.document import with_named_files
+from squeal.files.parts import cut
 from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))

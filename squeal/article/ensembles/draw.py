@@ -19,8 +19,8 @@ import numpy as np
 
 from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
-from squeal.commands.parts import cut
 from squeal.errors import InputError
+from squeal.files.parts import cut
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 
