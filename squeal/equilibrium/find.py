@@ -155,8 +155,8 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch starts: the equilibrium of least potential energy without friction.
 
-    Admissible ones go before others, and of the latter those that the load reaches; of two with the
-    same energy the one further along the surface's motion.
+    Of a law that turns the pad away admissible ones go before others, and of the latter those that
+    the load reaches; of two with the same energy the one further along the surface's motion.
     """
     best = _least(model.replace(mu=0.0))
     if best is None:
@@ -170,12 +170,13 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
 def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
     found = find_all(smooth, near=True) or find_all(smooth)
-    best = min(found, key=lambda e: (not e.admissible, e.potential), default=None)
-    if best is None:
+    if not smooth.law.restoring:  # its energy has no least value
+        found = [e for e in found if e.admissible] or found
+    if not found:
         return None
     # of two that mirror each other the one to which friction pushes
-    height = best.potential + ALIKE * abs(best.potential)
-    alike = (e for e in found if e.admissible == best.admissible and e.potential <= height)
+    least = min(e.potential for e in found)
+    alike = (e for e in found if e.potential <= least + ALIKE * abs(least))
     return max(alike, key=lambda e: e.q[0])
 
 
