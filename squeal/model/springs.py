@@ -165,9 +165,6 @@ class SpringContact(Springs):
         return tuple(Spring((2 * i + 1 - n) / wide, "k_c", 1.0 / n) for i in range(n))
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and delta; of a touch too light to tell, delta is the middle of what touches."""
+        """Rn and delta, which is NaN as apart where the touch is too light to tell."""
         force, place = self.resultant(c, at, on)
-        first, last = at.arm(c.rlx, c.rly)[0], at.arm(c.rtx, c.rty)[0]
-        arms = [a * first + b * last for a, b in self._weights]
-        middle = np.divide(sum(t * arm for t, arm in zip(on, arms, strict=True)), sum(on))
-        return force, np.where(np.less(force, LIGHT * c.k_c * c.w), middle, place)
+        return force, np.where(np.less(force, LIGHT * c.k_c * c.w), np.nan, place)

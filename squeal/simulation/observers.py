@@ -85,6 +85,8 @@ def _peak(signal: Signal, times: np.ndarray, i: int, best: float) -> tuple[float
     for _ in range(4):
         times = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], 41)
         values = signal(times)
+        if np.isnan(values).all():
+            break
         i = int(np.nanargmax(values))
         if values[i] > best:
             at, best = float(times[i]), float(values[i])
@@ -117,6 +119,8 @@ class Extrema(Observer):
         for way, sign in enumerate((1.0, -1.0)):
             for which in range(len(values)):
                 rising = sign * values[which]
+                if np.isnan(rising).all():  # a touch too short and light to tell where it acts
+                    continue
                 i, top = int(np.nanargmax(rising)), self._tops[way, which]
                 if _beyond(rising, i) > top:
                     _, peak = _peak(
