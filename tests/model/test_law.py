@@ -54,7 +54,7 @@ def test_one_formula_serves_all_states_at_once(law):
             if touching[i]:
                 given = [*law.signals(exact, here, state), *law.resultant(exact, here, state)]
                 ours = [*signals[:, i], forces[i], places[i]]
-                assert ours == pytest.approx([float(v) for v in given], rel=1e-11)
+                assert ours == pytest.approx([float(v) for v in given], rel=1e-11, nan_ok=True)
             else:
                 assert expected == [0.0] * 4
                 is_force = [signal.is_force for signal in law.plotted]
