@@ -120,13 +120,11 @@ def _picked(path: Path, found: dict[str, Any], key: str | None) -> Any:
 
 def _of_mat(path: Path, key: str | None) -> Any:
     from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
 
-    try:
-        content = loadmat(path)
-    except NotImplementedError:
-        raise InputError(
-            f"{path}: MATLAB's HDF5 form (-v7.3) is not read; save it with -v7"
-        ) from None
+    if matfile_version(path)[0] == 2:
+        raise InputError(f"{path}: MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
+    content = loadmat(path)
     found = {n: v for n, v in content.items() if not n.startswith("__") and _is_matrix(v)}
     return _picked(path, found, key)
 

@@ -135,3 +135,10 @@ def test_a_wrong_file_gets_one_sentence(tmp_path, name, content, words):
         read_matrix(tmp_path / "K.mtx", "K")
     with pytest.raises(InputError, match="to write"):
         write_matrix(tmp_path / "K.doc", np.eye(2))
+
+
+def test_matlabs_later_form_is_refused_by_its_name(tmp_path):
+    path = tmp_path / "k.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384))
+    with pytest.raises(InputError, match=r"HDF5 form \(-v7.3\) is not read; save it with -v7"):
+        read_matrix(path)

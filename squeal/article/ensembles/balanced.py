@@ -15,8 +15,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from squeal.article.ensembles.balance import flattest
-from squeal.article.ensembles.distance import NO_LEVELS, judge
-from squeal.article.ensembles.population import POPULATION, Stage, advance
+from squeal.article.ensembles.distance import judge
+from squeal.article.ensembles.population import POPULATION, advance, first_stage
 from squeal.article.ensembles.space import DIMENSIONS, NAMES, Numbers, decode
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Model
@@ -75,22 +75,7 @@ def line_contact(seed: int) -> tuple[float, np.ndarray]:
     random = np.random.default_rng([seed, 77])
     points = random.uniform(size=(DRAWN, len(DIMENSIONS))).astype(np.float32).astype(float)
     points = points[allowed(decode(points))][: 6 * POPULATION]
-    found = judge(decode(points), CONSISTENT, models=("B2",))
-    ran = found.whole
-    last = Stage(
-        points,
-        ran,
-        found.margins,
-        ran,
-        points[ran],
-        found.partial[ran],
-        NO_LEVELS,
-        1.0,
-        1.0,
-        found.motions,
-        found.steps,
-        0.0,
-    )
+    last = first_stage(points, CONSISTENT, ("B2",))
     for stage in range(STAGES):
         last = advance(CONSISTENT, seed, FIRST + stage, last, ("B2",))
     nearest = last.population[last.partial[:, -1].argmin()]

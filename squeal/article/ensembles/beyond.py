@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.article.ensembles.distance import INDEX, NO_LEVELS, judge
+from squeal.article.ensembles.distance import INDEX
 from squeal.article.ensembles.draw import SEEDS, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import B2, FRONT
-from squeal.article.ensembles.population import Stage, advance
-from squeal.article.ensembles.space import decode
+from squeal.article.ensembles.population import Stage, advance, first_stage
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
 
@@ -45,22 +44,7 @@ def beginning(folder: Path) -> Stage:
     points = np.concatenate(chosen) if chosen else np.empty((0, len(INDEX)))
     if not len(points):
         raise InputError(f"{folder}: no pad keeps {', '.join(FRONT)}; draw more stages")
-    found = judge(decode(points), LAW, models=("B2",))
-    whole = found.whole
-    return Stage(
-        points,
-        whole,
-        found.margins,
-        whole,
-        points[whole],
-        found.partial[whole],
-        NO_LEVELS,
-        1.0,
-        1.0,
-        found.motions,
-        found.steps,
-        0.0,
-    )
+    return first_stage(points, LAW, ("B2",))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

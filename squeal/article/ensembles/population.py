@@ -78,24 +78,30 @@ def _moved(
 
 def chance(formulation: Formulation, seed: int, part: int) -> Stage:
     """More pads drawn at random, which no search uses: they tell the chance level."""
-    begun = time.process_time()
     random = np.random.default_rng([FORMULATIONS.index(formulation), seed, part, 1])
-    return _anywhere(formulation, random, ("B1", "B2"), begun)
+    return _anywhere(formulation, random, ("B1", "B2"))
 
 
 def _anywhere(
-    formulation: Formulation, random: np.random.Generator, models: tuple[Model, ...], begun: float
+    formulation: Formulation, random: np.random.Generator, models: tuple[Model, ...]
 ) -> Stage:
     """A stage of random pads, all of which enter the population."""
     points = _short(random.uniform(size=(POPULATION, len(DIMENSIONS))))
+    return first_stage(points, formulation, models)
+
+
+def first_stage(points: np.ndarray, formulation: Formulation, models: tuple[Model, ...]) -> Stage:
+    """A stage of given points, all of whose pads that run enter the population."""
+    begun = time.process_time()
     found = judge(decode(points), formulation, models=models)
+    whole = found.whole
     return Stage(
         points,
-        found.whole,
+        whole,
         found.margins,
-        found.whole,
-        points[found.whole],
-        found.partial[found.whole],
+        whole,
+        points[whole],
+        found.partial[whole],
         NO_LEVELS,
         1.0,
         1.0,
@@ -129,7 +135,7 @@ def advance(
     begun = time.process_time()
     random = np.random.default_rng([FORMULATIONS.index(formulation), seed, stage])
     if stage < RANDOM_STAGES:
-        drawn = _anywhere(formulation, random, models, begun)
+        drawn = _anywhere(formulation, random, models)
         if before is None:
             return drawn
         population = np.concatenate([before.population, drawn.population])
