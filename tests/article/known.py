@@ -5,6 +5,7 @@ import re
 import types
 import typing
 from importlib import import_module
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS
 from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
+from squeal.article.report.physics import generated as physics_chapter
 from squeal.article.results import record_of
 from squeal.article.results.claims import Reach
 from squeal.article.results.ensembles import Conclusion, Keeping, Kept, Pad, Range, Seed, Twins
@@ -27,10 +29,12 @@ from squeal.files.provenance import Provenance, provenance
 from squeal.files.records import Plain, Result
 from squeal.files.writing import to_json, write_text
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.pad import Pad as PadOfModel
 from squeal.numerics.outline import outline
 from tests.conftest import ROOT
 
 B2 = [stem("B2", case) for case in CASES]
+R = typing.TypeVar("R", bound=Result)
 IDS = [claim.id for claim in CLAIMS]
 
 
@@ -217,3 +221,24 @@ def write(folder: Any) -> None:
     (folder / "results").mkdir()
     for name in STUDIES:
         write_text(folder / "results" / f"{name}.json", to_json(result(name).to_dict()))
+
+
+def of(kind: type[R]) -> R:
+    """A result of the right form without any computation."""
+    found = result(kind.__module__.rpartition(".")[2])
+    assert isinstance(found, kind)
+    return found
+
+
+def physics(**given: Result) -> dict[str, str]:
+    """The physics chapter's values from some results and known ones in place of the others."""
+    hints = typing.get_type_hints(physics_chapter)
+    results: Any = [
+        given.get(name) or of(hints[name]) for name in signature(physics_chapter).parameters
+    ]
+    return physics_chapter(*results)[0]
+
+
+def one_of(pads: Any, i: int) -> PadOfModel:
+    """One of many pads whose numbers are arrays."""
+    return PadOfModel(**{name: float(v[i]) for name, v in pads.pad.given().items()})

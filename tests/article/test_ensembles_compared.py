@@ -1,0 +1,187 @@
+"""Formulations compared by their ensembles, and the sentences that follow from it."""
+
+import dataclasses
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal.article.ensembles import choosing
+from squeal.article.ensembles.comparison import corrected, distances, exchanged, keeping
+from squeal.article.ensembles.distance import INDEX, judge
+from squeal.article.ensembles.gather import read_kept
+from squeal.article.ensembles.space import (
+    DIMENSIONS,
+    FORMULATIONS,
+    decode,
+)
+from squeal.article.report.chapters import ENSEMBLES
+from squeal.article.report.ensembles import _contrast, generated, half_by_chance
+from squeal.article.results.ensembles import Contrast, Ensembles, Kept
+from squeal.article.studies import ensembles as studied
+from squeal.files.provenance import NOT_INSTALLED
+from squeal.model.contact import CONSISTENT, Formulation
+from tests.article import known
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    return decode(np.random.default_rng(5).uniform(size=(48, len(DIMENSIONS))))
+
+
+def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
+    monkeypatch.setattr(studied, "version", lambda _: NOT_INSTALLED)
+    for module in (studied, choosing):
+        monkeypatch.setattr(module, "judge", None)  # would simulate
+    found = studied.study([ROOT / ENSEMBLES])
+    assert "heyoka is not installed" in found.left_out
+    assert not found.wrong
+    values, tables = generated(found)
+    assert values["ensembles.left-out"].startswith("Left out here")
+    assert "ensembles.rival" not in values
+    assert values["ensembles.hammering"].startswith("Kept by ")
+    assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
+    assert tables["ensemble-searches"].count("--, --, --, --") == 8
+
+
+def test_distances_from_stored_margins_are_those_of_the_judging(numbers):
+    whole = judge(numbers, CONSISTENT)
+    margins, loads = whole.margins[whole.whole], numbers["F_n"][whole.whole]
+    assert distances(margins, loads) == pytest.approx(whole.partial[whole.whole, -1])
+    without = distances(margins, loads, ("B12-sliding",))
+    slid = margins[:, INDEX["B12-sliding"]] > 0.0
+    assert without[slid] == pytest.approx(distances(margins[slid], loads[slid]))
+    assert np.all(distances(margins, loads)[~slid] - without[~slid] >= 1.0)
+
+
+@pytest.mark.parametrize(("shift", "least", "most"), [(0.0, 0.05, 1.0), (3.0, 0.0, 1e-3)])
+def test_searches_are_exchanged_between_formulations_that_differ_in_one_switch(shift, least, most):
+    """Other switches shift the values by ten: unstratified, a shift of three would be lost."""
+    random = np.random.default_rng(2)
+    values = random.normal(size=(8, 5))
+    for i, f in enumerate(FORMULATIONS):
+        values[i] += 10.0 * (f.delta_moment == "+") + 5.0 * (f.line_force == "mean")
+        values[i] += shift * (f.delta_from == "frame")
+    means, p, better = exchanged(values, "delta_from")
+    assert least <= p <= most
+    assert means["frame"] - means["centre"] == pytest.approx(shift, abs=1.0)
+    assert better == 0 or not shift
+
+
+def test_the_chance_of_an_exchange_is_that_of_all_exchanges():
+    """One pair of formulations tells: 2 of the C(4, 2) = 6 halvings are as far apart."""
+    values = np.zeros((8, 2))
+    one, two = (
+        next(i for i, f in enumerate(FORMULATIONS) if f == Formulation("integral", d, "+"))
+        for d in ("centre", "frame")
+    )
+    values[one], values[two] = (0.0, 1.0), (2.0, 3.0)
+    _, p, better = exchanged(values, "delta_from")
+    assert p == pytest.approx(2 / 6, abs=0.02)
+    assert better == 0
+
+
+def test_holms_correction_by_hand():
+    assert corrected([0.04, 0.01, 0.03]) == pytest.approx([0.06, 0.03, 0.06])
+    assert corrected([0.9, 0.5, 0.4]) == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_equal_pads_count_once_and_searches_are_counted(tmp_path):
+    kept = read_kept(ROOT / ENSEMBLES)
+    sample, sampled = kept.sample.copy(), np.full_like(kept.sampled, -1.0)
+    sample[0, 0] = sample[0, 0, 0]  # one pad forty times
+    sampled[0, 0] = 1.0
+    made = replace(kept, sample=sample, sampled=sampled)
+    found = keeping(made, [0], ("B2-only-c", "B2-c-hammer"))
+    others = sum(len(np.unique(points, axis=0)) for points in sample[0, 1:])
+    assert (found.pads, found.keep) == (1 + others, 1)
+    assert (found.searches, found.keeping) == (sample.shape[1], 1)
+
+
+def judged_contrast(p: float, p_unslid: float, other: bool = False) -> str:
+    unslid = {"centre": 9.0, "frame": 8.0} if other else {"centre": 8.0, "frame": 9.0}
+    levels = {"centre": 8.0, "frame": 9.0}
+    return _contrast(Contrast("delta_from", levels, p, 1, 4, unslid, p_unslid))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ((0.01, 0.01), "also without the statement on sliding"),
+        ((0.01, 0.01, True), "with the assumed speed of the surface only"),
+        ((0.01, 0.4), "with the assumed speed of the surface only"),
+        ((0.4, 0.4), "no difference is shown"),
+        ((0.4, 0.01, True), r"without the statement on sliding one is, $\delta$ in the fixed"),
+    ],
+)
+def test_what_a_switch_does_is_told_with_and_without_sliding(given, words):
+    assert words in judged_contrast(*given)
+    assert "nearer in 3 of the 4 pairs" in judged_contrast(*given)
+
+
+def stored(**given: Any) -> Ensembles:
+    return replace(known.of(Ensembles), **given)
+
+
+def with_seeds(**given: Any) -> Ensembles:
+    found = stored()
+    return stored(
+        ensembles=tuple(
+            replace(e, seeds=tuple(replace(s, **given) for s in e.seeds)) for e in found.ensembles
+        )
+    )
+
+
+def test_sentences_on_ensembles_follow_the_file():
+    def told(found: Ensembles, name: str) -> str:
+        return generated(found)[0][f"ensembles.{name}"]
+
+    assert "Each search ends on an island" in told(with_seeds(width=0.1), "islands")
+    assert "spread nearly as far" in told(with_seeds(width=0.8), "islands")
+    assert "repeated, down to 3" in told(with_seeds(distinct=3), "islands")
+    assert "repeated" not in told(stored(), "islands")
+    assert "none of them found it" in told(with_seeds(nearest=3.5), "rival")
+    assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")
+    two = stored().twins
+    assert "are one statement" in told(stored(), "twins")
+    assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")
+    assert "told apart" in told(stored(twins=replace(two, agree=40)), "twins")
+    pads = stored().chosen
+    pad = pads["consistent"]
+
+    def taken(**given: Any) -> Ensembles:
+        return stored(chosen={**pads, "consistent": replace(pad, **given)})
+
+    assert "lies within them" in told(stored(), "outside")
+    far = taken(numbers={**pad.numbers, "mu": 0.9})
+    assert r"outside them with $\mu$ ($0.9$, searched" in told(far, "outside")
+    slid = taken(failing={**pad.failing, "1": ("B12-sliding",), "40": None})
+    assert "its sliding stops" in told(slid, "beside")
+    assert "loses B2-d-trailing" in told(slid, "beside")
+    assert "over 40 its motion leaves" in told(slid, "beside")
+    assert "its sliding goes on" in told(stored(), "beside")
+    one = stored().check
+    for which in ((), ("B2-d-trailing (margin 1 stored, -1 now)",), ("a", "b")):
+        text = told(stored(check=replace(one, different=len(which), which=which)), "differ")
+        assert ("none is", "one is another", "2 are others")[len(which)] in text
+
+
+def test_points_within_half_of_a_range_by_chance():
+    points = np.random.default_rng(4).uniform(size=(40_000, 5))
+    seen = (np.ptp(points, axis=1) < 0.5).mean()
+    assert half_by_chance(5) == pytest.approx(seen, abs=0.01)
+
+
+@pytest.mark.parametrize(("listed", "words"), [(28, "all that can hold together"), (27, "not all")])
+def test_the_sentence_on_the_most_follows_the_count(listed, words):
+    found = known.of(Ensembles)
+    pads = {
+        law: dataclasses.replace(pad, horizons=pad.horizons | {"1": Kept(30, listed, 18)})
+        for law, pad in found.most.items()
+    }
+    for plausible, like in ((True, "such as an"), (False, "not one that an")):
+        values, _ = generated(dataclasses.replace(found, most=pads, plausible=plausible))
+        assert words in values["ensembles.together"]
+        assert like in values["ensembles.together"]

@@ -1,0 +1,143 @@
+"""The map of existence over pads: against known shares and a thorough search."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
+from squeal.article.cases import CASES
+from squeal.article.equations import Bounds, bounds
+from squeal.article.results.map_ranges import MapRanges
+from squeal.article.studies import map_ranges as ranges_study
+from squeal.equilibrium.find import find_all
+from squeal.model.linear import linearise
+from squeal.model.states import FULL, STATES
+from squeal.scene import read_scene
+from squeal.stability import verdict
+from tests.article import known
+from tests.conftest import HAMMERING as SCENES
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return read_scene(SCENES / "b2-c.yaml")
+
+
+def test_shares_of_the_printed_conditions_lie_where_they_are_known_to(scene):
+    """Equal springs, level pad, h/w from 0.1 to 1 and mu from 0.1 to 0.7: 3 to 20 %, 89 to 99 %."""
+    printed, signs = [], []
+    angles = ranges_study._angles(90)
+    for ratio in (0.1, 0.4, 1.0):
+        for mu in (0.1, 0.4, 0.7):
+            pad = ranges_study.with_values(scene.pad.replace(theta0=0.0), ratio, 1.0, mu)
+            assert pad.k1 == pytest.approx(pad.k2)
+            assert pad.k1 + pad.k2 == pytest.approx(scene.pad.k1 + scene.pad.k2)
+            found = bounds(pad, angles)
+            printed.append(found.as_printed.mean())
+            signs.append(found.sign_aware.mean())
+    assert 0.025 < min(printed) < 0.04
+    assert 0.18 < max(printed) < 0.21
+    assert 0.88 < min(signs) < 0.90
+    assert max(signs) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("angles", "place"),
+    [((0.7, 0.5), "inside"), ((0.5, 0.5), "on the edge"), ((0.5, 0.7), "outside")],
+)
+def test_a_case_lies_inside_on_the_edge_or_outside(scene, monkeypatch, angles, place):
+    """With a condition in place of (23a, b) whose edge is the diagonal."""
+
+    def below(pad, at):
+        return Bounds(0.0, 0.0, np.asarray(at[1] < at[0]), np.asarray(at[1] < at[0]))
+
+    monkeypatch.setattr(ranges_study, "bounds", below)
+    assert ranges_study.where(scene.pad, angles) == place
+
+
+def test_without_friction_every_branch_is_whole(scene):
+    smooth = dataclasses.replace(scene, pad=scene.pad.replace(mu=1e-3))
+    found = ranges_study.off_branch(smooth, 4)
+    assert (found.beyond, found.found, found.kept) == (0, 0, 0)
+
+
+def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
+    """A point of the map at a time, from some hundreds of places, in each contact state."""
+    found = ranges_study.off_branch(scene, 4)
+    axis = angle_axes(4)[0].values
+    codes = on_grid(scene, ("alpha1", "alpha2"), axis, axis).codes
+    beyond = axis[np.argwhere(codes == BEYOND_FOLD)]
+    assert (found.points, found.beyond) == (16, len(beyond))
+    others, kept = 0, 0
+    for a1, a2 in beyond.tolist():
+        model = scene.pad_model.replace(alpha1=a1, alpha2=a2)
+        matrices = [linearise(model, e.q, e.state) for e in find_all(model)]
+        verdicts = [verdict(one.M, one.C, one.K) for one in matrices]
+        others += bool(verdicts)
+        kept += bool({"stable", "marginal"} & set(verdicts))
+    assert 0 < found.found <= others
+    assert 0 < found.kept <= kept
+    assert found.upright <= found.kept
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [("inside", "against the article"), ("on the edge", "neither"), ("outside", "as the article")],
+)
+def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
+    known_ranges = known.of(MapRanges)
+    members = {
+        case: dataclasses.replace(one, own=place if case == "c" else "outside")
+        for case, one in known_ranges.members.items()
+    }
+    values = known.physics(ranges=dataclasses.replace(known_ranges, members=members))
+    assert words in values["physics.map.reading"]
+    assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
+
+
+@pytest.mark.parametrize(
+    ("outside", "words"), [(0.0, "the same for all"), (0.3, "depends on the pad")]
+)
+def test_where_a_case_lies_is_no_property_of_its_angles_if_it_moves(outside, words):
+    found = known.of(MapRanges)
+    case = dataclasses.replace(found.members["c"], inside=0.5, outside=outside)
+    values = known.physics(ranges=dataclasses.replace(found, members={"c": case}, flat=()))
+    assert words in values["physics.map.angles"]
+    assert "divide by zero" not in values["physics.map.angles"]
+
+
+def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scene):
+    """K21 = k1 s1 c1 - k2 s2 c2 in closed form: zero for all k1 and k2 if both products are."""
+    closed = [
+        case
+        for case, angles in CASES.items()
+        if max(abs(math.sin(a) * math.cos(a)) for a in angles) < 1e-15
+    ]
+    assert ranges_study._flat(scene.pad) == tuple(closed) == ("a", "b")
+    found = dataclasses.replace(known.of(MapRanges), flat=("a", "b"))
+    assert "For cases (a) and (b) $K_{21} = 0$" in known.physics(ranges=found)["physics.map.angles"]
+
+
+def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):
+    """Without friction every branch reaches its end; the shares against the maps of one pad."""
+    one = ranges_study.with_values(scene.pad, 0.3, 1.0, 0.5)
+    pads = ranges_study.with_values(scene.pad, *(np.array([v, v]) for v in (0.3, 1.0, 0.5)))
+    reached, kept, full = ranges_study._equilibria(scene, pads, 7)
+    alone = dataclasses.replace(scene, pad=one)
+    a1, a2 = ranges_study._axes(7)
+    found = on_grid(alone, ("alpha1", "alpha2"), a1, a2)
+    assert reached == pytest.approx(np.mean(found.codes != BEYOND_FOLD))
+    good = np.isin(found.codes, ranges_study.KEPT)
+    assert kept == pytest.approx(np.mean(good))
+    assert full == pytest.approx(np.mean(good & (found.contact == STATES.index(FULL))))
+    assert 0.0 < full[0] < kept[0] < reached[0]
+
+
+@pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
+def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
+    ranges = known.of(MapRanges)
+    changed = dataclasses.replace(ranges.off_branch, kept=kept)
+    values = known.physics(ranges=dataclasses.replace(ranges, off_branch=changed))
+    assert words in values["physics.map.other"]

@@ -1,0 +1,101 @@
+"""Maps over starts: kinds of motion by hand, the plane of starts, sentences that follow."""
+
+import numpy as np
+import pytest
+
+from squeal.article.figures import starts as starts_figure
+from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
+from squeal.article.studies import starts as starts_study
+from squeal.equilibrium import sliding_equilibrium
+from squeal.files.records import Missing
+from squeal.model.linear import linearise
+from squeal.model.states import FULL, LEAD, NONE
+from squeal.scene import read_scene
+from tests.article import known
+from tests.conftest import HAMMERING as SCENES
+from tests.conftest import needs_heyoka
+
+
+@pytest.mark.parametrize(
+    ("first", "points", "kind"),
+    [
+        (FULL, [], "no loss"),
+        (NONE, [0, 1], "no loss"),  # lifted, then in full contact
+        (LEAD, [], "no loss"),  # never in full contact, but nothing is lost
+        (LEAD, [1, 1], "loss at an edge"),
+        (FULL, [0, 0, 0, 0], "loss at an edge"),
+        (FULL, [0, 1, 0, 1], "separation"),
+        (FULL, [0, 0, 1, 1, 0, 0, 1, 1], "loss at an edge"),  # three turns
+        (FULL, [0, 0, 1, 1, 0, 0, 1, 1, 0], "alternate losses"),  # four
+        (NONE, [0, 0, 0, 1], "no loss"),  # it bounces on an edge before full contact
+    ],
+)
+def test_kinds_of_motion_by_hand(first, points, kind):
+    assert KINDS[starts_study.kind(first, np.array(points, dtype=float))] == kind
+
+
+@needs_heyoka
+def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
+    """Second method: in full contact motion is linear, and its modes' amplitudes add up to the most
+    that an edge can rise."""
+    own = read_scene(SCENES / "b2-b.yaml", "simulate")
+    rest, _ = sliding_equilibrium(own.pad_model)
+    assert rest is not None
+    assert all(rest.state)
+    s, t = starts_study.grid(9)
+    starts = starts_study.plane(own, np.array(rest.q), s, t)
+    found = starts_study.kinds(own, starts, [10])[0]
+    matrices = linearise(own.pad_model, rest.q, rest.state)
+    squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
+    assert np.all(squares.real > 0.0)
+    amplitudes = np.linalg.solve(shapes, (starts[:, :3] - rest.q).T)
+    w = own.pad.w
+    edges = np.array([[0.0, 1.0, -w], [0.0, 1.0, w]])  # rise by y and tilt
+    most = np.abs((edges @ shapes)[:, :, None] * amplitudes).sum(axis=1)
+    gap = -own.pad_model.gaps(np.array(rest.q))[:, None]
+    safe = np.all(most < 0.98 * gap, axis=0)
+    begins = np.all(own.pad_model.gaps(starts[:, :3].T) < 0.0, axis=0)
+    assert safe.sum() > 5
+    assert np.all(found[safe] == 0)
+    # in ten windows the modes come near to their sum: the others in contact lose it
+    assert np.mean(found[begins & np.any(most > 1.02 * gap, axis=0)] > 0) > 0.9
+
+
+def test_the_plane_of_starts_holds_equilibrium_and_own_start():
+    own = read_scene(SCENES / "b2-c.yaml", "simulate")
+    rest = np.array([1e-5, 2e-5, -3e-5])
+    made = starts_study.plane(own, rest, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    assert made[0, :3] == pytest.approx(rest)
+    assert made[1] == pytest.approx(np.array(own.initial), abs=1e-20)
+    lift = own.pad.w * (made[2, 2] - rest[2])
+    assert lift == pytest.approx(own.pad.F_n / own.pad.k_c)
+
+
+def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
+    share = dict.fromkeys(KINDS, 0.0) | {KINDS[0]: lossless, KINDS[3]: hammering}
+    return SceneStarts(1.0, 1.0, (Map(1, ("0",), 1, share), Map(10, ("0",), own, share)))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "words"),
+    [
+        ((3, 0.1, 0.6), (3, 0.1, 0.6), ("nearer to the equ", "case (c) alone: ", "another end")),
+        ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
+        ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
+    ],
+)
+def test_sentences_on_starts_follow_the_maps(one, other, words):
+    found = Starts(scenes={"b1-c": scene_starts(*one), "b2-c": scene_starts(*other)}, reach=1.0)
+    values = known.physics(starts=found)
+    assert values["starts.left-out"] == ""
+    for key, part in zip(("keeps", "hammers", "later"), words, strict=True):
+        assert part in values[f"physics.starts.{key}"]
+
+
+def test_without_heyoka_the_reason_stands_in_place_of_the_maps():
+    why = Missing("No heyoka on this machine simulates no batches of pads.")
+    none = Starts(scenes={"b1-c": why, "b2-c": why}, reach=1.0)
+    values = known.physics(starts=none)
+    assert "simulates no batches" in values["starts.left-out"]
+    assert "physics.starts.keeps" not in values
+    assert starts_figure.draw(none).alternative == why.reason
