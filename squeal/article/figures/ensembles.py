@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from squeal.article.results.ensembles import Ensembles
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-SMALL = 6.5
+SMALL = 7.5
 
 
 def names(found: Ensembles) -> list[str]:
@@ -57,7 +57,7 @@ def _statements(axes: Axes, found: Ensembles) -> None:
 def draw(found: Ensembles) -> Drawing:
     """The figure, ready to be saved."""
     with style():
-        figure = Figure(figsize=(DOUBLE, 5.6))
+        figure = Figure(figsize=(DOUBLE, 6.4))
         upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.0, 2.0]})
         _counts(upper, found)
         _statements(lower, found)

@@ -12,7 +12,7 @@ from squeal.article.results.robustness import SYMBOLS, Break, Robustness, Sample
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 WAYS = {"more": ("^", "#C8380E", -0.2), "less": ("v", "#3498DB", 0.2)}
-SMALL = 6.5
+SMALL = 7.5
 
 
 def _shares(axes: Axes, samples: Sequence[Sample]) -> None:
@@ -68,7 +68,7 @@ def _breaks(axes: Axes, breaks: Sequence[Break]) -> None:
 
 def robustness(found: Robustness) -> Figure:
     """Shares of pads that keep each claim, and the first break by each number."""
-    figure = Figure(figsize=(DOUBLE, 5.0))
+    figure = Figure(figsize=(DOUBLE, 6.2))
     left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.5]})
     _shares(left, found.samples)
     _breaks(right, found.breaks)
