@@ -25,14 +25,14 @@ from squeal.model.mechanics import Coefficients, coefficients, pose, spring_ener
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states
 from squeal.scene.keys import DEFAULT_TOLERANCE
-from squeal.simulation.integrators.taylor import (
+from squeal.simulation.integrators.symbols import (
     FAINT,
+    NAMES,
     OWN_CODE,
-    coefficient_names,
-    compiled,
     equations,
     state_parameters,
 )
+from squeal.simulation.integrators.taylor import compiled
 
 SHOWN = ("B1", "B2", "BN")  # models on the page
 SPRINGS = (4, 8, 16, 32)  # of model BN; each number is code of its own
@@ -91,7 +91,7 @@ def _gradient(of: list[Any], by: list[Any]) -> list[Any]:
 
 
 def _symbols() -> Coefficients:
-    return Coefficients(**{n: hy.par[i] for i, n in enumerate(coefficient_names())})
+    return Coefficients(**{n: hy.par[i] for i, n in enumerate(NAMES)})
 
 
 def integrator(law: ContactLaw, contact: State | None, terms: tuple[str, ...] = ()) -> Any:
@@ -151,7 +151,7 @@ def _coefficients(name: str, law: ContactLaw) -> Module:
     """The coefficients of a scaled pad from its parameters, in the order of `parameters`."""
     symbols = dict(zip(parameters(), hy.make_vars(*parameters()), strict=True))
     c = coefficients(hy, SimpleNamespace(**symbols), law.absolute_gap)  # type: ignore[arg-type]
-    values = [getattr(c, n) for n in coefficient_names()]
+    values = [getattr(c, n) for n in NAMES]
     return _function(name, values, list(symbols.values()))
 
 

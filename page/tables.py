@@ -27,7 +27,7 @@ from squeal.model.springs import Springs
 from squeal.model.states import STATES
 from squeal.scene import Scene, read_scene
 from squeal.scene.keys import DAMPING
-from squeal.simulation.integrators.taylor import OWN_CODE, coefficient_names
+from squeal.simulation.integrators.symbols import NAMES, OWN_CODE
 from squeal.simulation.legs import LIMITS
 
 OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
@@ -84,7 +84,7 @@ def tables(scenes: Path) -> dict[str, Any]:
             if not p.needs
         },
         "inputs": parameters(),
-        "coefficients": coefficient_names(),
+        "coefficients": NAMES,
         "formulation": {model: offered(model) for model in SHOWN},
         "contacts": {
             model: {str(bits(state)): contact_law(model).state_name(state) for state in STATES}

@@ -7,6 +7,7 @@ one point. The integrators, the tables and the flow charts all read `states` and
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 LEADING, TRAILING = 0, 1
@@ -39,7 +40,12 @@ class State(tuple[bool, ...]):
 
     def flip(self, point: int) -> State:
         """The state after a contact point (its index) has separated or touched."""
-        return State(*(touches ^ (i == point) for i, touches in enumerate(self)))
+        return _flipped(self, point)
+
+
+@lru_cache(maxsize=1024)  # asked at every contact change
+def _flipped(state: State, point: int) -> State:
+    return State(*(touches ^ (i == point) for i, touches in enumerate(state)))
 
 
 FULL, NONE = State(True, True), State(False, False)

@@ -43,10 +43,20 @@ class Leg(NamedTuple):
 
 
 class Integrator(Protocol):
-    """Carries the motion on within one contact state, at the tolerance that it keeps to."""
+    """Carries the motion on, at the tolerance that it keeps to."""
 
     method: str
     tolerance: float
+
+    def legs(
+        self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool
+    ) -> list[Leg]:
+        """Legs from (t, state) on; each but the last ends by the change of its point alone, all
+        others being clear of the surface.
+
+        Integrators that stop at each change return one leg.
+        """
+        return [self.advance(contact, t, state, stop, dense)]
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """Integrate from (t, state) until a point's gap passes zero in the direction that ends

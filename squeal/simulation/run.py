@@ -201,25 +201,33 @@ def integrate(
     state = off_level(model, state, contact)
     t, steps, changes = 0.0, 0, 0
 
-    def change(point: int) -> None:
+    def change(point: int | None) -> None:
         nonlocal contact, changes
+        assert point is not None
         target = contact.flip(point)
         for o in observers:
             o.change(t, contact, target)
         contact, changes = target, changes + 1
 
     while t < stop:
-        leg = integrator.advance(contact, t, state, stop, dense)
+        legs, begun = integrator.legs(contact, t, state, stop, dense), t
+        steps += sum(leg.steps for leg in legs)
+        for leg in legs[:-1]:
+            for o in observers:
+                o.leg(leg)
+            t = leg.t1
+            change(leg.point)
+        leg = legs[-1]
         heights = _heights(model, leg.end)
         _check(leg, heights, units)
-        if leg.point is None and leg.t1 < stop and leg.t1 - t < 1e-9 * stop:
+        if leg.point is None and leg.t1 < stop and leg.t1 - begun < 1e-9 * stop:
             raise ComputationError(
                 f"no progress beyond t = {float(leg.t1) * units.time:.9g} s; a spring may have "
                 "collapsed to zero length there"
             )
         for o in observers:
             o.leg(leg)
-        t, state, steps = leg.t1, leg.end, steps + leg.steps
+        t, state = leg.t1, leg.end
         if leg.point is not None and t < stop:
             late = _late(model, state, contact, leg.point, heights)
             for point in (leg.point, *late):

@@ -26,7 +26,8 @@ from tests.conftest import BACKENDS, HEYOKA, SCENES, needs_heyoka
 from tests.direct import motion
 
 if HEYOKA:
-    from squeal.simulation.integrators.taylor import coefficient_names, compiled, equations
+    from squeal.simulation.integrators.symbols import NAMES, equations
+    from squeal.simulation.integrators.taylor import compiled
 
 # every entry its own, not symmetric: nothing may be mixed up
 C = np.array([[40.0, 6.0, 0.3], [-9.0, 55.0, -0.4], [0.2, 0.5, 0.05]])
@@ -180,7 +181,7 @@ def test_what_is_not_damped_is_the_equations_of_before():
     law = contact_law("B2")
     assert equations(law, FULL) == equations(law, FULL, ())
     plain, damped = compiled(law, FULL, 1e-9, float), compiled(law, FULL, 1e-9, float, ("damping",))
-    assert len(plain.pars) <= len(coefficient_names()) < len(damped.pars)
+    assert len(plain.pars) <= len(NAMES) < len(damped.pars)
     model = damped_model(scene("b2-c", damping=None))
     assert model.terms == ()
     assert model.term_values.size == 0

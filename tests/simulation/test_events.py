@@ -1,5 +1,6 @@
 """Contact changes and limits of the model against closed forms, and hard cases against quad."""
 
+import dataclasses
 import math
 import re
 
@@ -92,10 +93,13 @@ def test_grazing_from_below_is_no_separation(backend, share):
 
 
 def limit_of(scene, backend):
-    with pytest.raises(ComputationError) as caught:
-        simulate(scene, backend)
-    message = str(caught.value)
-    return message, float(re.search(r"at t = (\S+) s", message).group(1))
+    messages = []
+    for outputs in (("events",), ("events", "extrema")):  # through the changes, and leg by leg
+        with pytest.raises(ComputationError) as caught:
+            simulate(dataclasses.replace(scene, outputs=outputs), backend)
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1]
+    return messages[0], float(re.search(r"at t = (\S+) s", messages[0]).group(1))
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -208,4 +212,8 @@ def test_hard_cases_against_quad_precision(case):
     apart = np.abs(units.to_scaled(np.array(ours.final[1:]))[:3] - place).max()
     assert apart < 1e-11 * np.abs(place).max()
     assert changes_seen == ours.contact_changes
+    through = TaylorIntegrator(model, ours.tolerance)  # without stopping at each change
+    _, state, _, changes_passed = integrate(model, through, units, first, end, [])
+    assert np.abs(state[:3] - place).max() < 1e-11 * np.abs(place).max()
+    assert changes_passed == changes_seen
     assert sum(ours.shares.values()) == pytest.approx(1.0, abs=1e-13)

@@ -69,14 +69,14 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
     import heyoka as hy
 
-    from squeal.simulation.integrators.taylor import coefficient_names, equations
+    from squeal.simulation.integrators.symbols import NAMES, equations
 
     system, heights, _ = equations(law, contact)
     variables = [variable for variable, _ in system]
 
     def function(outputs: list[Any]) -> tuple[Any, int]:
         read = hy.get_params(outputs)
-        highest = max(i for i in range(-1, len(coefficient_names())) if i < 0 or hy.par[i] in read)
+        highest = max(i for i in range(-1, len(NAMES)) if i < 0 or hy.par[i] in read)
         return hy.cfunc(outputs, variables), highest + 1
 
     return function([f for _, f in system]), function(heights)
@@ -84,9 +84,9 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
 
 def functions(model: PadModel, contact: State) -> tuple[Any, Any]:
     """rhs(state) -> (6,) and gaps(state) -> (2,) of a scaled pad within a contact state."""
-    from squeal.simulation.integrators.taylor import coefficient_names
+    from squeal.simulation.integrators.symbols import NAMES
 
-    numbers = np.array([float(getattr(model.c, name)) for name in coefficient_names()])
+    numbers = np.array([float(getattr(model.c, name)) for name in NAMES])
     rates, gaps = compiled(model.law, contact)
     return _given(rates, numbers), _given(gaps, numbers)
 

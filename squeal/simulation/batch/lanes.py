@@ -7,7 +7,7 @@ grows towards its next change, so each event passes zero upwards whatever the st
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -16,13 +16,11 @@ import numpy as np
 
 from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
-from squeal.model.mechanics import Coefficients
 from squeal.simulation.batch.motion import Motion
 from squeal.simulation.integrators.pool import Pool
-from squeal.simulation.integrators.taylor import equations, rising, state_parameters
+from squeal.simulation.integrators.symbols import NAMES, equations, rising, state_parameters
 
 LANES = int(hy.recommended_simd_size())
-NAMES = [f.name for f in fields(Coefficients)]
 _N = len(NAMES)
 _LOAD = NAMES.index("F_n")
 _MOST_STEPS = 1_000_000

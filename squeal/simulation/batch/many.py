@@ -86,7 +86,7 @@ class _Natural:
 
 
 def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
-    from squeal.simulation.batch.lanes import NAMES
+    from squeal.simulation.integrators.symbols import NAMES
 
     count = len(task.stop)
     rows = None if task.damping is None else tuple(map(tuple, task.damping))

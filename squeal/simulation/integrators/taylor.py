@@ -1,14 +1,13 @@
 """Taylor integration with heyoka: the equations of `model.equations` compiled once per machine.
 
 One integrator per contact state holds just the terms of that state and watches all gaps, each in
-the direction that ends the state. The numbers of the pad are runtime parameters, so the compiled
-code, which heyoka keeps on disk, serves every pad.
+the direction that ends the state.
 """
 
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -16,87 +15,23 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.equations import PadModel, net_loads, term_count
-from squeal.model.law import ContactLaw, Touching
-from squeal.model.mechanics import Coefficients, at_speed, facing, pose, spring_vectors
+from squeal.model.equations import PadModel, term_count
+from squeal.model.law import ContactLaw
+from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.simulation.integrators.pool import Pool
-from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
-
-# its warnings would go to standard output; a lost root shows in the check at the end of a leg
-hy.set_logger_level_critical()
+from squeal.simulation.integrators.symbols import (
+    NAMES,
+    OWN_CODE,
+    equations,
+    rising,
+    state_parameters,
+)
+from squeal.simulation.integrators.through import Changes, through
+from squeal.simulation.legs import LIMITS, Leg
 
 LONGEST_LEG = 5000  # steps; bounds the memory of dense output
-# A gap that is exactly zero at the start of a step hides the next root of the same step from
-# heyoka 7.13: its bracketing search then stops at the left end. This offset, far below the
-# rounding of any gap, puts the start on the side of the contact state.
-NEVER_ZERO = 1e-300
-# heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
-# would loosen the error control of a small motion.
-FAINT = 1e-30
-# Up to so many contact points each state has compiled code of its own, which is fastest; with more
-# points one code serves all states.
-OWN_CODE = 2
-_NAMES = [f.name for f in fields(Coefficients)]
-
-
-def coefficient_names() -> list[str]:
-    """Names of the runtime parameters of `equations`, in their order."""
-    return _NAMES
-
-
-def equations(
-    law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
-) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
-    """Symbolic equations of motion, the gaps of the contact points and the model's limits.
-
-    `on` is the contact state, as constants or as symbols; `terms` are those with velocities, see
-    `PadModel.terms`, whose numbers are the last runtime parameters, see
-    `PadModel.term_values`.
-
-    The limits are positive as long as the model holds, in the order of `LIMITS`.
-
-    The state is (x, y, w theta) and rates; coefficients are runtime parameters in the order of
-    `Coefficients`.
-    """
-    c = Coefficients(**{name: hy.par[i] for i, name in enumerate(_NAMES)})
-    x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
-    q = c.place((x, y, s))
-    first, v3 = len(_NAMES) + law.points, (u, v, r)
-    if "falling" in terms:
-        c = at_speed(hy, c, (hy.par[first + 9], hy.par[first + 10]), u)
-    total = net_loads(hy, c, law, q, on)
-    system = [
-        (x, u),
-        (y, v),
-        (s, r),
-        (u, total.x / c.m),
-        (v, total.y / c.m),
-        (r, c.w * total.moment / c.I),
-    ]
-    if "damping" in terms:
-        for i in range(3):
-            drag = sum(hy.par[first + 3 * i + j] * v3[j] for j in range(3))
-            system[3 + i] = (system[3 + i][0], system[3 + i][1] - drag)
-    at = pose(hy, q)
-    limits = [facing(c, at)] + [
-        hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
-        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
-    ]
-    if "falling" in terms:
-        limits.append(hy.par[first + 11] - u)
-    return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
-
-
-def state_parameters(law: ContactLaw) -> tuple[Any, ...]:
-    """Runtime parameters, after those of the coefficients, that say which points touch."""
-    return tuple(hy.par[len(_NAMES) + i] for i in range(law.points))
-
-
-def rising(heights: list[Any], on: Touching) -> list[Any]:
-    """Expressions that pass zero upwards where a contact point separates or touches."""
-    pairs = zip(heights, on, strict=True)
-    return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
+CLEAR = 1e-9  # gap beyond which a point does not change together with another
 
 
 @lru_cache(maxsize=64)
@@ -121,7 +56,7 @@ def compiled(
     expressions = [rhs for _, rhs in system] + heights + limits
     used = hy.get_params(expressions)
     highest = max(
-        i for i in range(len(_NAMES) + law.points + term_count(terms)) if hy.par[i] in used
+        i for i in range(len(NAMES) + law.points + term_count(terms)) if hy.par[i] in used
     )
     return hy.taylor_adaptive(
         system,
@@ -204,12 +139,12 @@ class TaylorIntegrator:
     method = "heyoka Taylor"
 
     def __init__(self, model: PadModel, tolerance: float, fp_type: Any = float) -> None:
-        self._law = model.law
+        self._law, self._c = model.law, model.c
         self._fp = fp_type
         eps = float(np.finfo(float).eps) if fp_type is float else 0.0
         self.tolerance = max(tolerance, eps)
         self._terms = model.terms
-        self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in _NAMES])
+        self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in NAMES])
         self._last = np.array([fp_type(value) for value in model.term_values.tolist()])
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
@@ -231,16 +166,7 @@ class TaylorIntegrator:
                 motion = None
                 outcome, _, _, steps, *_ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
             t1, end = ta.time, ta.state.copy()
-        point, limit, event = None, None, -int(outcome) - 1
-        points = self._law.points
-        if 0 <= event < points:
-            point = event
-        elif points <= event < points + len(LIMITS):
-            limit = LIMITS[event - points]
-        elif outcome not in _ONWARD:
-            raise ComputationError(
-                f"the motion is not finite after t = {float(t):.9g} natural time units"
-            )
+        point, limit = self._met(outcome, t)
         return Leg(
             contact=contact,
             t0=t,
@@ -251,4 +177,52 @@ class TaylorIntegrator:
             steps=steps,
             nodes=motion.nodes if motion is not None else None,
             dense=motion,
+        )
+
+    def legs(
+        self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool
+    ) -> list[Leg]:
+        """See `Integrator.legs`."""
+        if dense or self._fp is not float:
+            return [self.advance(contact, t, state, stop, dense)]
+        pars = np.concatenate([self._pars, contact, self._last])
+        with through(self._law, self.tolerance, self._terms).lease() as machine:
+            changes, last = machine.run(pars, t, state, stop)
+            outcome, _, _, steps, *_ = last
+            t1, end = machine.ta.time, machine.ta.state.copy()
+        _, limit = self._met(outcome, t)
+        plain = self._plain(contact, changes)
+        legs = []
+        for point, time, state in zip(*changes, strict=True):
+            legs.append(Leg(contact, t, time, state, point, 0))
+            contact, t = contact.flip(point), time
+        if plain < len(legs):
+            return [*legs[:plain], legs[plain]._replace(steps=steps)]
+        return [*legs, Leg(contact, t, t1, end, None, steps, limit)]
+
+    def _plain(self, contact: State, changes: Changes) -> int:
+        """How many changes come first in which one point passes and all others are clear."""
+        if not changes.points:
+            return 0
+        c = self._c
+        _, y, turn, *_ = changes.states.T
+        heights = np.array(self._law.gaps(c, pose(np, c.place((0.0, y, turn)))))
+        passing = np.arange(len(contact))[:, None] == changes.points
+        touching = np.array(contact)[:, None] ^ (passing.cumsum(axis=1) & 1 != passing)
+        room = np.where(touching, -heights, heights)
+        near = (room < CLEAR * (1.0 + c.w + c.h)) & ~passing
+        first = near.any(axis=0).argmax()
+        return int(first) if near[:, first].any() else len(changes.points)
+
+    def _met(self, outcome: Any, t: float) -> tuple[int | None, str | None]:
+        """The contact point or the limit at which heyoka stopped."""
+        event, points = -int(outcome) - 1, self._law.points
+        if 0 <= event < points:
+            return event, None
+        if points <= event < points + len(LIMITS):
+            return None, LIMITS[event - points]
+        if outcome in _ONWARD:
+            return None, None
+        raise ComputationError(
+            f"the motion is not finite after t = {float(t):.9g} natural time units"
         )

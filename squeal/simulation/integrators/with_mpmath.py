@@ -14,7 +14,7 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import Coefficients, facing, pose, spring_vectors
 from squeal.model.states import State
 from squeal.numerics.newton import complex_step
-from squeal.simulation.legs import COLLAPSED, LIMITS, Leg
+from squeal.simulation.legs import COLLAPSED, LIMITS, Integrator, Leg
 
 DIGITS = 32  # of the arithmetic
 TIGHTEST = 1e-24  # tolerance: some digits are lost in the extrapolation
@@ -32,7 +32,7 @@ def own_tolerance(tolerance: float) -> float:
     return max(tolerance ** (2 / 3), TIGHTEST)
 
 
-class MpmathIntegrator:
+class MpmathIntegrator(Integrator):
     """Gragg's, Bulirsch's and Stoer's method over one scaled pad, some seconds for a scene.
 
     The coefficients stay the doubles of the pad, so that the difference to a double run is that of

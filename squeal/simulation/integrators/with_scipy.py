@@ -11,7 +11,7 @@ from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import facing, pose, spring_vectors
 from squeal.model.states import State
-from squeal.simulation.legs import LIMITS, Leg
+from squeal.simulation.legs import LIMITS, Integrator, Leg
 
 LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
 
@@ -19,7 +19,7 @@ LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
 _LIMITS = (LIMITS[0], LIMITS[3])  # those that are events here, in their order
 
 
-class SciPyIntegrator:
+class SciPyIntegrator(Integrator):
     """DOP853 of SciPy with located contact changes, over one scaled pad.
 
     SciPy looks for a change of sign over a step, so a separation shorter than a step could be
