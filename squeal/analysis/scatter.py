@@ -23,6 +23,7 @@ from squeal.analysis.subject import (
     varied,
 )
 from squeal.errors import ComputationError, InputError
+from squeal.numerics.shares import wilson
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
@@ -188,15 +189,12 @@ def scatter(
     critical = np.sort([mu for mu in mus if mu is not None])  # NaN, above mu_max, comes last
     if not len(critical):
         raise ComputationError("no sample has an equilibrium in contact without friction")
-    from scipy.stats import binomtest
-
     above = int(np.sum(~(critical <= mu)))
-    share = binomtest(above, len(critical)).proportion_ci(CONFIDENCE, "wilson")
     return Scatter(
         mu,
         mu_max,
         critical,
         count - len(critical),
         above / len(critical),
-        (float(share.low), float(share.high)),
+        wilson(above, len(critical), CONFIDENCE),
     )

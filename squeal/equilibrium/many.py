@@ -18,6 +18,8 @@ from squeal.model.units import natural_units
 from squeal.numerics.newton import newton_steps
 
 LOST = 20  # pads for which all places are searched, one by one
+MOST = 4096  # trials that are solved at once; bounds the memory
+CONVERGED = 1e-12  # relative step of Newton's method
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
@@ -44,7 +46,9 @@ def _balance(
             here |= np.all(heights >= 0.0, axis=0)
         if not here.any():
             continue
-        part = dataclasses.replace(statics, model=subset(statics.model, names, here))
+        part = statics
+        if not here.all():
+            part = dataclasses.replace(statics, model=subset(statics.model, names, here))
         at = z[:, here]
         with np.errstate(all="ignore"):
             step, side[here] = newton_steps(*part.linearised(at, state, 3))
@@ -69,12 +73,20 @@ def solved(
     Returns the sign of the determinant at the equilibrium, 0 where none was found or where the pad
     has turned past 90 degrees.
     """
+    size, side = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
+    part, going = statics, np.arange(z.shape[1])
     for _ in range(passes):
-        size, side = _balance(statics, names, z, kept)
-        if np.all(size < 1e-12):
+        at = z[:, going]
+        size[going], side[going] = _balance(part, names, at, kept)
+        z[:, going] = at
+        left = ~(size[going] < CONVERGED)
+        if not left.any():
             break
+        if not left.all():
+            going = going[left]
+            part = dataclasses.replace(statics, model=subset(statics.model, names, going))
     upright = np.abs(statics.tilt(z)) < np.pi / 2
-    return np.where((size < 1e-12) & upright, side, 0.0)
+    return np.where((size < CONVERGED) & upright, side, 0.0)
 
 
 def moved_little(
@@ -115,18 +127,27 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
         return z, side
     part = dataclasses.replace(statics, model=subset(statics.model, names, doubtful))
     least, meant = np.full(doubtful.size, np.inf), np.zeros(doubtful.size, dtype=bool)
-    for state in filter(any, statics.model.states):
-        touching = np.array(state, dtype=float)[:, None]
-        for trial in _seeds(part, doubtful.size):
-            met = solved(part, names, trial, 20, state)
-            own = np.all((part.gaps(trial) < 0.0) == (touching > 0.0), axis=0) & (met != 0.0)
-            with np.errstate(all="ignore"):  # where nothing was met
-                energy = part.model.energy(part.place(trial), np.zeros(3), state)
-                fits = np.asarray(~excursion(part, trial, touching).beyond().any(axis=0))
-                lower = energy < least - 1e-9 * np.abs(energy)
-            better = own & ((fits & ~meant) | ((fits == meant) & lower))
-            least[better], meant[better] = energy[better], fits[better]
-            z[:, doubtful[better]], side[doubtful[better]] = trial[:, better], met[better]
+    seeds = list(_seeds(part, doubtful.size))
+    together = max(1, MOST // doubtful.size)  # seeds that are tried at once
+    for state, first in itertools.product(
+        filter(any, statics.model.states), range(0, len(seeds), together)
+    ):
+        tried = seeds[first : first + together]
+        again = np.tile(np.arange(doubtful.size), len(tried))
+        same = dataclasses.replace(part, model=subset(part.model, names, again))
+        trial, touching = np.concatenate(tried, axis=1), np.array(state, dtype=float)[:, None]
+        met = solved(same, names, trial, 20, state)
+        own = np.all((same.gaps(trial) < 0.0) == (touching > 0.0), axis=0) & (met != 0.0)
+        with np.errstate(all="ignore"):  # where nothing was met
+            energy = same.model.energy(same.place(trial), np.zeros(3), state)
+            fits = np.asarray(~excursion(same, trial, touching).beyond().any(axis=0))
+        for at in np.split(np.arange(again.size), len(tried)):
+            with np.errstate(invalid="ignore"):
+                lower = energy[at] < least - 1e-9 * np.abs(energy[at])
+            better = own[at] & ((fits[at] & ~meant) | ((fits[at] == meant) & lower))
+            at = at[better]
+            least[better], meant[better] = energy[at], fits[at]
+            z[:, doubtful[better]], side[doubtful[better]] = trial[:, at], met[at]
     side[doubtful[~np.isfinite(least)]] = 0.0
     # those that rest nowhere so far, then those that rest too far off
     lost = doubtful[np.argsort(np.isfinite(least) + 2 * meant, kind="stable")][: np.sum(~meant)]

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,10 +70,14 @@ def measure(scene: Scene) -> Case:
         raise InputError(
             f"{scene.source}: model: {scene.model} is not allowed; cases are B1 or B2 scenes"
         )
-    model = scene.pad_model
-    stacked: dict[str, Any] = {name: np.array([v]) for name, v in scene.pad.given().items()}
-    raised = friction_raises(dataclasses.replace(model, pad=Pad(**stacked)))
-    return case_of(measure_alone(scene), 0, scene.pad.V, float(raised[0]))
+    return case_of(measure_alone(scene), 0, scene.pad.V, _raises_alone(scene.pad_model))
+
+
+@lru_cache(maxsize=64)  # the same at every tolerance and over every time
+def _raises_alone(model: PadModel) -> float:
+    """`friction_raises` for one pad."""
+    stacked: dict[str, Any] = {name: np.array([v]) for name, v in model.pad.given().items()}
+    return float(friction_raises(dataclasses.replace(model, pad=Pad(**stacked)))[0])
 
 
 def friction_raises(model: PadModel) -> np.ndarray:
@@ -154,6 +159,10 @@ def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
     The map has `points` cells a side; it leaves the pads' own angles aside, so that one of the
     pads tells it.
     """
-    pad = next(iter(pads.values()))
     ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
-    return Linear(ranks, quasi_static_map(pad, points).share.as_printed)
+    return Linear(ranks, _share_as_printed(next(iter(pads.values())), points))
+
+
+@lru_cache(maxsize=8)
+def _share_as_printed(pad: Pad, points: int) -> float:
+    return quasi_static_map(pad, points).share.as_printed

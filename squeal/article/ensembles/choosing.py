@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +23,9 @@ from squeal.article.ensembles.space import (
     FORMULATIONS,
     SPEED,
     decode,
-    stacked,
     starts,
 )
-from squeal.article.identify.space import MODELS, STOP
+from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.ensembles import Pad
@@ -116,11 +115,6 @@ def _least_speed(margins: np.ndarray) -> float:
     return float(SPEED * (1.0 - margins[at]))
 
 
-def one(numbers: Mapping[str, float]) -> dict[str, np.ndarray]:
-    """The numbers of one pad as arrays (1,)."""
-    return {name: np.array([value]) for name, value in numbers.items()}
-
-
 def _around(numbers: dict[str, float]) -> dict[str, np.ndarray]:
     """Pads whose numbers are all off a little; the kind of the start stays."""
     random = np.random.default_rng(1)
@@ -132,25 +126,29 @@ def _around(numbers: dict[str, float]) -> dict[str, np.ndarray]:
 
 
 def side_by_side(
-    numbers: dict[str, float], laws: Mapping[str, Formulation] = LAWS
-) -> dict[str, Pad]:
-    """One pad under both laws, or under some in which its motions do not leave the model."""
-    found = {}
+    pads: Sequence[dict[str, float]], laws: Mapping[str, Formulation] = LAWS
+) -> list[dict[str, Pad]]:
+    """Each pad under both laws, or under some in which its motions do not leave the model."""
+    found: list[dict[str, Pad]] = [{} for _ in pads]
     for name, f in laws.items():
-        rows, judged = over_windows(one(numbers), f)
-        first, near = judged[1], judge(_around(numbers), f)
-        wanted = counts(first.margins)[2, 0]
-        found[name] = Pad(
-            numbers=numbers,
-            horizons=rows[0],
-            failing={
-                str(w): names(~((j.margins[0] > 0.0) | TAUTOLOGIES)) if j.whole[0] else None
-                for w, j in judged.items()
-            },
-            distance=float(first.partial[0, -1]),
-            least_speed=_least_speed(first.margins[0]),
-            steady=float(np.mean(near.whole & (counts(near.margins)[2] >= wanted))),
-        )
+        rows, judged = over_windows(arrays(pads), f)
+        around = [_around(numbers) for numbers in pads]
+        near = judge({n: np.concatenate([one[n] for one in around]) for n in around[0]}, f)
+        informative = np.where(near.whole, counts(near.margins)[2], -1).reshape(len(pads), -1)
+        for i, numbers in enumerate(pads):
+            first = judged[1]
+            wanted = counts(first.margins)[2, i]
+            found[i][name] = Pad(
+                numbers=numbers,
+                horizons=rows[i],
+                failing={
+                    str(w): names(~((j.margins[i] > 0.0) | TAUTOLOGIES)) if j.whole[i] else None
+                    for w, j in judged.items()
+                },
+                distance=float(first.partial[i, -1]),
+                least_speed=_least_speed(first.margins[i]),
+                steady=float(np.mean(informative[i] >= wanted)),
+            )
     return found
 
 
@@ -172,12 +170,11 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
             numbers = {n: float(f"{v[0]:.{DIGITS}g}") for n, v in decode(point[None]).items()}
             candidates.append((numbers, f"search {seed} with the {name} law"))
     candidates = [(numbers, origin) for numbers, origin in candidates if plausible(numbers)]
-    together = {n: np.array([numbers[n] for numbers, _ in candidates]) for n in RIVAL}
-    short = [counts(judge(together, f).margins)[2] for f in LAWS.values()]
+    numbers = arrays([numbers for numbers, _ in candidates])
+    short = [counts(judge(numbers, f).margins)[2] for f in LAWS.values()]
+    best = [candidates[i] for i in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER]]
     rows = []
-    for at in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER].tolist():
-        numbers, origin = candidates[at]
-        pads = side_by_side(numbers)
+    for pads, (_, origin) in zip(side_by_side([n for n, _ in best]), best, strict=True):
         long = [pad.horizons["10"] for pad in pads.values()]
         worst = min(0 if k is None else k.informative for k in long)
         steady = min(pad.steady for pad in pads.values())
@@ -202,11 +199,11 @@ def choice(pads: dict[str, Pad], origin: str) -> Choice:
 
 def first_states(found: Choice) -> dict[str, tuple[float, ...]]:
     """The dimensionless state at the start of each scene, by its name: `b1-a` to `b2-d`."""
-    states = {}
+    states, numbers = {}, arrays([found.numbers])
     for model in MODELS:
         for case in CASES:
-            pads = stacked(one(found.numbers), model, case, found.law)
-            first = starts(one(found.numbers), pads)[0]
+            pads = stacked(numbers, model, case, found.law)
+            first = starts(numbers, pads)[0]
             states[f"{model.lower()}-{case}"] = tuple(float(v) for v in first)
     return states
 

@@ -10,9 +10,9 @@ import numpy as np
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
-from squeal.article.ensembles.space import Numbers, speed_limit, stacked, starts
+from squeal.article.ensembles.space import Numbers, speed_limit, starts
 from squeal.article.identify.objective import MAP_POINTS, SEARCH_TOLERANCE
-from squeal.article.identify.space import STOP, pad_of
+from squeal.article.identify.space import STOP, pad_of, stacked
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 from squeal.simulation.batch.many import DONE, simulate_many

@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from squeal.article.cases import CASES
 from squeal.article.claims.measures import rest
-from squeal.article.identify.space import LENGTH, MASS, Dimension, pad_of
+from squeal.article.identify.space import LENGTH, MASS, Dimension
 from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
-from squeal.model.pad import Model, Pad
 
 LOAD = 2000.0  # N, brake force on a pad of this mass and half length; both set the scale
 SPEED = 5.0  # m/s, of the surface at the pad: a car at some 45 km/h, above most squeal
@@ -65,16 +62,6 @@ def decode(points: np.ndarray) -> dict[str, np.ndarray]:
 def standing(numbers: Numbers) -> np.ndarray:
     """True (n,) for pads that start at rest on a disc that then begins to slide."""
     return np.asarray(numbers["start"] >= 0.5)
-
-
-def stacked(numbers: Numbers, model: Model, case: str, formulation: Formulation) -> PadModel:
-    """The dimensionless pads of a model and a case, all parameters as arrays (n,)."""
-    count = len(numbers["h"])
-    given = pad_of(numbers, model, CASES[case]).given()
-    arrays: dict[str, Any] = {
-        name: np.full(count, value, dtype=float) for name, value in given.items()
-    }
-    return PadModel(model, Pad(**arrays), formulation)
 
 
 def starts(numbers: Numbers, pads: PadModel) -> np.ndarray:

@@ -11,11 +11,20 @@ import numpy as np
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of, judge_claims, judge_scenes
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
-from squeal.article.identify.space import MODELS, SPEED_LIMIT, STOP, Numbers, pad_of, scenes_of
+from squeal.article.identify.space import (
+    MODELS,
+    SPEED_LIMIT,
+    STOP,
+    Numbers,
+    arrays,
+    first_heights,
+    pad_of,
+    scenes_of,
+    stacked,
+)
 from squeal.article.results.claims import JudgedClaim
 from squeal.model.contact import Formulation
-from squeal.model.equations import PadModel
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.batch.many import DONE, simulate_many
 
 SEARCH_TOLERANCE = 1e-8
 MAP_POINTS = 40  # a side, for the share of the map in the search
@@ -38,25 +47,29 @@ def judge_many(
     many: Sequence[Numbers], formulation: Formulation, stop: float = STOP, workers: int = 1
 ) -> list[Outcome | None]:
     """Judge all claims on each of the dimensionless pads; None where a motion leaves the model."""
-    results, raised = {}, np.full(len(many), np.nan)
-    scenes = [scenes_of(numbers, formulation) for numbers in many]
-    for model in MODELS:
-        flat = [each[model][case] for each in scenes for case in CASES]
+    if not many:
+        return []
+    numbers = arrays(many)
+    each = np.repeat(np.arange(len(many)), len(CASES))  # the cases of a pad in turn
+    repeated = {name: values[each] for name, values in numbers.items()}
+    alpha1, alpha2 = np.tile(np.transpose(list(CASES.values())), len(many))
+    results = {}
+    for model, heights in zip(MODELS, first_heights(repeated), strict=True):
+        first = np.zeros((len(each), 6))
+        first[:, 1] = heights
         results[model] = simulate_many(
             model,
-            stack([scene.pad for scene in flat]),
-            np.array([scene.initial for scene in flat]),
+            pad_of(repeated, model, (alpha1, alpha2)),
+            first,
             stop,
             SEARCH_TOLERANCE,
             formulation,
             measured=True,
             workers=workers,
         )
-        if model == "B2" and many:
-            second = stack([each[model]["b"].pad for each in scenes])
-            raised = friction_raises(PadModel(model, second, formulation))
+    raised = friction_raises(stacked(numbers, "B2", "b", formulation))
     outcomes: list[Outcome | None] = []
-    for i, numbers in enumerate(many):
+    for i, one in enumerate(many):
         rows = range(len(CASES) * i, len(CASES) * (i + 1))
         if any(found["outcome"][row] != DONE for found in results.values() for row in rows):
             outcomes.append(None)
@@ -66,7 +79,7 @@ def judge_many(
             for model, found in results.items()
             for case, row in zip(CASES, rows, strict=True)
         }
-        pads = {"c": pad_of(numbers, "B2", CASES["c"])}
+        pads = {"c": pad_of(one, "B2", CASES["c"])}
         measured["b3"] = linear_measures(pads, MAP_POINTS)
         fastest = max(float(found["fastest"][row]) for found in results.values() for row in rows)
         outcomes.append(Outcome(judge_claims(measured), fastest))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.article.cases import CASES
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
+from squeal.model.equations import PadModel
 from squeal.model.pad import Model, Pad
 from squeal.scene.schema import Scene
 
@@ -117,8 +118,25 @@ def pad_of(numbers: Mapping[str, Any], model: str, angles: tuple[float, float]) 
     return Pad(**common, y0=y0)
 
 
-def first_heights(numbers: Numbers) -> tuple[float, float]:
-    """Initial y of the B1 and of the B2 scenes."""
+def arrays(many: Sequence[Numbers]) -> dict[str, np.ndarray]:
+    """The numbers of n pads as arrays (n,)."""
+    return {name: np.array([numbers[name] for numbers in many]) for name in many[0]}
+
+
+def stacked(
+    numbers: Mapping[str, np.ndarray], model: Model, case: str, formulation: Formulation
+) -> PadModel:
+    """The dimensionless pads of a model and a case, all parameters as arrays (n,)."""
+    count = len(numbers["h"])
+    given = pad_of(numbers, model, CASES[case]).given()
+    columns: dict[str, Any] = {
+        name: np.full(count, value, dtype=float) for name, value in given.items()
+    }
+    return PadModel(model, Pad(**columns), formulation)
+
+
+def first_heights(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Initial y of the B1 and of the B2 scenes, arrays if the numbers are."""
     n = numbers
     return -n["first_y"] * n["F_n"] / (n["k3"] + n["k4"]), n["lift"] * n["F_n"]
 

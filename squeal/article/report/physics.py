@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.stats import binomtest
-
 from squeal.article.cases import title
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.results.energy import Energy, Motion, motion_title
@@ -13,6 +11,7 @@ from squeal.article.results.line_springs import ALIKE, LineSprings
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
 from squeal.files.records import Missing
+from squeal.numerics.shares import wilson
 
 MULTIPLE = 2.0  # times more or less is far
 
@@ -302,8 +301,8 @@ def _alternating(part: Map) -> str:
     """From how many starts of a map losses alternate, with an interval as if drawn at random."""
     count = sum(map(len, part.rows))
     number_of = round(count * part.share[ALTERNATE])
-    low, high = binomtest(number_of, count).proportion_ci(CONFIDENCE, method="wilson")
-    return f"{number_of} of {count}, {percent(float(low), 0)} to {percent(float(high), 0)}"
+    low, high = wilson(number_of, count)
+    return f"{number_of} of {count}, {percent(low, 0)} to {percent(high, 0)}"
 
 
 def _times(windows: int) -> str:

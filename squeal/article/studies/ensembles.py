@@ -213,6 +213,11 @@ def study(files: Sequence[Path]) -> Ensembles:
     judging = version("heyoka") != NOT_INSTALLED
     numbered = {name: FORMULATIONS.index(f) for name, f in LAWS.items()}
     pads, origin, candidates = chosen(kept) if judging else ({}, "", 0)
+    rival, most = pads, pads
+    if judging:
+        if next(iter(pads.values())).numbers != RIVAL:
+            (rival,) = side_by_side([dict(RIVAL)])
+        (most,) = side_by_side([dict(MOST)], {"consistent": LAWS["consistent"]})
     fronts = tuple(
         Front(
             _switches(FORMULATIONS[n]),
@@ -245,8 +250,8 @@ def study(files: Sequence[Path]) -> Ensembles:
         names=FRONT,
         total_b2=int(B2.sum()),
         fronts=fronts,
-        rival=side_by_side(dict(RIVAL)) if judging else {},
-        most=side_by_side(dict(MOST), {"consistent": LAWS["consistent"]}) if judging else {},
+        rival=rival,
+        most=most,
         plausible=plausible(dict(MOST)),
         conclusions={
             name: conclusion(kept, each, judging=judging) for name, each in CONCLUSIONS.items()

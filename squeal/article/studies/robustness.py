@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import read_choice
@@ -15,6 +14,7 @@ from squeal.article.identify.space import BOUNDS, DIMENSIONS, Numbers, decode
 from squeal.article.results.robustness import Break, Robustness, Sample, Share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
+from squeal.numerics.shares import wilson
 
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
 PADS = 192  # in each sample
@@ -73,8 +73,7 @@ def first_breaks(numbers: Numbers, formulation: Formulation) -> tuple[Break, ...
 
 def share(count: int, pads: int) -> Share:
     """A share of which `count` of so many pads were seen, with Wilson's interval."""
-    low, high = binomtest(count, pads).proportion_ci(CONFIDENCE, method="wilson")
-    return Share(count / pads, (float(low), float(high)))
+    return Share(count / pads, wilson(count, pads, CONFIDENCE))
 
 
 def robustness(numbers: Numbers, formulation: Formulation, seed: int = 1) -> Robustness:

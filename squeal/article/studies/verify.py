@@ -29,10 +29,11 @@ def _verdicts(judged: list[JudgedClaim]) -> dict[str, str]:
     return {j.id: j.verdict for j in judged}
 
 
-def changes(judge: Callable[[float, float], list[JudgedClaim]]) -> tuple[Changed, ...]:
-    """What the variations change; judge: all claims at a tolerance over a horizon."""
-    verdicts = _verdicts(judge(TOLERANCE, STOP))
-    changed = []
+def changes(
+    judge: Callable[[float, float], list[JudgedClaim]], judged: list[JudgedClaim]
+) -> tuple[Changed, ...]:
+    """What the variations change; judge: all claims at a tolerance over a horizon, `judged` so."""
+    verdicts, changed = _verdicts(judged), []
     for words, (tolerance, stop) in VARIATIONS.items():
         try:
             other = _verdicts(judge(tolerance, stop))
@@ -50,7 +51,7 @@ def changes(judge: Callable[[float, float], list[JudgedClaim]]) -> tuple[Changed
 def verified(search: Search) -> VerifiedPad:
     """How many claims a stored pad keeps, which not and why, and what the variations change."""
     judge = partial(judge_one, search.numbers, search.formulation)
-    judged = judge(TOLERANCE)
+    judged = judge(TOLERANCE, STOP)
     failing = [j for j in judged if not j.holds]
     return VerifiedPad(
         formulation=Switches(
@@ -62,7 +63,7 @@ def verified(search: Search) -> VerifiedPad:
         numbers=search.numbers,
         reproduced=len(judged) - len(failing),
         failing=tuple(Failing(j.id, j.verdict, j.margin, j.measured) for j in failing),
-        changed=changes(judge),
+        changed=changes(judge, judged),
     )
 
 
@@ -82,7 +83,7 @@ def of_scenes(files: Sequence[Path]) -> tuple[Changed, ...]:
             )
         )
 
-    return changes(judge)
+    return changes(judge, judge(TOLERANCE, STOP))
 
 
 def study(files: Sequence[Path]) -> Verify:
