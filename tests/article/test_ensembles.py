@@ -20,11 +20,10 @@ from squeal.article.ensembles.space import (
     FORMULATIONS,
     decode,
     speed_limit,
-    stacked,
     standing,
     starts,
 )
-from squeal.article.identify.space import LENGTH, MASS
+from squeal.article.identify.space import LENGTH, MASS, stacked
 from squeal.article.report.chapters import ENSEMBLES
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError

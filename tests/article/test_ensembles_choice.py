@@ -16,10 +16,9 @@ from squeal.article.ensembles.gather import counts
 from squeal.article.ensembles.space import (
     DIMENSIONS,
     decode,
-    stacked,
 )
 from squeal.article.identify.objective import judge_one
-from squeal.article.identify.space import LENGTH
+from squeal.article.identify.space import LENGTH, stacked
 from squeal.article.identify.write import write_scenes
 from squeal.article.report.chapters import ENSEMBLES, PAD
 from squeal.article.report.ensembles import generated
