@@ -170,8 +170,8 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
             numbers = {n: float(f"{v[0]:.{DIGITS}g}") for n, v in decode(point[None]).items()}
             candidates.append((numbers, f"search {seed} with the {name} law"))
     candidates = [(numbers, origin) for numbers, origin in candidates if plausible(numbers)]
-    numbers = arrays([numbers for numbers, _ in candidates])
-    short = [counts(judge(numbers, f).margins)[2] for f in LAWS.values()]
+    every = arrays([numbers for numbers, _ in candidates])
+    short = [counts(judge(every, f).margins)[2] for f in LAWS.values()]
     best = [candidates[i] for i in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER]]
     rows = []
     for pads, (_, origin) in zip(side_by_side([n for n, _ in best]), best, strict=True):
