@@ -31,7 +31,7 @@ from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.states import FULL
 from tests.article import known
-from tests.conftest import ROOT
+from tests.conftest import ROOT, needs_heyoka
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +89,7 @@ def test_friction_raises_the_reaction_as_the_equilibria_say(numbers):
     assert seen >= 4
 
 
+@needs_heyoka
 def test_rejecting_early_rejects_no_other_pads(numbers):
     whole = judge(numbers, CONSISTENT)
     levels = np.nanmedian(np.where(np.isfinite(whole.partial), whole.partial, np.nan), axis=0)
@@ -113,6 +114,7 @@ def test_price_is_nothing_for_what_holds_and_up_to_two_for_what_fails():
     assert price(tilt, -tilt.ample * 1e-3, 1e-3) == pytest.approx(1.5)
 
 
+@needs_heyoka
 def test_stages_can_be_taken_up_again(tmp_path, monkeypatch):
     monkeypatch.setattr(population, "POPULATION", 24)
     monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
@@ -167,6 +169,7 @@ def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
         gather(tmp_path)
 
 
+@needs_heyoka
 def test_searches_in_parts_and_after_an_interruption_are_the_same(
     tmp_path, monkeypatch, capsysbinary
 ):
@@ -194,6 +197,7 @@ def test_searches_in_parts_and_after_an_interruption_are_the_same(
     assert main([str(tmp_path), "--part", "9-of-8"]) == 2
 
 
+@needs_heyoka
 def test_a_search_goes_on_from_pads_that_keep_three_statements(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(population, "POPULATION", 16)
     monkeypatch.setattr(beyond, "MOST", 0)

@@ -35,6 +35,7 @@ from tests.article import known
 from tests.conftest import ROOT, needs_heyoka
 
 
+@needs_heyoka
 def test_a_pad_of_the_consistent_law_keeps_27_listed_statements_by_both_paths():
     alone = {j.id: j.holds for j in judge_one(RIVAL, CONSISTENT)}
     margins = judge({name: np.array([value]) for name, value in RIVAL.items()}, CONSISTENT).margins

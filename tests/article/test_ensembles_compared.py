@@ -23,7 +23,7 @@ from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
 from squeal.model.contact import CONSISTENT, Formulation
 from tests.article import known
-from tests.conftest import ROOT
+from tests.conftest import ROOT, needs_heyoka
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,7 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
 
 
+@needs_heyoka
 def test_distances_from_stored_margins_are_those_of_the_judging(numbers):
     whole = judge(numbers, CONSISTENT)
     margins, loads = whole.margins[whole.whole], numbers["F_n"][whole.whole]

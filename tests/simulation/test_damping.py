@@ -205,6 +205,7 @@ def test_a_damped_pad_of_upright_springs_in_closed_form():
     assert np.abs(found.history["y"] - y).max() < 1e-12 * sag * 10
 
 
+@needs_heyoka
 @pytest.mark.parametrize("falling", [False, True])
 def test_springs_along_the_face_are_damped_alike(falling):
     # one code serves all contact states there, with its own places for the numbers of the terms

@@ -24,7 +24,7 @@ from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.legs import LIMITS
 from squeal.simulation.variations import variations
-from tests.conftest import SCENES
+from tests.conftest import BACKENDS, SCENES, needs_heyoka
 from tests.direct import motion
 
 LAW = {"mu_s": 0.9, "mu_k": 0.3, "v_ref": 4.0}
@@ -130,7 +130,7 @@ def test_simulation_grows_as_eigenvalues_say(name):
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-@pytest.mark.parametrize("backend", ["heyoka", "scipy"])
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("damped", [False, True])
 def test_motion_is_that_of_the_equations_written_out(name, backend, damped):
     C = np.diag([30.0, 20.0, 0.01]) if damped else None
@@ -149,6 +149,7 @@ def test_motion_is_that_of_the_equations_written_out(name, backend, damped):
         assert np.abs(constant - expected)[:, i].max() > 1e-4 * size
 
 
+@needs_heyoka
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
 def test_batches_and_single_runs_agree(name):
     rows = ((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))
@@ -181,6 +182,7 @@ def test_works_balance(name):
     assert total == pytest.approx(found.gained, abs=1e-9 * found.kinetic)
 
 
+@needs_heyoka
 def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
     one = scene("b2-c", tolerance=1e-12).replace(V=2.0)
     messages = []
