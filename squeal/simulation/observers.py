@@ -15,6 +15,8 @@ from squeal.scene.keys import COORDINATES
 from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
 
+HALVINGS = 60  # of a step: to the last digit of a time in it
+
 
 class Observer:
     """Sees every leg and contact change; `dense` tells that it needs the motion in between."""
@@ -237,10 +239,11 @@ class Sliding(Observer):
     def _first(excess: Signal, t: np.ndarray, i: int) -> float:
         if i == 0:
             return float(t[0])
-        from scipy.optimize import brentq
-
         low, high = t[i - 1], t[i]
-        return float(brentq(lambda at: excess(np.array([at]))[0], low, high, xtol=1e-15 * high))
+        for _ in range(HALVINGS):
+            middle = low + (high - low) / 2
+            low, high = (low, middle) if excess(np.array([middle]))[0] >= 0.0 else (middle, high)
+        return float(high)
 
     def result(self) -> dict[str, Any]:
         return {

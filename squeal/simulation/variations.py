@@ -58,13 +58,13 @@ class Variations(Observer):
         begin = leg.nodes[0] + np.concatenate([[0.0], np.cumsum(size)])
         A = self._rates(leg, np.append(begin, begin[:-1] + size / 2))
         at, between = A[: len(begin)], A[len(begin) :]
-        for h, a, b, c in zip(size, at[:-1], between, at[1:], strict=True):
-            X = self.matrix
-            k1 = a @ X
-            k2 = b @ (X + h / 2 * k1)
-            k3 = b @ (X + h / 2 * k2)
-            k4 = c @ (X + h * k3)
-            self.matrix = X + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        h, one = size[:, None, None], np.eye(6)
+        k1 = at[:-1]
+        k2 = between @ (one + h / 2 * k1)
+        k3 = between @ (one + h / 2 * k2)
+        k4 = at[1:] @ (one + h * k3)
+        for step in one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4):
+            self.matrix = step @ self.matrix
         factor = float(np.linalg.norm(self.matrix, 2))
         self.matrix /= factor
         self.logarithm += math.log(factor)

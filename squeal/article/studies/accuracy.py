@@ -18,7 +18,7 @@ from squeal.simulation.variations import variations
 
 LONGER = 5  # the exponent is measured over this many times the scene's time
 LOST = 0.01  # a motion is predictable until its tolerance has grown to this share
-REPEATS = 5
+REPEATS = 3
 
 
 def accuracy(scene: Scene) -> SceneAccuracy:
