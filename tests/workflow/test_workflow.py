@@ -21,7 +21,6 @@ from squeal.files.sources import sources
 from tests.conftest import ROOT
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
-TIMED = {"precision"}
 SHOWN_TABLES = {table for chapter in CHAPTERS for table in chapter.tables} - {"advice", "chapters"}
 MAPS = {"results/quasi_static.json", "results/angles.json", "figures/fig13.pdf", "figures/maps.pdf"}
 
@@ -253,14 +252,6 @@ def test_history_figures_are_numbered_as_in_the_article():
     assert HISTORY_FIGURES == {
         "b1-a": 4, "b1-b": 5, "b1-c": 6, "b1-d": 7, "b2-a": 9, "b2-b": 10, "b2-c": 11, "b2-d": 12,
     }  # fmt: skip
-
-
-def test_jobs_that_measure_time_run_alone():
-    assert {study.name for study in STUDIES.values() if study.timed} == TIMED
-    for name in ("precision", "loci"):
-        text = snakemake(ROOT, "--dry-run", "--cores", "7", "--forceall", f"results/{name}.json")
-        threads = re.search(r"^    threads: (\d+)$", text, re.M)
-        assert (threads is not None and threads[1] == "7") is (name in TIMED)
 
 
 def test_jobs_are_shell_commands_with_a_log():

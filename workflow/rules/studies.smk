@@ -11,7 +11,5 @@ rule study:
         "logs/study/{study}.log",
     wildcard_constraints:
         study="|".join(STUDIES),
-    # all cores: nothing runs beside a job that measures time
-    threads: lambda wildcards: workflow.cores if STUDIES[wildcards.study].timed else 1
     shell:
         "python -m squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"

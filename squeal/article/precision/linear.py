@@ -24,7 +24,7 @@ from squeal.stability import complex_eigenvalues, critical_points, sweep
 POINTS = 100
 DIGITS = 30  # of the truth
 HALVINGS = (0, 8, 16, 24, 32, 40)
-ENOUGH = 0.1  # s of repeats
+ENOUGH = 0.05  # s of repeats
 GROWING = 1e-7  # real part over spectral radius; a double root has some sqrt(eps)
 
 Program = Callable[[np.ndarray, np.ndarray], np.ndarray]

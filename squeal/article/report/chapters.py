@@ -36,14 +36,10 @@ def _results(*names: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Study:
-    """results/NAME.json, computed by `squeal.article.studies.NAME` from the files that it reads.
-
-    A study that is `timed` measures run times: nothing else of the workflow runs beside it.
-    """
+    """results/NAME.json, computed by `squeal.article.studies.NAME` from the files that it reads."""
 
     name: str
     reads: tuple[str, ...] = ()
-    timed: bool = False
 
 
 @dataclass(frozen=True)
@@ -192,7 +188,7 @@ _PARTS = (
     Chapter(
         "precision",
         tables=("speed", "linear-speed"),
-        studies=(Study("precision", _scenes("b1-c", "b2-c", "b3"), timed=True),),
+        studies=(Study("precision", _scenes("b1-c", "b2-c", "b3")),),
         figures=(
             Figure("precision", "precision", _results("precision")),
             Figure("linear", "linear", _results("precision")),

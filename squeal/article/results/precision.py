@@ -9,8 +9,11 @@ from squeal.files.records import Record, Result
 
 
 class Point(Record):
-    """One run of a path: relative error of the final place, greatest error of the contact times in
-    natural units (None if none were found), seconds (median), steps, changes missed and made up."""
+    """One run of a path.
+
+    Relative error of the final place, greatest error of the contact times in natural units (None if
+    none were found), median processor time in s, steps, changes missed and made up.
+    """
 
     case: str
     path: str
@@ -37,7 +40,7 @@ class Check(Record):
 
 
 class Timing(Record):
-    """Error and median time (s) of a program at a task of the linear side.
+    """Error and median processor time (s) of a program at a task of the linear side.
 
     `size` is what was asked of it: matrices of a sweep, points a side of a map, halvings of the
     interval around a threshold.
