@@ -10,6 +10,7 @@ of real matrices at a real shift all of it is real.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from squeal.stability.sparse.factor import Factor
 from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 
 CONVERGED = 1e-13  # residual of a Ritz value relative to theta
+ROUGH = 1e-4  # the same of a subspace in single precision
 EVERY = 12  # steps between looks at the Ritz values
 
 
@@ -41,17 +43,25 @@ class Krylov:
         radius: float,
         rng: np.random.Generator,
         transposed: bool = False,
+        single: bool = False,
     ) -> None:
         self.problem = problem.transposed() if transposed else problem
         self.shift, self.radius = shift, radius
         self._factor, self._transposed = factor, transposed
-        self._slope = radius * self.problem.slope(shift)
+        self._slope, self._mass = radius * self.problem.slope(shift), radius**2 * self.problem.M
         self._type = float if problem.real and shift.imag == 0.0 else complex
+        self._kept: Any = self._type  # precision of the long vectors
+        if single:
+            self._kept = np.float32 if self._type is float else np.complex64
+            self._slope = self._slope.astype(self._kept)
+            self._mass = self._mass.astype(self._kept)
+        self._eps = float(np.finfo(self._kept).eps)
+        self._converged = ROUGH if single else CONVERGED
         start = rng.standard_normal(problem.n)
         if self._type is complex:
             start = start + 1j * rng.standard_normal(problem.n)
-        start = factor.solve(radius**2 * (self.problem.M @ start), transposed)
-        self._U = np.zeros((problem.n, 0), dtype=self._type, order="F")
+        start = factor.solve(self._mass @ start, transposed)
+        self._U = np.zeros((problem.n, 0), dtype=self._kept, order="F")
         self._used = 0
         self._G = np.zeros((2, 0, 0), dtype=self._type)
         self._H = np.zeros((0, 0), dtype=self._type)
@@ -65,7 +75,7 @@ class Krylov:
         """Enlarge the arrays for so many steps."""
         if self._U.shape[1] > steps:
             return
-        grown = np.zeros((self.problem.n, steps + 1), dtype=self._type, order="F")
+        grown = np.zeros((self.problem.n, steps + 1), dtype=self._kept, order="F")
         grown[:, : self._used] = self._U[:, : self._used]
         G = np.zeros((2, steps + 1, steps + 1), dtype=self._type)
         H = np.zeros((steps + 1, steps), dtype=self._type)
@@ -83,9 +93,9 @@ class Krylov:
     def _step(self) -> None:
         j, k = self.steps, self._used
         U, (G1, G2) = self._U, self._G
-        first = U[:, :k] @ G1[:k, j]
-        second = U[:, :k] @ G2[:k, j]
-        right = self._slope @ first + self.radius**2 * (self.problem.M @ second)
+        first = U[:, :k] @ G1[:k, j].astype(self._kept)
+        second = U[:, :k] @ G2[:k, j].astype(self._kept)
+        right = self._slope @ first + self._mass @ second
         r = -self._factor.solve(right, self._transposed)
         before = float(np.linalg.norm(r))
         top = np.zeros(k + 1, dtype=self._type)
@@ -94,7 +104,7 @@ class Krylov:
             r -= U[:, :k] @ s
             top[:k] += s
         rest = float(np.linalg.norm(r))
-        if rest > 1e-15 * before:  # else nothing new: the subspace of first vectors is full
+        if rest > 4 * self._eps * before:  # else nothing new: the subspace of first vectors is full
             U[:, k] = r / rest
             top[k] = rest
             self._used = k + 1
@@ -120,7 +130,7 @@ class Krylov:
         with np.errstate(divide="ignore", invalid="ignore"):
             residual = abs(self._H[m, m - 1]) * np.abs(Y[m - 1]) / size
             distance = self.radius / size
-        good = residual <= CONVERGED
+        good = residual <= self._converged
         reach = float(np.min(distance[~good], initial=np.inf))
         order = np.argsort(distance[good])
         theta, Y = theta[good][order], Y[:, good][:, order]
@@ -131,7 +141,7 @@ class Krylov:
         small = self._G[0, :k, :m] @ Y / theta if len(theta) else self._G[0, :k, :m] @ Y
         large = self._G[1, :k, :m] @ Y
         inner = np.where(np.abs(theta) >= 1.0, small, large)
-        shapes = self._U[:, :k] @ inner
+        shapes = self._U[:, :k] @ inner.astype(np.result_type(self._kept, np.complex64))
         if shapes.size:
             shapes = shapes / np.linalg.norm(shapes, axis=0)
         return Near(self.shift, values, shapes, reach)

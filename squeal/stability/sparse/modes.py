@@ -274,13 +274,11 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with their backward errors and conditions, by rising frequency."""
     values, right, left = roots.values, roots.right, roots.left
     residuals = problem.backward_errors(values, right)
-    size = np.abs(values)
-    weight = size**2 * problem.norms[0] + size * problem.norms[1] + problem.norms[2]
     image = problem.M @ (right * (2 * values)) + problem.C @ right
-    across = size * np.abs(np.sum(left.conj() * image, axis=0))
+    across = np.abs(values) * np.abs(np.sum(left.conj() * image, axis=0))
     lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
     condition = np.full(len(values), np.inf)
-    np.divide(weight * lengths, across, out=condition, where=across != 0)
+    np.divide(problem.size(values) * lengths, across, out=condition, where=across != 0)
     x, y = _physical(problem, right), _physical(problem, left)
     found = [
         Eigenvalue(complex(v), x[:, j], y[:, j], float(residuals[j]), float(condition[j]))

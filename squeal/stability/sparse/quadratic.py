@@ -61,15 +61,20 @@ class Quadratic:
 
     def apply(self, values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
         """P(values[j]) vectors[:, j] as columns (n, m)."""
-        result = self.M @ (vectors * values**2) + self.C @ (vectors * values) + self.K @ vectors
-        return np.asarray(result)
+        parts = np.hstack([vectors.real, vectors.imag])  # of real matrices less work
+        m, c, k = (np.split(A @ parts, 2, axis=1) for A in (self.M, self.C, self.K))
+        mass, damping, stiffness = (x + 1j * y for x, y in (m, c, k))
+        return np.asarray(mass * values**2 + damping * values + stiffness)
 
     def backward_errors(self, values: ComplexArray, vectors: ComplexArray) -> Array:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
-        size = np.abs(values)
-        weight = size**2 * self.norms[0] + size * self.norms[1] + self.norms[2]
         rest = np.linalg.norm(self.apply(values, vectors), axis=0)
-        return np.asarray(rest / (weight * np.linalg.norm(vectors, axis=0)))
+        return np.asarray(rest / (self.size(values) * np.linalg.norm(vectors, axis=0)))
+
+    def size(self, values: ComplexArray) -> Array:
+        """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""
+        size = np.abs(values)
+        return np.asarray(size**2 * self.norms[0] + size * self.norms[1] + self.norms[2])
 
     def transposed(self) -> Quadratic:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""

@@ -13,17 +13,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.stability.sparse.correction import corrected_modes, enlarged
 from squeal.stability.sparse.dense import dense_roots, dense_values
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import Modes, Progress, modes_in
-from squeal.stability.sparse.quadratic import Array, ComplexArray, norm_of
+from squeal.stability.sparse.modes import Progress, modes_in
+from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, norm_of
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
 from squeal.stability.terms import Term, TermSystem
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
-DROPPED = 1e-9  # part of a snapshot outside the basis that is left out
+DROPPED = 1e-8  # part of a snapshot outside the basis that is left out
 MARGIN = 0.04  # snapshots are taken from a region this much larger on each side
 SKETCH = 48  # random vectors that estimate a residual; the last word has the residual itself
 SAMPLES = 20  # full solutions before a reduction is given up
@@ -62,17 +63,11 @@ class Basis:
         return self.vectors.shape[1]
 
     def extend(self, snapshots: ComplexArray) -> int:
-        """Add what the real and imaginary parts of unit columns (n, m) bring; how many it is."""
-        rest = np.hstack([snapshots.real, snapshots.imag])
-        for _ in range(2):
-            rest = rest - self.vectors @ (self.vectors.T @ rest)
-        left, singular, _ = np.linalg.svd(rest, full_matrices=False)
-        new = left[:, singular > DROPPED]
-        new -= self.vectors @ (self.vectors.T @ new)
-        new = np.linalg.qr(new)[0]
-        self.vectors = np.hstack([self.vectors, new])
+        """Add what the real and imaginary parts of columns (n, m) bring; how many it is."""
+        before = self.size
+        self.vectors = enlarged(self.vectors, snapshots, DROPPED)
         self._sketch = None
-        return int(new.shape[1])
+        return self.size - before
 
     def system(self) -> TermSystem:
         """The reduced system: the full one's factors, matrices (d, d)."""
@@ -97,13 +92,13 @@ class Basis:
 
     def triangle(self) -> np.ndarray:
         """Blocks (terms, r, d) whose combinations have the norm of the residual."""
-        blocks = [A for part in PARTS for A in self._matrices[part]]
+        blocks = [A.tocsr() for part in PARTS for A in self._matrices[part]]
         n, columns = self.scaled.n, len(blocks) * self.size
         step = max(4 * columns, 4096)
         R = np.zeros((0, columns))
         for start in range(0, n, step):  # by rows, so that memory stays small
             rows = slice(start, start + step)
-            part = np.hstack([A.T.tocsc()[:, rows].T @ self.vectors for A in blocks])
+            part = np.hstack([A[rows] @ self.vectors for A in blocks])
             R = np.asarray(np.linalg.qr(np.vstack([R, part]), mode="r"))
         return np.moveaxis(R.reshape(len(R), len(blocks), self.size), 1, 0)
 
@@ -182,28 +177,26 @@ def reduce_system(
     if not values:
         raise InputError("at least one value of the parameters is required")
     basis = Basis(scaled)
-    wide = _widened(region)
+    wide = region.widened(MARGIN)
     samples: list[Changes] = []
     where = len(values) // 2
     with one_thread():
         while True:
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
-            full = modes_in(scaled.at(values[where]), wide, certify=False, progress=progress)
-            grown = basis.extend(_snapshots(full, scaled.scale))
+            grown = basis.extend(_snapshots(scaled.at(values[where]), wide, progress))
             samples.append(values[where])
             if basis.size == 0:
                 raise ComputationError("the region holds no root that a basis could start from")
-            system, blocks = basis.system(), basis.sketch()
-            worst = _errors(basis, system, blocks, region, values)
+            system = basis.system()
+            roots = [dense_roots(*system.at(changes), region) for changes in values]
+            worst = _errors(basis, basis.sketch(), roots, values)
             if worst.max() <= tolerance / 2 or not grown:
-                blocks = basis.triangle()
-                worst = _errors(basis, system, blocks, region, values)
+                worst = _errors(basis, basis.triangle(), roots, values)
                 if worst.max() <= tolerance or not grown:
                     break
             where = int(np.argmax(worst))
             if values[where] in samples or len(samples) == SAMPLES:
-                blocks = basis.triangle()
-                worst = _errors(basis, system, blocks, region, values)
+                worst = _errors(basis, basis.triangle(), roots, values)
                 break
     return Reduction(system, basis, tuple(samples), float(worst.max()), "reduced")
 
@@ -234,8 +227,9 @@ def reduce_to_real_modes(
             raise ComputationError(f"the real modes were not found: {error}") from None
         basis = Basis(scaled)
         basis.extend(vectors / np.linalg.norm(vectors, axis=0))
-        system, blocks = basis.system(), basis.triangle()
-        worst = _errors(basis, system, blocks, region, values)
+        system = basis.system()
+        roots = [dense_roots(*system.at(changes), region) for changes in values]
+        worst = _errors(basis, basis.triangle(), roots, values)
     return Reduction(system, basis, (), float(worst.max()), "modal")
 
 
@@ -249,42 +243,27 @@ def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
     return sum(constant[1:], constant[0])
 
 
-def _widened(region: Rectangle) -> Rectangle:
-    wide, high = (
-        MARGIN * (region.high_real - region.low_real),
-        MARGIN * (region.high_imag - region.low_imag),
-    )
-    return Rectangle(
-        region.low_real - wide,
-        region.high_real + wide,
-        region.low_imag - high,
-        region.high_imag + high,
-    )
-
-
-def _snapshots(full: Modes, scale: Array) -> ComplexArray:
-    """Unit vectors (n, m) of the right and left modes, in scaled coordinates."""
-    columns = [v / scale for e in full.eigenvalues for v in (e.right, e.left)]
-    columns = [c / np.linalg.norm(c) for c in columns if not np.isnan(c[0])]
-    if not columns:
-        return np.zeros((len(scale), 0), dtype=complex)
-    return np.array(columns).T
+def _snapshots(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
+    """Vectors (n, m) of the right and left modes in a region, in scaled coordinates."""
+    roots = corrected_modes(problem, region, progress)
+    if roots is not None:
+        return np.hstack([roots.right, roots.left])
+    full = modes_in(problem, region, certify=False, progress=progress)
+    columns = [v / problem.scale for e in full.eigenvalues for v in (e.right, e.left)]
+    known = [c for c in columns if not np.isnan(c[0])]
+    return np.array(known).T if known else np.zeros((problem.n, 0), dtype=complex)
 
 
 def _errors(
-    basis: Basis,
-    system: TermSystem,
-    blocks: np.ndarray,
-    region: Rectangle,
-    values: Sequence[Changes],
+    basis: Basis, blocks: np.ndarray, roots: Sequence[Roots], values: Sequence[Changes]
 ) -> Array:
-    """The worst backward error of a root in the region at each of the values, 0 without one."""
+    """The worst backward error of a root in the full problem at each of the values, 0 without
+    one."""
     result = np.zeros(len(values))
-    for k, changes in enumerate(values):
-        roots: Roots = dense_roots(*system.at(changes), region)
-        if len(roots.values):
-            weights = basis.weights(roots.values, changes)
-            result[k] = _residuals(blocks, *weights, roots.right).max()
+    for k, (found, changes) in enumerate(zip(roots, values, strict=True)):
+        if len(found.values):
+            weights = basis.weights(found.values, changes)
+            result[k] = _residuals(blocks, *weights, found.right).max()
     return result
 
 

@@ -75,6 +75,17 @@ class Rectangle:
         a, b = self.corners[k], self.corners[(k + 1) % 4]
         return a + (t - k) * (b - a)
 
+    def widened(self, share: float) -> Rectangle:
+        """The region with a share of its size more on each side."""
+        wide = share * (self.high_real - self.low_real)
+        high = share * (self.high_imag - self.low_imag)
+        return Rectangle(
+            self.low_real - wide,
+            self.high_real + wide,
+            self.low_imag - high,
+            self.high_imag + high,
+        )
+
     def without_middle(self, reach: float) -> list[Rectangle]:
         """What is left along the longer side if a disc of radius `reach` about the centre is
         known: nothing, two ends, or two halves if the disc is narrower than the rectangle."""

@@ -1,0 +1,121 @@
+"""Modes to nearly full precision from rough ones, right and left, by blocks of corrections.
+
+In the space of what is known of some modes the full problem has Ritz pairs; P(shift)^-1, applied
+to the residuals of all of them at once, brings the directions that they lack (residual inverse
+iteration, Neumaier 1985, as a subspace method). What a factor in single precision solves is good
+enough for that, since the residuals are those of the full problem in double precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from squeal.stability.sparse.dense import dense_roots
+from squeal.stability.sparse.factor import Factor, factorise_at
+from squeal.stability.sparse.krylov import EVERY, Krylov
+from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
+from squeal.stability.sparse.region import Rectangle
+
+CORRECTED = 1e-8  # backward error of right and left modes, with which this ends
+ROUNDS = 10
+STEPS = 180  # of the subspace
+BORDER = 0.01  # of a side of the region: roots this close to it may come to lie on its other side
+BESIDE = 1e-4  # of a unit vector: part outside the known space that is followed
+DROPPED = 1e-6  # the same of what begins it
+
+
+def corrected_modes(
+    problem: Quadratic, region: Rectangle, progress: Callable[[str], None] = lambda text: None
+) -> Roots | None:
+    """The roots in a region with unit right and left vectors of backward errors below 1e-8.
+
+    One Krylov subspace in single precision finds them all, roughly; None if it does not reach the
+    region's corners, or if the corrections do not end with as many roots.
+    """
+    progress(f"factorising {problem.n} rows at {region.centre:.6g}")
+    shift, factor = factorise_at(problem, region.centre, single=True)
+    krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
+    limit = min(STEPS, 2 * problem.n - 1)
+    reach = 0.0
+    while reach < region.radius:
+        if krylov.steps >= limit:
+            return None
+        krylov.advance(min(EVERY, limit - krylov.steps))
+        reach = krylov.found(vectors=False).reach
+    near = krylov.found()
+    del krylov  # its memory
+    inner = region.widened(-BORDER)
+    found = _corrected(problem, factor, near.vectors, region)
+    enough = found is not None and len(found.values) >= np.sum(inner.contains(near.values))
+    return found if enough else None
+
+
+def _corrected(
+    problem: Quadratic, factor: Factor, rough: ComplexArray, region: Rectangle
+) -> Roots | None:
+    """The roots in a region from rough right vectors (n, m) and a factor of P near them; None if
+    they do not come to be good."""
+    other = problem.transposed()
+    space = _Space(problem, other, enlarged(np.zeros((problem.n, 0)), rough, DROPPED))
+    for _ in range(ROUNDS):
+        M, C, K = space.parts
+        ritz = dense_roots(M, C, K, region, left=True)
+        x, y = space.V @ ritz.right, space.V @ ritz.left.conj()
+        rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
+        errors = [np.linalg.norm(rest, axis=0) / problem.size(ritz.values) for rest in rests]
+        bad = [error > CORRECTED for error in errors]
+        if not np.any(bad):
+            return Roots(ritz.values, x, y.conj())
+        steps = [
+            factor.solve(rest[:, which], transposed)
+            for rest, which, transposed in zip(rests, bad, (False, True), strict=True)
+            if np.any(which)
+        ]
+        space.enlarge(np.hstack(steps))
+    return None
+
+
+class _Space:
+    """A growing orthonormal basis V (n, d) with the matrices V' A V of M, C and K."""
+
+    def __init__(self, problem: Quadratic, other: Quadratic, V: Array) -> None:
+        self._right, self._left = ((p.M, p.C, p.K) for p in (problem, other))
+        self.V = V
+        self.parts = [V.T @ (A @ V) for A in self._right]
+
+    def enlarge(self, columns: ComplexArray) -> None:
+        """Add columns (n, m)."""
+        d = self.V.shape[1]
+        self.V = enlarged(self.V, columns, BESIDE)
+        old, new = self.V[:, :d], np.ascontiguousarray(self.V[:, d:])
+        for k, (A, B) in enumerate(zip(self._right, self._left, strict=True)):
+            image = A @ new
+            side, corner = old.T @ image, new.T @ image
+            self.parts[k] = np.block([[self.parts[k], side], [(B @ new).T @ old, corner]])
+
+
+def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
+    """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
+    unit vectors what exceeds `dropped`."""
+    columns = columns / np.linalg.norm(columns, axis=0)
+    rest = np.hstack([columns.real, columns.imag]).astype(float)
+    while rest.size:
+        for _ in range(2):
+            rest -= V @ (V.T @ rest)
+        new, largest = _principal(rest, dropped)
+        if largest <= dropped:
+            break
+        new -= V @ (V.T @ new)
+        V = np.hstack([V, _principal(new, 0.1)[0]])
+    return V
+
+
+def _principal(columns: Array, least: float) -> tuple[Array, float]:
+    """Orthonormal principal axes of columns (n, m) with singular values above `least` and 1e-4 of
+    the largest, which is returned too: by products of matrices alone, much faster than an SVD."""
+    squares, axes = np.linalg.eigh(columns.T @ columns)
+    kept = squares > max(least, 1e-4 * np.sqrt(max(squares[-1], 0.0))) ** 2
+    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), float(np.sqrt(max(squares[-1], 0)))
