@@ -1,6 +1,6 @@
 """Sources: the import list against what Python itself loads."""
 
-import re
+import ast
 import shutil
 import subprocess
 import sys
@@ -43,16 +43,58 @@ def test_unknown_module_is_refused():
         sources("squeal.nothing")
 
 
-def test_other_packages_are_those_of_the_import_lines():
-    """Against the text of the sources: a line that begins with import or from names a package."""
-    for module in (*MODULES, "squeal.article.studies.precision"):
-        named = set()
-        for path in sources(module):
-            if path.endswith(".py"):
-                text = (ROOT.parent / path).read_text(encoding="utf-8")
-                line = r"^ *(?:import|from) (\w+)[\w.]*(?: import| as|$)"
-                named |= set(re.findall(line, text, re.M))
-        assert set(packages(module)) == named - set(sys.stdlib_module_names) - {"squeal"}
+def parsed(text):
+    """All that a text imports, by Python's own parser, without what type checkers alone see."""
+    found, wanted = set(), [ast.parse(text)]
+    while wanted:
+        node = wanted.pop()
+        if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
+            wanted += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
+def test_imports_are_those_that_python_parses():
+    for path in ROOT.rglob("*.py"):
+        assert sources_module._imports(path) == parsed(path.read_text(encoding="utf-8")), path
+
+
+def test_imports_in_odd_places_are_those_that_python_parses(tmp_path):
+    text = '''"""A text with code.
+
+    import nothing
+    from nowhere import nothing
+"""
+import os, re as regex
+from a.b import (  # a remark, with commas
+    c,
+    d as e,
+)
+if TYPE_CHECKING:
+    import never
+
+    from never import seen
+from f import g  # another
+
+def h():
+    """One line. import no"""
+    try:
+        import i.j
+    except ImportError:
+        from k import l
+'''
+    file = tmp_path / "odd.py"
+    file.write_text(text, encoding="utf-8")
+    found = sources_module._imports(file)
+    assert found == parsed(text)
+    assert {"os", "re", "a.b.d", "f.g", "i.j", "k.l"} <= found
+    assert not {"nothing", "nowhere", "never", "no"} & found
+
+
+def test_packages_are_those_that_are_imported():
     assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.commands.simulate"))
     assert packages("squeal.errors") == []
 
