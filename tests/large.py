@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, diags_array, eye_array, kron
+from scipy.sparse import block_diag, coo_array, csc_array, diags_array, eye_array, kron
 
 from squeal.numerics.formula import Formula
 from squeal.stability.terms import Term, TermSystem
@@ -187,3 +187,27 @@ def wiresaw(n: int, speed: float = 0.01) -> tuple:
 def twice(matrices: tuple) -> tuple:
     """Two uncoupled copies: every root is double."""
     return tuple(csc_array(kron(eye_array(2), x)) for x in matrices)
+
+
+def with_loss_factor(rng: np.random.Generator, size: int = 60) -> tuple[TermSystem, float, float]:
+    """lambda^2 + A(mu) with A = (1 + i eta) diag(a, b) + mu [[0, -k], [k, 0]] among other, stable,
+    oscillators, mixed: at the threshold an eigenvalue of A is real and positive, 2 a b / (a + b).
+
+    The system, its threshold and the frequency there, rad/s.
+    """
+    eta, a, b = 0.03, 400.0**2, 480.0**2
+    k = 0.5 * (b - a)
+    mu = np.sqrt(a * b * (eta**2 + ((a - b) / (a + b)) ** 2)) / k
+    w = rng.uniform(300.0, 900.0, size)
+    M, _, K = blocks(np.zeros(size), w, rng)
+    K0 = block_diag([np.diag([a, b]), K]) * (1 + 1j * eta)
+    K1 = block_diag([np.array([[0.0, -k], [k, 0.0]]), csc_array((size, size))])
+    parts = block_diag([np.eye(2), M]), K0, K1
+    n = size + 2
+    left, right = (
+        csc_array(np.eye(n) + np.where(rng.uniform(size=(n, n)) < 0.05, 0.02, 0.0))
+        for _ in range(2)
+    )
+    M, K0, K1 = (csc_array(left @ x @ right) for x in parts)
+    system = TermSystem((Term(M),), (), (Term(K0), Term(K1, Formula("mu"))), {"mu": 0.1})
+    return system, mu, np.sqrt(2 * a * b / (a + b))

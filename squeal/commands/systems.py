@@ -115,10 +115,9 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
 def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
     """What grows; of a small system whose roots are all known with the onset of each."""
     at = system.parameters[system.parameter]
-    real = not any(np.iscomplexobj(X) for X in system.at() if X is not None)
     grow = growing(roots)
     whole = len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE
-    if not (grow and real and at > 0.0 and whole):
+    if not (grow and system.real and at > 0.0 and whole):
         return grow
     own = plain_arrays(system)
     try:
@@ -209,7 +208,7 @@ def _head(file: SystemFile, system: TermSystem) -> dict[str, Any]:
     found |= {"parameters": dict(system.parameters)}
     found |= {"matrices": matrix_list(file), "checks": system_checks(system)}
     M, C, K = system.at()
-    if system.n <= SHOWN_ROWS and not any(np.iscomplexobj(X) for X in (M, C, K) if X is not None):
+    if system.n <= SHOWN_ROWS and system.real:
         found |= {
             "M": dense(M).tolist(),
             "C": (np.zeros((system.n, system.n)) if C is None else dense(C)).tolist(),

@@ -91,6 +91,11 @@ class TermSystem:
         return any(is_sparse(term.matrix) for _, _, term in self._all())
 
     @property
+    def real(self) -> bool:
+        """True if all matrices are real, so that roots come in conjugate pairs."""
+        return not any(np.iscomplexobj(term.matrix) for _, _, term in self._all())
+
+    @property
     def nonzeros(self) -> int:
         """Stored entries of all matrices."""
         return sum(

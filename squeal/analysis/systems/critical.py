@@ -70,13 +70,19 @@ def system_thresholds(
 ) -> SystemThresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
-    Raises InputError for an empty range, and for a large system without a band or region.
+    Raises InputError for an empty range, and for a large system or complex matrices without a
+    band or region.
     """
     wanted = wanted or Wanted()
+    if not system.real and wanted.rectangle is None:
+        raise InputError(
+            "--band: is missing; thresholds with a structural loss factor (complex matrices) need "
+            "--band or --region"
+        )
     low = start_of(system, low, high)
     if not low < high:
         raise InputError(f"--max {high:g}: is not allowed; it must exceed {low:g}")
-    if is_small(system) and (wanted.rectangle is None or _regular(system, low)):
+    if is_small(system) and system.real and (wanted.rectangle is None or _regular(system, low)):
         return _small(system, low, high, wanted)
     return _large(system, low, high, wanted, progress)
 
@@ -116,7 +122,7 @@ def _large(
     reduction, region = reduced_for(system, wanted, changes, progress=progress)
     unconfirmed: tuple[str, ...] = ()
     progress("following the roots of the reduced system")
-    if system.C:
+    if system.C or not system.real:
         found = crossings_along(reduction, region, name, values)
         unconfirmed = found.unconfirmed
         rows = [
@@ -212,17 +218,19 @@ def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Pr
     growing = Rectangle(edge, region.high_real, region.low_imag, region.high_imag)
     vectors = reduction.basis.vectors @ found.vectors
     known = Roots(found.values, vectors, np.full_like(vectors, np.nan))
-    mirrored = Roots(
-        np.concatenate([known.values, known.values.conj()]),
-        np.hstack([known.right, known.right.conj()]),
-        np.hstack([known.left, known.left]),
-    )
+    if reduction.system.real:
+        mirrored = known.mirrored()
+        known = Roots(
+            np.concatenate([known.values, mirrored.values]),
+            np.hstack([known.right, mirrored.right]),
+            np.hstack([known.left, mirrored.left]),
+        )
     around = Discs(((region.centre, region.radius),))
     progress(f"counting growing roots at {name} = {value:.6g}")
     try:
         with one_thread():
             problem = reduction.basis.scaled.at({name: value})
-            count = count_roots(problem, growing, mirrored, around, progress)
+            count = count_roots(problem, growing, known, around, progress)
     except ComputationError:
         return False
     return count.inside == int(growing.contains(found.values).sum())

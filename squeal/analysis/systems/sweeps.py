@@ -74,7 +74,7 @@ def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
 
 def noise_of(system: TermSystem) -> float:
     """What of |lambda| may be rounding in a real part."""
-    return NOISE if system.C else SPLIT
+    return NOISE if system.C or not system.real else SPLIT
 
 
 def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
@@ -144,7 +144,7 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
     assert M is not None
     assert K is not None
     roots = dense_values(M, C, K)
-    if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+    if not system.real:
         roots = roots[roots.imag >= 0.0]
     if wanted.band is not None:
         low, high = (2 * np.pi * f for f in wanted.band)

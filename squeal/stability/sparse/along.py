@@ -28,6 +28,7 @@ DOUBT = 0.25  # of the change: error of the prediction from both ends that is ac
 SMALL = 1e-4  # of |lambda|: ... or this
 NEWTON = 5  # steps on the reduced system; the full one goes on from there
 NOISE = 0.05
+REAL = 1e-6  # of the region's highest imaginary part
 SAME = 1e-7  # relative: crossings closer than this are one
 
 
@@ -66,15 +67,20 @@ class Along:
     def __init__(
         self, reduction: Reduction, region: Rectangle, name: str, changes: Mapping[str, float]
     ) -> None:
-        if not region.low_real < 0.0 < region.high_real:
+        if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(
-                f"region {region.low_real:g}:{region.high_real:g}: must hold the imaginary axis"
+                f"region {region.low_real:g}:{region.high_real:g}:{region.low_imag:g}:"
+                f"{region.high_imag:g}: must hold a part of the upper imaginary axis"
             )
-        self.reduction, self.region, self.name, self.changes = reduction, region, name, changes
+        self.reduction, self.name, self.changes = reduction, name, changes
+        # a root of real matrices is real below this; complex ones mean what is above the axis
+        self.real = REAL * region.high_imag if reduction.system.real else 0.0
+        low = max(region.low_imag, -self.real)
+        self.region = Rectangle(region.low_real, region.high_real, low, region.high_imag)
         self._states: dict[float, State] = {}
 
     def at(self, value: float) -> State:
-        """The roots at a value of the parameter."""
+        """The roots at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
             at = {**self.changes, self.name: value}
             M, C, K = self.reduction.system.at(at)
@@ -200,7 +206,7 @@ def crossings_along(
                 continue
             place, state, k = refined
             omega = abs(state.roots[k].imag)
-            real = omega <= 1e-6 * max(abs(region.high_imag), abs(region.low_imag))
+            real = omega <= along.real
             vectors = basis @ state.right[:, k], basis @ state.left[:, k]
             try:
                 found = axis_crossing(

@@ -60,7 +60,7 @@ def test_crossings_are_found_and_located(rng):
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert (crossing.kind, crossing.direction) == ("flutter", "up")
     assert crossing.residual < 1e-14
-    with pytest.raises(InputError, match="must hold the imaginary axis"):
+    with pytest.raises(InputError, match="must hold a part of the upper imaginary axis"):
         crossings_along(reduction, Rectangle(-2.0, -1.0, 1.0, 2.0), "mu", values)
 
 
@@ -131,3 +131,19 @@ def test_a_factorisation_serves_again(rng, monkeypatch):
         assert crossing.value == pytest.approx(mu, rel=1e-11)
         assert crossing.interval[0] <= mu <= crossing.interval[1]
         assert crossing.slope == pytest.approx(found.slope, rel=1e-9)
+
+
+def test_a_structural_loss_factor(rng):
+    """Complex K: the crossing of the closed form, one root and no mirror image."""
+    system, mu, omega = large.with_loss_factor(rng)
+    values = [0.0, 0.7, 1.4]
+    for low in (350.0, -600.0):  # below the axis lie images that grow without meaning
+        region = Rectangle(-60.0, 60.0, low, 600.0)
+        reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
+        found = crossings_along(reduction, region, "mu", values)
+        assert not found.unconfirmed
+        (crossing,) = found.crossings
+        assert crossing.value == pytest.approx(mu, rel=1e-10)
+        assert crossing.omega == pytest.approx(omega, rel=1e-10)
+        assert crossing.direction == "up"
+        assert crossing.interval[0] <= mu <= crossing.interval[1]

@@ -1,0 +1,40 @@
+"""Thresholds with a structural loss factor against a closed form."""
+
+import numpy as np
+import pytest
+
+from squeal.analysis.systems import critical
+from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError
+from squeal.stability.sparse.count import Count
+from squeal.stability.sparse.region import Rectangle
+from tests import large
+
+REGION = Wanted(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
+
+
+def test_the_threshold_is_certified():
+    system, mu, omega = large.with_loss_factor(np.random.default_rng(4))
+    found = system_thresholds(system, 1.4, wanted=REGION)
+    assert found.verdict == "stable"
+    (point,) = found.points
+    assert point.kind == "flutter"
+    assert point.mu == pytest.approx(mu, rel=1e-10)
+    assert point.frequency_hz == pytest.approx(omega / (2 * np.pi), rel=1e-10)
+    assert found.certified
+    assert not found.unconfirmed
+
+
+def test_a_count_that_disagrees(monkeypatch):
+    system, mu, _ = large.with_loss_factor(np.random.default_rng(4))
+    monkeypatch.setattr(critical, "count_roots", lambda *given: Count(3, 1, 0.0))
+    found = system_thresholds(system, 1.4, wanted=REGION)
+    assert found.certified is False
+    assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
+
+
+def test_without_a_region():
+    system, _, _ = large.with_loss_factor(np.random.default_rng(4))
+    with pytest.raises(InputError, match="--band: is missing; thresholds with a structural"):
+        system_thresholds(system, 1.4)
