@@ -5,15 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
+from squeal.article.report.physics import springs_table
 from squeal.article.results.line_springs import Case, Compared, Contact, LineSprings, Threshold
 from squeal.article.studies import line_springs as springs_study
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.records import Missing
+from squeal.model.contact import Formulation
+from squeal.model.equations import PadModel
 from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from tests.article import known
 from tests.conftest import HAMMERING as SCENES
-from tests.conftest import needs_heyoka
+from tests.conftest import needs_heyoka, random_pad
 
 
 def test_many_springs_move_as_the_line_does_ever_nearer():
@@ -35,7 +38,9 @@ def test_nothing_is_compared_where_no_motion_reaches_its_end():
     none = LineSprings(
         cases={"c": Case(why, (why,), False, points)}, starts={}, stop=1.0, mu_max=2.0
     )
-    assert "depends on the case" in known.physics(springs=none)["physics.springs.verdict"]
+    values = known.physics(springs=none)
+    assert values["physics.springs.lost"] == values["physics.springs.apart"] == ""
+    assert "not compared" in values["physics.springs.against"]
 
 
 def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
@@ -54,22 +59,15 @@ def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
 @pytest.mark.parametrize(
     ("lost", "apart", "off", "mu", "words"),
     [
-        (0.8, 0.4, 0.001, 0.4, ("exaggerates partial contact and separation,", "within", "no thr")),
-        (
-            0.3,
-            0.4,
-            0.001,
-            0.3,
-            ("exaggerates separation and understates par", "within", "is $0.3$ on 2"),
-        ),
-        (0.3, 0.1, 0.2, 0.4, ("understates partial contact and separation,", "still", "no thres")),
-        (0.5, 0.2, 0.2, 0.4, ("depends on the case", "still", "no threshold")),
+        (0.8, 0.4, 0.001, 0.4, ("longer in (c)", "longer in (c)", "within", "no threshold")),
+        (0.3, 0.4, 0.001, 0.3, ("a shorter time in", "longer in (c)", "within", "is $0.3$ on 2")),
+        (0.3, 0.1, 0.2, 0.4, ("a shorter time in", "a shorter time in", "still", "no threshold")),
+        (0.5, 0.2, 0.2, 0.4, ("as long in (c)", "as long in (c)", "still", "no threshold")),
     ],
 )
-def test_the_verdict_on_points_follows_the_shares(lost, apart, off, mu, words):
-    found = springs(lost, apart, off, mu)
-    values = known.physics(springs=found)
-    keys = ("verdict", "limit", "thresholds")
+def test_sentences_on_points_follow_the_shares(lost, apart, off, mu, words):
+    values = known.physics(springs=springs(lost, apart, off, mu))
+    keys = ("lost", "apart", "limit", "thresholds")
     for key, part in zip(keys, words, strict=True):
         assert part in values[f"physics.springs.{key}"]
 
@@ -87,18 +85,35 @@ def test_on_two_springs_and_on_the_line_full_contact_is_the_same_motion():
     assert found.apart == (0, 0, springs_study.SIDE**2)
 
 
-def test_over_starts_both_directions_are_told_for_each_case():
+def test_springs_inside_the_edges_part_sooner_and_lose_an_edge_later_in_the_same_motion():
+    """What the report says of the geometry, pose by pose."""
+    pad = random_pad(3, "B2", y0=0.0, theta0=0.0)
+    line = PadModel("B2", pad)
+    points = PadModel("BN", pad, Formulation(springs=2))
+    off_line, off_points = [], []
+    for y, theta in np.random.default_rng(2).uniform(-0.02, 0.02, (500, 2)):
+        at = np.array([0.0, y, theta])
+        off_line.append(line.gaps(at) > 0.0)
+        off_points.append(points.gaps(at) > 0.0)
+    edges, inner = np.array(off_line), np.array(off_points)
+    assert np.all(inner.all(axis=1) >= edges.all(axis=1))
+    assert np.all(inner.any(axis=1) <= edges.any(axis=1))
+    assert np.any(inner.all(axis=1) != edges.all(axis=1))
+    assert np.any(inner.any(axis=1) != edges.any(axis=1))
+
+
+def test_over_starts_the_table_counts_and_the_sentence_says_what_geometry_does_not_give():
     rows: dict[str, tuple[Compared, ...]] = {
-        "a": (Compared(1, (23, 30, 28), (30, 0, 51)), Compared(3, (33, 28, 20), (30, 0, 51))),
+        "a": (Compared(1, (23, 30, 28), (30, 0, 51)), Compared(3, (33, 28, 20), (30, 2, 49))),
         "b": (Compared(1, (0, 34, 47), (0, 0, 81)), Compared(3, (0, 34, 47), (0, 0, 81))),
     }
     found = dataclasses.replace(springs(0.5, 0.2, 0.2, 0.4), starts=rows)
     values = known.physics(springs=found)
-    assert "line from 30 of 162 starts and shorter from 0" in values["physics.springs.verdict"]
-    assert "line from 23 of 162 starts and shorter from 64" in values["physics.springs.verdict"]
-    told = values["physics.springs.starts"]
-    assert "of 81 starts in each case (a, b)" in told
-    assert "from 23, 0 and for a shorter time from 30, 34, for longer from 33, 0" in told
-    assert "28, 34 over 3 times that time" in told
-    without = known.physics(springs=springs(0.5, 0.2, 0.2, 0.4))
-    assert "from the scenes' own starts" in without["physics.springs.verdict"]
+    assert values["physics.springs.starts"] == "81"
+    assert "58 of 648 comparisons differ the other way" in values["physics.springs.against"]
+    table = springs_table(found)
+    assert r"surfaces apart, 3 times & 30 / 2 & 0 / 0 \\" in table
+    assert r"some contact lost, one time & 23 / 30 & 0 / 34 \\" in table
+    same = {"a": (Compared(1, (0, 30, 51), (30, 0, 51)),)}
+    values = known.physics(springs=dataclasses.replace(found, starts=same))
+    assert "no start differs the other way" in values["physics.springs.against"]

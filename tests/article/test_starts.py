@@ -21,7 +21,9 @@ from tests.conftest import needs_heyoka
     [
         (FULL, [], "no loss"),
         (NONE, [0, 1], "no loss"),  # lifted, then in full contact
-        (LEAD, [], "no loss"),  # never in full contact, but nothing is lost
+        (LEAD, [], "never in full contact"),
+        (NONE, [0], "never in full contact"),
+        (NONE, [0, 0], "separation"),  # it leaves the edge on which it landed
         (LEAD, [1, 1], "loss at an edge"),
         (FULL, [0, 0, 0, 0], "loss at an edge"),
         (FULL, [0, 1, 0, 1], "separation"),
@@ -79,7 +81,11 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
 @pytest.mark.parametrize(
     ("one", "other", "words"),
     [
-        ((3, 0.1, 0.6), (3, 0.1, 0.6), ("nearer to the equ", "case (c) alone: ", "another end")),
+        (
+            (3, 0.1, 0.6),
+            (3, 0.1, 0.6),
+            ("nearer to the equ", "both models in case (c)", "another end"),
+        ),
         ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
         ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
     ],

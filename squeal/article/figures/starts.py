@@ -11,16 +11,19 @@ from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.files.records import Missing
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
-COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#4D4D4D")
+COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#FFFFFF", "#4D4D4D")
 
 
 def starts_figure(found: Starts) -> Figure:
     """Maps of the kinds of motion; a cross at the equilibrium, a ring at the scene's own start."""
-    colours, norm = ListedColormap(list(COLOURS)), BoundaryNorm(np.arange(6) - 0.5, 5)
+    colours, norm = (
+        ListedColormap(list(COLOURS)),
+        BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS)),
+    )
     scenes = {n: one for n, one in found.scenes.items() if isinstance(one, SceneStarts)}
     rows = max(len(one.maps) for one in scenes.values())
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.9 * rows + 0.8))
+        figure = Figure(figsize=(DOUBLE, 0.9 * rows + 1.0))
         grid = figure.subplots(rows, len(scenes), sharex=True, sharey=True, squeeze=False)
         for column, (name, one) in enumerate(scenes.items()):
             model, _, case = name.partition("-")
@@ -44,7 +47,7 @@ def starts_figure(found: Starts) -> Figure:
             Patch(facecolor=c, edgecolor="k", linewidth=0.5, label=kind)
             for c, kind in zip(COLOURS, KINDS, strict=True)
         ]
-        figure.legend(handles=handles, loc="outside upper center", ncols=5)
+        figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
 
 

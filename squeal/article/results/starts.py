@@ -5,11 +5,19 @@ from __future__ import annotations
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
-KINDS = ("no loss", "loss at an edge", "separation", "alternate losses", "model ends")
+KINDS = (
+    "no loss",
+    "loss at an edge",
+    "separation",
+    "alternate losses",
+    "never in full contact",
+    "model ends",
+)
 """What becomes of a motion after its first full contact, each beyond those before it.
 
 No contact is lost; that of an edge is; both are at once; they are lost in turn, with `TURNS`
-changes of the edge at least; the pad turns past 90 degrees.
+changes of the edge at least; none is lost, but an edge is off all the time; the pad turns past 90
+degrees.
 """
 TURNS = 4
 TOLERANCE = 1e-6

@@ -26,7 +26,7 @@ WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
 FINE = 41
 REACH = 1.25
-_SEPARATION, _ALTERNATE, _ENDED = (KINDS.index(n) for n in (*KINDS[2:4], KINDS[-1]))
+_SEPARATION, _ALTERNATE, _NEVER, _ENDED = range(2, len(KINDS))
 
 
 def plane(scene: Scene, equilibrium: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -54,13 +54,16 @@ def kind(first: State, points: np.ndarray) -> int:
     for point in points.astype(int).tolist():
         contact[point] = not contact[point]
         states.append(tuple(contact))
-    begin = next((i for i, state in enumerate(states) if all(state)), 0)
+    full = [i for i, state in enumerate(states) if all(state)]
+    begin = full[0] if full else 0
     for before, after in itertools.pairwise(states[begin:]):
         lost += [i for i in (0, 1) if before[i] and not after[i]]
         apart |= any(before) and not any(after)
     if sum(a != b for a, b in itertools.pairwise(lost)) >= TURNS:
         return _ALTERNATE
-    return _SEPARATION if apart else min(len(lost), 1)
+    if not lost:
+        return 0 if full else _NEVER
+    return _SEPARATION if apart else 1
 
 
 def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarray:
