@@ -114,6 +114,6 @@ def test_over_starts_the_table_counts_and_the_sentence_says_what_geometry_does_n
     table = springs_table(found)
     assert r"surfaces apart, 3 times & 30 / 2 & 0 / 0 \\" in table
     assert r"some contact lost, one time & 23 / 30 & 0 / 34 \\" in table
-    same = {"a": (Compared(1, (0, 30, 51), (30, 0, 51)),)}
+    same: dict[str, tuple[Compared, ...]] = {"a": (Compared(1, (0, 30, 51), (30, 0, 51)),)}
     values = known.physics(springs=dataclasses.replace(found, starts=same))
     assert "no start differs the other way" in values["physics.springs.against"]

@@ -26,6 +26,7 @@ from squeal.model.linear import about_origin
 from squeal.scene import read_scene
 from squeal.stability import verdict
 from tests import naive
+from tests.article import known
 from tests.conftest import SCENES
 
 
@@ -153,6 +154,16 @@ def test_each_figure_is_drawn_with_a_text(found, maps):
     for made in (growth.draw(found), angle_maps.draw(*maps)):
         assert len(made.alternative) > 60
         assert made.figure.get_axes()
+
+
+def test_simulations_of_a_pad_that_does_not_grow_are_counted_apart(found):
+    grows = dataclasses.replace(found.growth[0], predicted=((1.0, 2.0), (-1.0, 2.0)))
+    told = values(dataclasses.replace(found, growth=(grows,)), known.of(Loci))
+    assert (told["growth.growing"], told["growth.calm"]) == ("1", "")
+    calm = dataclasses.replace(found.growth[0], name="b1-a", predicted=((0.0, 2.0), (-1.0, 2.0)))
+    told = values(dataclasses.replace(found, growth=(calm,)), known.of(Loci))
+    assert told["growth.growing"] == "0"
+    assert "of B1, case (a) none" in told["growth.calm"]
 
 
 def test_growth_figure_shows_the_fits(found):

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import title
-from squeal.article.report.latex import Generated, cells, long_table, number, once, tabular, typeset
+from squeal.article.report.latex import (
+    Generated,
+    cells,
+    in_words,
+    long_table,
+    number,
+    once,
+    tabular,
+    typeset,
+)
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
 from squeal.article.results.stability import Comparison, Stability, Thresholds
@@ -77,7 +86,16 @@ def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
 def values(found: Stability, loci: Loci) -> dict[str, str]:
     """Values that the chapter's text refers to."""
     loops = [scene.loop for scene in loci.scenes if isinstance(scene.loop, SingleLoop)]
+    calm = [title(g.name) for g in found.growth if not any(real > 0.0 for real, _ in g.predicted)]
+    alone = f", of {in_words(calm)} none, whose frequency alone is tested" if calm else ""
+    other = (
+        " A pad named after its fluttering angles is that of Fig.~\\ref{fig:growth}, where the "
+        "scene's own pad does not flutter."
+    )
     return {
+        "stability.fluttering": "" if found.fluttering is None else other,
+        "growth.growing": str(sum(real > 0.0 for g in found.growth for real, _ in g.predicted)),
+        "growth.calm": alone,
         "growth.apart": number(max(g.apart for g in found.growth), 2),
         "growth.simulations": str(sum(len(g.mu) for g in found.growth)),
         "loop.rank-one": str(len(loops)),
