@@ -138,7 +138,7 @@ _PARTS = (
     ),
     Chapter(
         "physics",
-        tables=("works", "members", "own-starts"),
+        tables=("works", "members", "own-starts", "springs-starts"),
         studies=(
             Study("energy", _scenes(*HISTORY_FIGURES)),
             Study("map_ranges", _scenes("b2-c")),
