@@ -6,7 +6,6 @@ longer times have fewer points, `--fine` gives all many.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -50,20 +49,17 @@ def kind(first: State, points: np.ndarray) -> int:
 
     What is lost counts from the first full contact on, or from the start if there is none.
     """
-    contact, lost, apart, states = list(first), [], False, [tuple(first)]
-    for point in points.astype(int).tolist():
-        contact[point] = not contact[point]
-        states.append(tuple(contact))
-    full = [i for i, state in enumerate(states) if all(state)]
-    begin = full[0] if full else 0
-    for before, after in itertools.pairwise(states[begin:]):
-        lost += [i for i in (0, 1) if before[i] and not after[i]]
-        apart |= any(before) and not any(after)
-    if sum(a != b for a, b in itertools.pairwise(lost)) >= TURNS:
+    turned = np.cumsum(np.arange(2) == points[:, None], axis=0)
+    states = np.vstack([first, (first + turned) % 2 == 1])
+    full = states.all(axis=1)
+    states = states[np.argmax(full) :]  # from the start on, if none is full contact
+    before, after = states[:-1], states[1:]
+    _, lost = np.nonzero(before & ~after)
+    if np.count_nonzero(np.diff(lost)) >= TURNS:
         return _ALTERNATE
-    if not lost:
-        return 0 if full else _NEVER
-    return _SEPARATION if apart else 1
+    if not lost.size:
+        return 0 if full.any() else _NEVER
+    return _SEPARATION if np.any(before.any(axis=1) & ~after.any(axis=1)) else 1
 
 
 def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarray:
