@@ -43,9 +43,16 @@ def stack(pads: Sequence[Pad]) -> Pad:
     return Pad(**columns)
 
 
-def _part(pads: Pad, chosen: Any, count: int) -> Pad:
-    """Some pads of a stack."""
-    columns = {n: np.broadcast_to(v, count)[chosen] for n, v in pads.given().items()}
+def _each(value: Any, count: int) -> Any:
+    """The numbers (count,) of all pads; those that are so already are not touched."""
+    return value if getattr(value, "shape", ()) == (count,) else np.broadcast_to(value, count)
+
+
+def _part(pads: Pad, first: int, size: int, count: int) -> Pad:
+    """Up to `size` pads of a stack of `count`."""
+    if size >= count:
+        return pads
+    columns = {n: _each(v, count)[first : first + size] for n, v in pads.given().items()}
     return pads.replace(**columns)
 
 
@@ -92,10 +99,10 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
     rows = None if task.damping is None else tuple(map(tuple, task.damping))
     model = PadModel(task.model, task.pads, task.formulation, rows)
     each = vars(natural_units(model, task.initial.T)).values()
-    units = Units(*(np.broadcast_to(v, count) for v in each))  # type: ignore[arg-type]
+    units = Units(*(_each(v, count) for v in each))
     scaled = units.scaled(model)
     c = coefficients(np, scaled.pad, law.absolute_gap)
-    numbers = np.array([np.broadcast_to(getattr(c, name), count) for name in NAMES])
+    numbers = np.array([_each(getattr(c, name), count) for name in NAMES])
     state = units.to_scaled(task.initial.T)
     heights = np.array(law.gaps(c, pose(np, c.place(state))))
     touching = (heights < 0.0).astype(int)
@@ -112,7 +119,7 @@ def _single(scaled: PadModel, count: int, i: int) -> PadModel:
     """One of `count` pads."""
 
     def own(value: Any) -> Any:
-        return np.broadcast_to(value, count)[i].item()
+        return _each(value, count)[i].item()
 
     rows = scaled.damping and tuple(tuple(map(own, row)) for row in scaled.damping)
     numbers = {name: own(value) for name, value in scaled.pad.given().items()}
@@ -126,7 +133,7 @@ class _Results:
         self._task, self._natural = task, natural
         self._count = len(task.stop)
         self.arrays: Arrays = {}
-        self._theta0 = np.broadcast_to(task.pads.theta0, self._count)
+        self._theta0 = _each(task.pads.theta0, self._count)
 
     def _put(self, name: str, pads: np.ndarray, values: np.ndarray) -> None:
         if name not in self.arrays:
@@ -286,8 +293,8 @@ def simulate_many(
             f"measured: not allowed with model {model}; measures are those of two edges"
         )
     count = len(initial)
-    stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
-    numbers = [np.broadcast_to(v, count) for v in pads.given().values()]
+    stops = _each(np.asarray(stop, dtype=float), count)
+    numbers = [_each(v, count) for v in pads.given().values()]
     C = None if damping is None else np.moveaxis(np.zeros((count, 3, 3)) + damping, 0, -1)
     drags = [] if C is None else [*C.reshape(9, count)]
     every = [*numbers, *drags, stops, *np.transpose(initial)]
@@ -299,7 +306,7 @@ def simulate_many(
         _Task(
             model,
             formulation,
-            _part(pads, slice(i, i + size), count),
+            _part(pads, i, size, count),
             None if C is None else C[..., i : i + size],
             np.asarray(initial, dtype=float)[i : i + size],
             stops[i : i + size],
