@@ -145,7 +145,7 @@ def none_settles(*cases: Case) -> Outcome:
     return Outcome(calmest - CALM, f"least late acceleration {100 * calmest:.0f} % of the greatest")
 
 
-def _by_turns(case: Case) -> float:
+def by_turns(case: Case) -> float:
     """Margin of hammering in model B1: each edge separates, by turns and repeatedly."""
     share = min(case.separated) / case.duration - TOUCH
     turns = sum(a != b for a, b in zip(case.losses, case.losses[1:], strict=False))
@@ -158,7 +158,7 @@ def hammering_cases(*cases: Case, reach: float = HAMMER) -> dict[str, float]:
     B1: each edge separates, in turn and repeatedly; B2: delta goes by `reach` (of w) to each side.
     """
     pairs = zip("abcd", cases[:4], cases[4:], strict=True)
-    return {name: min(_by_turns(b1), hammers(b2, reach).margin) for name, b1, b2 in pairs}
+    return {name: min(by_turns(b1), hammers(b2, reach).margin) for name, b1, b2 in pairs}
 
 
 def only_c_hammers(*cases: Case) -> Outcome:
