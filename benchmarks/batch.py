@@ -78,7 +78,8 @@ def compared(model: Model, n: int, pool: ProcessPoolExecutor, workers: int) -> N
     pads, starts = random_pads(model, n, 1)
     many = stack(pads)
     batch = partial(simulate_many, model, many, starts, STOP, TOLERANCE, workers=workers)
-    simulate_many(model, stack(pads[:64]), starts[:64], STOP, TOLERANCE, workers=workers)
+    for processes in {1, workers}:  # compile
+        simulate_many(model, stack(pads[:64]), starts[:64], STOP, TOLERANCE, workers=processes)
     begun = time.perf_counter()
     batch()
     rate = n / (time.perf_counter() - begun)

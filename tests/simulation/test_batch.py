@@ -211,7 +211,7 @@ def test_doubtful_pads_run_alone_with_the_same_measures(model, monkeypatch):
     pads, initial = some(model, 6, 500)
     initial[4, 5] = 3.0  # turns over: refused on the single path
     r = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
-    monkeypatch.setattr(batch_measures, "doubtful", lambda s, _: np.ones(len(s.motion.stop), bool))
+    monkeypatch.setattr(batch_measures, "doubtful", lambda *a: np.ones(len(a[2].stop), bool))
     s = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
     assert r["outcome"].tolist() == [0, 0, 0, 0, 1, 0]
     assert s["outcome"].tolist() == [0, 0, 0, 0, REFUSED, 0]

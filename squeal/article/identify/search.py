@@ -149,8 +149,8 @@ def search(
     them, of at most so many `generations`. Finished starts and the best pad of an unfinished one
     are kept in `state`, and a later call goes on after them. An interrupt ends the search with the
     best pad so far, if there is one. Repeatable from the seed for a given number of starts, on
-    machines with the same number of lanes and the same `workers`. Raises InputError if the state
-    is of another search, ComputationError without heyoka.
+    machines with the same kind of processor. Raises InputError if the state is of another search,
+    ComputationError without heyoka.
     """
     import cma
 

@@ -1,103 +1,55 @@
-"""Several pads at once in the lanes of the processor: heyoka's batch integrator.
-
-One set of equations serves all lanes and all contact states, which are runtime parameters; the
-callback of a contact change switches them. The gap of a point counts with the sign in which it
-grows towards its next change, so each event passes zero upwards whatever the state.
-"""
+"""Many pads at once in the lanes of the processor: all take a step, each its own, at every call."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 
-from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
-from squeal.simulation.batch.motion import Motion
+from squeal.simulation.batch.motion import Course
+from squeal.simulation.batch.step import (
+    LEFT,
+    LONG,
+    LONGEST,
+    SAMPLED,
+    STEPS,
+    TIME,
+    TOUCHING,
+    WIDTH,
+    compiled_samples,
+    compiled_step,
+    order_of,
+)
 from squeal.simulation.integrators.pool import Pool
-from squeal.simulation.integrators.symbols import NAMES, equations, rising, state_parameters
 
-LANES = int(hy.recommended_simd_size())
-_N = len(NAMES)
-_LOAD = NAMES.index("F_n")
-_MOST_STEPS = 1_000_000
-
-
-@dataclass(frozen=True)
-class _Log:
-    """What the callbacks of a run leave: changes and limits."""
-
-    change: list[tuple[int, int]] = field(default_factory=list)  # lane, point
-    time: list[float] = field(default_factory=list)
-    state: list[bytes] = field(default_factory=list)
-    limits: list[tuple[int, int, float]] = field(default_factory=list)
-
-    def clear(self) -> None:
-        for part in (self.change, self.time, self.state, self.limits):
-            part.clear()
+WIDE = 1000  # pads on their way at once: calls from Python count little, arrays stay in the cache
+IDLE = 0.125  # share of the lanes that may wait for others
+MOST_STEPS = 1_000_000  # of a pad
+AT_ONCE = 200_000  # steps whose samples are computed together; bounds the memory
+_EPS = float(np.finfo(float).eps)
 
 
 class Lanes:
-    """The batch integrator of a law at a tolerance; its compiled code serves every pad.
+    """Steps of a law at a tolerance; the compiled code serves every pad.
 
     `terms` are those with velocities, see `PadModel.terms`.
     """
 
     def __init__(self, law: ContactLaw, tolerance: float, terms: tuple[str, ...] = ()) -> None:
-        self._points = law.points
-        self._touching = slice(_N, _N + law.points)
-        on = state_parameters(law)
-        system, heights, limits = equations(law, on, terms)
-        self._log = _Log()
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-        # No cooldown: once the state has changed, the same gap passes zero in the other sense.
-        events = [
-            hy.t_event_batch(
-                expression, direction=upwards, callback=self._on_change(point), cooldown=0.0
-            )
-            for point, expression in enumerate(rising(heights, on))
-        ] + [
-            hy.t_event_batch(
-                limit, direction=downwards, callback=self._on_limit(number), cooldown=0.0
-            )
-            for number, limit in enumerate(limits)
-        ]
-        self._ta = hy.taylor_adaptive_batch(
-            system,
-            np.zeros((6, LANES)),
-            pars=np.ones((_N + law.points + term_count(terms), LANES)),
-            tol=max(tolerance, float(np.finfo(float).eps)),
-            t_events=events,
-        )
-        self._pars, self._state, self._time = self._ta.pars, self._ta.state, self._ta.time
+        self.points = law.points
+        self._of = law, order_of(max(tolerance, _EPS)), terms
 
-    # heyoka copies callbacks deeply, which leaves functions and what they refer to shared; an
-    # object would be doubled. A change happens some fifty times in a run: this code is hot.
-    def _on_change(self, point: int) -> Any:
-        row, log = _N + point, self._log
+    @cached_property
+    def step(self) -> Any:
+        """See `compiled_step`."""
+        return compiled_step(*self._of)
 
-        def switch(_ta: Any, _sign: int, lane: int) -> bool:
-            self._pars[row, lane] = 1.0 - self._pars[row, lane]
-            log.change.append((lane, point))
-            log.time.append(self._time[lane])
-            log.state.append(self._state[:, lane].tobytes())
-            return True
-
-        return switch
-
-    def _on_limit(self, number: int) -> Any:
-        def park(_ta: Any, _sign: int, lane: int) -> bool:
-            """Put the pad to rest without load, so that the other lanes can go on."""
-            self._log.limits.append((lane, number, float(self._time[lane])))
-            self._state[:, lane] = 0.0
-            self._pars[_LOAD, lane] = 0.0
-            self._pars[self._touching, lane] = 0.0
-            return True
-
-        return park
+    @cached_property
+    def samples(self) -> Any:
+        """See `compiled_samples`."""
+        return compiled_samples(*self._of)
 
     def run(
         self,
@@ -105,50 +57,146 @@ class Lanes:
         touching: np.ndarray,
         state: np.ndarray,
         stop: np.ndarray,
-        samples: int,
+        samples: np.ndarray,
         terms: np.ndarray,
-    ) -> Motion:
-        """Integrate `LANES` pads: coefficients (len(NAMES), n), touching (points, n) of 0 or 1,
-        state (6, n), terms (m, n): the numbers of terms with velocities."""
-        log, ta = self._log, self._ta
-        log.clear()
-        self._pars[:_N] = coefficients
-        self._pars[self._touching] = touching
-        self._pars[_N + self._points :] = terms
-        self._state[:] = state
-        ta.set_time(np.zeros(LANES))
-        ta.reset_cooldowns()
-        grid = np.linspace(0.0, 1.0, samples)[:, None] * stop
-        if samples:
-            _, sampled = ta.propagate_grid(grid, max_steps=_MOST_STEPS)
-        else:
-            ta.propagate_until(stop, max_steps=_MOST_STEPS)
-            sampled = np.empty((0, 6, LANES))
-        limit, limit_t = np.full(LANES, -1), np.full(LANES, np.nan)
-        for lane, number, t in log.limits:
-            if limit[lane] < 0:
-                limit[lane], limit_t[lane] = number, t
-        change = np.array(log.change, dtype=int).reshape(-1, 2).T
-        on = (change[1] == np.arange(self._points)[:, None]).astype(int)
-        for i in range(LANES):
-            mine = change[0] == i
-            on[:, mine] = touching[:, [i]] + on[:, mine].cumsum(axis=1) & 1
-        outcomes = ta.propagate_res
-        return Motion(
+    ) -> Course:
+        """Integrate n pads: coefficients (len(NAMES), n), touching (points, n) of 0 or 1, state
+        (6, n), samples (n,): how many of each, terms (m, n): the numbers of terms with velocities.
+
+        The first pads are begun first: the long motions had better be among them.
+        """
+        given = np.zeros((TOUCHING + self.points, len(stop)))
+        given[:6], given[LEFT], given[LONGEST], given[TOUCHING:] = state, stop, LONG, touching
+        run = _Run(self, given, np.concatenate([coefficients, terms]), samples)
+        while run.refill():
+            run.go()
+        return run.course(touching, stop)
+
+
+class _Run:
+    """Pads on their way, a column each of the rows of a step, and what is kept of all pads.
+
+    Lanes without a pad hold one more that has no time left.
+    """
+
+    def __init__(
+        self, lanes: Lanes, given: np.ndarray, pars: np.ndarray, samples: np.ndarray
+    ) -> None:
+        self._lanes, self._count, self._begun = lanes, given.shape[1], 0
+        self._last = np.concatenate([given, given[:, -1:]], axis=1)
+        self._last[LEFT, -1] = 0.0
+        self._pars = np.concatenate([pars, pars[:, -1:]], axis=1)
+        self._ids = np.empty(0, dtype=int)
+        self._now = np.empty((len(given), 0))
+        self._limit = np.full(self._count + 1, -1)
+        # pads, codes, and rows of the input, at changes of contact
+        self._changes = [(np.empty(0, dtype=int), np.empty(0), np.empty((len(given), 0)))]
+        self._first = np.concatenate([[0], np.cumsum(samples)])
+        self._states = np.repeat(given[:6].T, samples, axis=0)
+        # time between the samples of each pad
+        self._apart = None
+        if samples.any():
+            self._apart = np.append(
+                np.where(given[LEFT] > 0.0, given[LEFT], 1.0) / (samples - 1), 1.0
+            )
+
+    def refill(self) -> bool:
+        """Let go of the pads that are done and begin others; False if none are left."""
+        self._last[:, self._ids] = self._now
+        going = self._ids[self._now[LEFT] > 0.0]
+        new = np.arange(self._begun, min(self._count, self._begun + WIDE - len(going)))
+        self._begun += len(new)
+        ids = np.concatenate([going, new])
+        self._ids = np.append(ids, np.full(-len(ids) % WIDTH, self._count))
+        self._now = self._last.take(self._ids, axis=1)
+        return ids.size > 0
+
+    def go(self) -> None:
+        """Take steps until some lanes are idle and others can take their place, or all are done."""
+        step, ids, now = self._lanes.step, self._ids, self._now
+        pars, inputs = self._pars[: step.nparams].take(ids, axis=1), len(now)
+        share = 1.0 - IDLE if self._begun < self._count else 0.5
+        enough = 1 if len(ids) == WIDTH else share * len(ids)
+        passed = [now]
+        for _ in range(AT_ONCE // len(ids)):
+            after = np.empty((inputs + 1, len(ids)))
+            step(now, pars=pars, outputs=after)
+            met = after[inputs].nonzero()[0]
+            now = after[:inputs]
+            if met.size:
+                self._note(now, after[inputs], met)
+            if self._apart is not None:
+                passed.append(now)
+            if np.count_nonzero(now[LEFT] > 0.0) < enough:
+                break
+        now[LEFT, now[STEPS] > MOST_STEPS] = -1.0
+        if self._apart is not None:
+            self._sample(passed)
+        self._now = now
+
+    def _note(self, now: np.ndarray, codes: np.ndarray, met: np.ndarray) -> None:
+        """Keep the changes of contact; pads that have reached a limit go no further."""
+        code = codes[met]
+        if code.min() < 0.0:
+            ended = code < 0.0
+            self._limit[self._ids[met[ended]]] = -1.0 - code[ended]
+            now[LEFT, met[ended]] = 0.0
+            met, code = met[~ended], code[~ended]
+        self._changes.append((self._ids[met], code, now[:, met]))
+
+    def _sample(self, passed: list[np.ndarray]) -> None:
+        """Keep the samples within steps, from one entry of `passed` to the next."""
+        assert self._apart is not None
+        ids, function = np.tile(self._ids, len(passed) - 1), self._lanes.samples
+        t = np.array([now[TIME] for now in passed])
+        # how many samples there are up to the begin and the end of each step
+        reached = (t / self._apart[self._ids] + 1e-9).astype(int) + 1
+        begun, done = reached[:-1].ravel(), reached[1:].ravel()
+        calls = -(-(done - begun) // SAMPLED)
+        steps = np.repeat(np.arange(len(ids)), calls)
+        number = begun[steps] + SAMPLED * (
+            np.arange(len(steps)) - np.repeat(np.cumsum(calls) - calls, calls)
+        )
+        idle = -len(steps) % WIDTH
+        steps, number = (
+            np.append(steps, np.zeros(idle, int)),
+            np.append(number, done[:1].repeat(idle)),
+        )
+        which, lane = np.divmod(steps, len(self._ids))
+        pads = ids[steps]
+        rows = np.r_[0:6, TOUCHING : TOUCHING + self._lanes.points]
+        apart = self._apart[pads]
+        given = np.concatenate(
+            [np.stack(passed)[which, rows[:, None], lane], [number * apart - t[which, lane], apart]]
+        )
+        out = np.empty((6 * SAMPLED, len(steps)))
+        function(given, pars=self._pars[: function.nparams].take(pads, axis=1), outputs=out)
+        at = self._first[pads] + number
+        for i in range(SAMPLED):
+            some = (number + i < done[steps]).nonzero()[0]
+            self._states[at[some] + i] = out[6 * i : 6 * (i + 1), some].T
+
+    def course(self, touching: np.ndarray, stop: np.ndarray) -> Course:
+        """What the motions were."""
+        last, limit = self._last[:, :-1], self._limit[:-1]
+        lane, code, state = (np.concatenate(p, axis=-1) for p in zip(*self._changes, strict=True))
+        order = np.argsort(lane, kind="stable")
+        state = state[:, order]
+        return Course(
+            first=self._first,
+            states=self._states,
             stop=stop,
             touching=touching,
-            end=self._state.copy(),
-            times=grid,
-            samples=sampled,
-            lane=change[0],
-            point=change[1],
-            t=np.array(log.time),
-            on=on,
-            state=np.frombuffer(b"".join(log.state)).reshape(-1, 6).T,
-            steps=np.array([o[3] for o in outcomes]),
+            end=last[:6],
+            lane=lane[order],
+            point=code[order].astype(int) - 1,
+            t=state[TIME],
+            on=state[TOUCHING:].astype(int),
+            state=state[:6],
+            steps=last[STEPS].astype(int),
             limit=limit,
-            limit_t=limit_t,
-            whole=np.array([o[0] == hy.taylor_outcome.time_limit for o in outcomes]),
+            limit_t=np.where(limit < 0, np.nan, last[TIME]),
+            whole=(last[LEFT] == 0.0) & np.isfinite(last[:6]).all(axis=0),
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -21,9 +21,10 @@ from squeal.simulation.legs import LIMITS
 from squeal.simulation.run import first_state, off_level
 
 if TYPE_CHECKING:
-    from squeal.simulation.batch.measures import Seen
+    from squeal.simulation.batch.motion import Motion
 
-CHUNK = 512  # pads that one process works on at a time; bounds the memory
+CHUNK = 4096  # pads that one process works on at a time; bounds the memory
+KEPT = 1_000_000  # samples, 48 bytes each, that are kept at a time
 BLOCK = 32  # pads that are measured together: fewer calls, and arrays that stay in the cache
 PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
 MOST_SAMPLES = 100_000
@@ -142,9 +143,9 @@ class _Results:
             self.arrays[name] = np.full(shape, blank, dtype=values.dtype)
         self.arrays[name][pads] = values
 
-    def add(self, pads: np.ndarray, whole: np.ndarray, s: Seen) -> None:
+    def add(self, pads: np.ndarray, whole: np.ndarray, motion: Motion) -> None:
         """Keep what is wanted of the motions of these pads (indices); all of the `whole` ones."""
-        motion, n = s.motion, len(pads)
+        n = len(pads)
         time = self._natural.units.time[pads]  # type: ignore[index]
         self._put("outcome", pads, motion.limit + 1)
         self._put("ended", pads, np.where(motion.limit < 0, motion.stop, motion.limit_t) * time)
@@ -153,13 +154,14 @@ class _Results:
         self._put("changes", pads, np.bincount(motion.lane, minlength=n))
         if self._task.events:
             lists = np.empty(n, dtype=object)
-            for i in range(n):
-                mine = motion.lane == i
-                lists[i] = np.array([motion.t[mine] * time[i], motion.point[mine]]).T
+            table = np.array([motion.t * time[motion.lane], motion.point]).T
+            lists[:] = np.split(table, np.searchsorted(motion.lane, np.arange(1, n)))
             self._put("events", pads, lists)
         if self._task.measured:
-            from squeal.simulation.batch.measures import measures
+            from squeal.simulation.batch.measures import measures, seen
 
+            natural = self._natural
+            s = seen(natural.model.law, natural.of(pads), motion, natural.terms[:, pads])
             for name, values in measures(s, self._theta0[pads], self._task.calm).items():
                 if name in ("duration", "separated"):
                     values = (values.T * time).T
@@ -189,10 +191,8 @@ def _samples(task: _Task, natural: _Natural) -> np.ndarray:
 
 def _work(task: _Task) -> Arrays:
     """Simulate one chunk."""
-    from squeal.simulation.batch.alone import run_alone
-    from squeal.simulation.batch.lanes import LANES, lanes
-    from squeal.simulation.batch.measures import doubtful, seen
-    from squeal.simulation.batch.motion import together
+    from squeal.simulation.batch.lanes import lanes
+    from squeal.simulation.batch.measures import doubtful
 
     law = contact_law(task.model, task.formulation)
     natural = _in_natural_units(task, law)
@@ -200,46 +200,61 @@ def _work(task: _Task) -> Arrays:
     results = _Results(task, natural)
     needed = _samples(task, natural)
     margin = max(1e-6, 100.0 * task.tolerance)
-    # pads of like length share a group, so that no lane waits long for another
+    # pads of like length are measured together; the longest motions come first
     order = np.argsort(needed, kind="stable")
-    for first in range(0, len(order), BLOCK):
-        pads = order[first : first + BLOCK]
-        full = np.resize(pads, -(-len(pads) // LANES) * LANES)  # the last group repeats pads
-        samples = int(needed[pads].max()) if task.measured else 0
+    size = BLOCK if task.measured else CHUNK
+    blocks = [order[i : i + size] for i in range(0, len(order), size)][::-1]
+    for group in _groups(blocks, needed if task.measured else np.zeros_like(needed)):
+        pads, counts = np.concatenate(group), [needed[block].max() for block in group]
+        samples = np.repeat(counts, [len(block) for block in group]) * task.measured
         with machines.lease() as machine:
-            motion = together(
-                [
-                    machine.run(
-                        natural.coefficients[:, group],
-                        natural.touching[:, group],
-                        natural.state[:, group],
-                        natural.stop[group],
-                        samples,
-                        natural.terms[:, group],
-                    )
-                    for group in full.reshape(-1, LANES)
-                ]
+            course = machine.run(
+                natural.coefficients[:, pads],
+                natural.touching[:, pads],
+                natural.state[:, pads],
+                natural.stop[pads],
+                samples,
+                natural.terms[:, pads],
             )
-        there = seen(law, natural.of(full), motion, natural.terms[:, full])
-        doubt = doubtful(there, margin)
-        results.add(full, ~doubt & (motion.limit < 0), there)
-        for i in pads[doubt[: len(pads)]].tolist():
-            one, model = np.array([i]), _single(natural.model, len(task.stop), i)
-            units = Units(*(float(v[i]) for v in vars(natural.units).values()))
-            state, stop = natural.state[:, i], float(natural.stop[i])
-            try:
-                motion = run_alone(
-                    model, task.tolerance, "heyoka", units, state, stop, task.measured
-                )
-            except ComputationError:
-                results.refuse(i)
-            else:
-                results.add(
-                    one, motion.whole, seen(law, natural.of(one), motion, natural.terms[:, one])
-                )
+        first = 0
+        for block in group:
+            motion = course.part(first, first + len(block))
+            first += len(block)
+            doubt = doubtful(law, natural.of(block), motion, margin)
+            results.add(block, ~doubt & (motion.limit < 0), motion)
+            for i in block[doubt].tolist():
+                _alone(task, natural, results, i)
     arrays = results.arrays
     arrays["final"] = natural.units.to_si(arrays["final"].T).T
     return arrays
+
+
+def _groups(blocks: list[np.ndarray], needed: np.ndarray) -> Iterator[list[np.ndarray]]:
+    """Blocks of pads whose samples, as many for each as the first block needs, are kept at once."""
+    some: list[np.ndarray] = []
+    kept = 0
+    for block in blocks:
+        wanted = len(block) * int(needed[block].max())
+        if some and kept + wanted > KEPT:
+            yield some
+            some, kept = [], 0
+        some, kept = [*some, block], kept + wanted
+    yield some
+
+
+def _alone(task: _Task, natural: _Natural, results: _Results, i: int) -> None:
+    """A pad that the lanes could not carry to the end."""
+    from squeal.simulation.batch.alone import run_alone
+
+    one, model = np.array([i]), _single(natural.model, len(task.stop), i)
+    units = Units(*(float(v[i]) for v in vars(natural.units).values()))
+    state, stop = natural.state[:, i], float(natural.stop[i])
+    try:
+        motion = run_alone(model, task.tolerance, "heyoka", units, state, stop, task.measured)
+    except ComputationError:
+        results.refuse(i)
+    else:
+        results.add(one, motion.whole, motion)
 
 
 @lru_cache(maxsize=1)

@@ -12,7 +12,6 @@ import numpy as np
 from squeal.model.law import ContactLaw, Signal
 from squeal.model.mechanics import Coefficients, Pose, at_speed, pose, springs
 from squeal.model.states import STATES
-from squeal.numerics.newton import complex_step
 from squeal.simulation.batch.motion import Motion
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
@@ -46,7 +45,7 @@ class Seen(NamedTuple):
 
 
 def seen(law: ContactLaw, c: Coefficients, motion: Motion, terms: np.ndarray) -> Seen:
-    """Prepare n motions for `doubtful` and `measures`; all coefficients are arrays (n,)."""
+    """Prepare n motions for `measures`; all coefficients are arrays (n,)."""
     count = len(motion.samples)
     row = np.empty(len(motion.t), dtype=int)
     for lane, times in enumerate(motion.times.T):
@@ -91,34 +90,14 @@ class _Signal(NamedTuple):
     change: np.ndarray
 
 
-def doubtful(s: Seen, margin: float) -> np.ndarray:
-    """True (n,) for pads whose motion may have missed a contact change.
-
-    Either two points passed in the same instant, so that the second crossing lies behind the first
-    by rounding and is not seen again, or a gap has the wrong sign by more than `margin`.
-    """
-    m = s.motion
-    doubt = ~m.whole
-    sense, q, rates = 2 * m.on - 1, s.there.place(m.state), s.there.place(m.state[3:])
-
-    def gaps(q: np.ndarray) -> np.ndarray:
-        return np.array(s.law.gaps(s.there, pose(np, tuple(q))))
-
-    opening = complex_step(gaps, q, along=rates)
-    beyond = (sense * gaps(np.asarray(q)) > 0.0) & (sense * opening > 0.0)
-    beyond[m.point, np.arange(len(m.point))] = False
-    doubt[m.lane[beyond.any(axis=0)]] = True
-
-    last = m.touching.copy()
-    np.add.at(last, (m.point, m.lane), 1)
-    heights = np.array(s.law.gaps(s.c, pose(np, s.c.place(m.end))))
-    doubt |= ((2 * (last & 1) - 1) * heights > margin).any(axis=0) & (m.limit < 0)
-    if len(m.samples):
-        over = np.zeros(s.changes.shape, dtype=bool)
-        for point, height in enumerate(s.law.gaps(s.c, s.at)):
-            over |= np.where(s.on[point] > 0, height, -height) > margin
-        doubt |= (over & ~(m.times >= m.limit_t)).any(axis=0)
-    return doubt
+def doubtful(law: ContactLaw, c: Coefficients, motion: Motion, margin: float) -> np.ndarray:
+    """True (n,) for pads whose motion may have missed a contact change: the integrator gave up, or
+    a gap has the wrong sign at the end by more than `margin`."""
+    touching = motion.touching.copy()
+    np.add.at(touching, (motion.point, motion.lane), 1)
+    heights = np.array(law.gaps(c, pose(np, c.place(motion.end))))
+    beyond = np.where(touching & 1, heights, -heights) > margin
+    return ~motion.whole | (beyond.any(axis=0) & (motion.limit < 0))
 
 
 def _begin(s: Seen) -> _Begin:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -16,8 +15,8 @@ class Motion:
     start; end (6, n); times (k, n): rising, from 0 to stop, and samples (k, 6, n): states then,
     k = 0 if none were wanted; lane, point, t (e,), on (points, e), state (6, e): contact changes,
     in order within a pad, with the contact afterwards; steps (n,); limit (n,): the entry of
-    `LIMITS` that ended the motion, else -1, and limit_t (n,) when; whole (n,): False where heyoka
-    gave up.
+    `LIMITS` that ended the motion, else -1, and limit_t (n,) when; whole (n,): False where the
+    integrator gave up.
     """
 
     stop: np.ndarray
@@ -36,13 +35,45 @@ class Motion:
     whole: np.ndarray
 
 
-def together(motions: Sequence[Motion]) -> Motion:
-    """Several motions, sampled equally often, as one of all their pads in the same order."""
-    first = np.cumsum([0, *(len(motion.stop) for motion in motions)])
-    # pads, or their contact changes, run along the last axis of every array
-    parts = {
-        f.name: np.concatenate([getattr(motion, f.name) for motion in motions], axis=-1)
-        for f in fields(Motion)
-    }
-    parts["lane"] = np.concatenate([m.lane + i for m, i in zip(motions, first, strict=False)])
-    return Motion(**parts)
+@dataclass(frozen=True)
+class Course:
+    """Motions of many pads, in order, each with samples of its own number.
+
+    See `Motion`; changes are in the order of the pads; states (m, 6): the samples of one pad after
+    the other, those of pad i from first[i] to first[i + 1].
+    """
+
+    stop: np.ndarray
+    touching: np.ndarray
+    end: np.ndarray
+    lane: np.ndarray
+    point: np.ndarray
+    t: np.ndarray
+    on: np.ndarray
+    state: np.ndarray
+    steps: np.ndarray
+    limit: np.ndarray
+    limit_t: np.ndarray
+    whole: np.ndarray
+    first: np.ndarray
+    states: np.ndarray
+
+    def part(self, begin: int, end: int) -> Motion:
+        """Some pads in a row, which have equally many samples."""
+        changes = slice(*np.searchsorted(self.lane, [begin, end]).tolist())
+        pads = slice(begin, end)
+        kept = {
+            f.name: getattr(self, f.name)[..., changes if f.name in _OF_CHANGES else pads]
+            for f in fields(self)
+            if f.name not in ("first", "states")
+        }
+        samples = self.states[self.first[begin] : self.first[end]].reshape(end - begin, -1, 6)
+        stop, count = self.stop[pads], samples.shape[1]
+        return Motion(
+            **kept | {"lane": kept["lane"] - begin},
+            times=np.linspace(0.0, 1.0, count)[:, None] * stop,
+            samples=np.ascontiguousarray(samples.transpose(1, 2, 0)),
+        )
+
+
+_OF_CHANGES = ("lane", "point", "t", "on", "state")

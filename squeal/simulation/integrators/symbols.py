@@ -6,14 +6,22 @@ serves every pad.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 
-from squeal.model.equations import net_loads
+from squeal.model.equations import net_loads, term_count
 from squeal.model.law import ContactLaw, Touching
-from squeal.model.mechanics import Coefficients, at_speed, facing, pose, spring_vectors
+from squeal.model.mechanics import (
+    Coefficients,
+    Number,
+    at_speed,
+    facing,
+    pose,
+    spring_vectors,
+)
 from squeal.simulation.legs import COLLAPSED
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a leg
@@ -33,47 +41,71 @@ OWN_CODE = 2
 NAMES = [f.name for f in fields(Coefficients)]
 
 
+class Motion(NamedTuple):
+    """Rates (6,) of the state, gaps of the contact points, and limits, which are positive as long
+    as the model holds, in the order of `LIMITS`."""
+
+    rates: list[Number]
+    gaps: list[Number]
+    limits: list[Number]
+
+
+def motion(
+    ops: Any,
+    c: Coefficients,
+    law: ContactLaw,
+    state: Sequence[Number],
+    on: Touching,
+    terms: tuple[str, ...],
+    numbers: Sequence[Number],
+) -> Motion:
+    """What drives and bounds a state (x, y, w theta and rates), over any arithmetic.
+
+    `on` is the contact state; `terms` are those with velocities, see `PadModel.terms`, and
+    `numbers` theirs, see `PadModel.term_values`.
+    """
+    u, v, r = state[3:]
+    q = c.place(state)
+    if "falling" in terms:
+        c = at_speed(ops, c, (numbers[9], numbers[10]), u)
+    total = net_loads(ops, c, law, q, on)
+    rates = [u, v, r, total.x / c.m, total.y / c.m, c.w * total.moment / c.I]
+    if "damping" in terms:
+        for i in range(3):
+            drag = sum(numbers[3 * i + j] * speed for j, speed in enumerate((u, v, r)))
+            rates[3 + i] = rates[3 + i] - drag
+    at = pose(ops, q)
+    limits = [facing(c, at)] + [
+        ops.sqrt(vx * vx + vy * vy) / L - COLLAPSED
+        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
+    ]
+    if "falling" in terms:
+        limits.append(numbers[11] - u)
+    return Motion(rates, list(law.gaps(c, at)), limits)
+
+
+def symbols(
+    law: ContactLaw, terms: tuple[str, ...]
+) -> tuple[Coefficients, tuple[Any, ...], list[Any]]:
+    """Runtime parameters: coefficients, which points touch, numbers of the terms."""
+    c = Coefficients(**{name: hy.par[i] for i, name in enumerate(NAMES)})
+    first = len(NAMES) + law.points
+    return c, state_parameters(law), [hy.par[first + i] for i in range(term_count(terms))]
+
+
 def equations(
     law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
 ) -> tuple[list[tuple[Any, Any]], list[Any], list[Any]]:
     """Symbolic equations of motion, the gaps of the contact points and the model's limits.
 
-    `on` is the contact state, as constants or as symbols; `terms` are those with velocities, see
-    `PadModel.terms`, whose numbers are the last runtime parameters, see
-    `PadModel.term_values`.
-
-    The limits are positive as long as the model holds, in the order of `LIMITS`.
-
-    The state is (x, y, w theta) and rates; coefficients are runtime parameters in the order of
-    `Coefficients`.
+    `on` is the contact state, as constants or as symbols; see `motion` and `symbols`. The state is
+    (x, y, w theta) and rates.
     """
-    c = Coefficients(**{name: hy.par[i] for i, name in enumerate(NAMES)})
-    x, y, s, u, v, r = hy.make_vars("x", "y", "s", "u", "v", "r")
-    q = c.place((x, y, s))
-    first, v3 = len(NAMES) + law.points, (u, v, r)
-    if "falling" in terms:
-        c = at_speed(hy, c, (hy.par[first + 9], hy.par[first + 10]), u)
-    total = net_loads(hy, c, law, q, on)
-    system = [
-        (x, u),
-        (y, v),
-        (s, r),
-        (u, total.x / c.m),
-        (v, total.y / c.m),
-        (r, c.w * total.moment / c.I),
-    ]
-    if "damping" in terms:
-        for i in range(3):
-            drag = sum(hy.par[first + 3 * i + j] * v3[j] for j in range(3))
-            system[3 + i] = (system[3 + i][0], system[3 + i][1] - drag)
-    at = pose(hy, q)
-    limits = [facing(c, at)] + [
-        hy.sqrt(vx * vx + vy * vy) / L - COLLAPSED
-        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
-    ]
-    if "falling" in terms:
-        limits.append(hy.par[first + 11] - u)
-    return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
+    c, _, numbers = symbols(law, terms)
+    state = hy.make_vars("x", "y", "s", "u", "v", "r")
+    found = motion(hy, c, law, state, on, terms, numbers)
+    limits = [FAINT * limit for limit in found.limits]
+    return list(zip(state, found.rates, strict=True)), found.gaps, limits
 
 
 def state_parameters(law: ContactLaw) -> tuple[Any, ...]:
