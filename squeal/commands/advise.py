@@ -12,7 +12,7 @@ from squeal.analysis.advice_text import advice_in_words, change_in_words
 from squeal.analysis.subject import Subject, check_name, is_angle
 from squeal.commands.base import Answer, Parser
 from squeal.commands.critical_friction import upper_end
-from squeal.commands.outputs import Once, file_options
+from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
 from squeal.commands.subjects import subject_of
 from squeal.commands.tables import number, table
@@ -41,7 +41,6 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--mu-max",
         "--max",
-        action=Once,
         metavar="MU",
         default="2",
         help="upper end of the range in which the critical friction is sought (2 if left out)",

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from squeal.commands.outputs import check_outputs
+from squeal.commands.outputs import Once, check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
 from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
 from squeal.files.provenance import InputFile, provenance
@@ -44,11 +44,15 @@ class Answer:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose refusals read like all others, and whose values may be negative."""
+    """An argument parser whose refusals read like all others, and whose values may be negative.
+
+    An option that takes one value may be given once, by whichever of its names.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
+        self.register("action", None, Once)
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; see {self.prog} --help")

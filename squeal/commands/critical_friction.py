@@ -11,7 +11,7 @@ from typing import Any
 from squeal.analysis.critical import CriticalFriction, critical_friction
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers
-from squeal.commands.outputs import Once, file_options
+from squeal.commands.outputs import file_options
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
@@ -27,7 +27,6 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--mu-max",
         "--max",
-        action=Once,
         metavar="MU",
         default="2",
         help="upper end of the range of mu, or of a system's parameter (2 if left out)",

@@ -12,7 +12,7 @@ from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
-from squeal.commands.outputs import Once, file_options
+from squeal.commands.outputs import file_options
 from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
 from squeal.commands.sweep import (
@@ -49,7 +49,6 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--mu",
         "--sweep",
-        action=Once,
         dest="mu",
         metavar="A:B:N",
         help="also sweep mu, or a system's parameter, from A to B, N values",

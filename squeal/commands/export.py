@@ -17,7 +17,6 @@ from squeal.analysis.systems.writing import write_system
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
 from squeal.commands.system_options import (
-    memory_of,
     progress_of,
     refuse_options,
     system_of,
@@ -104,7 +103,7 @@ def _reduced(given: argparse.Namespace, system: TermSystem) -> TermSystem:
     wanted = wanted_of(given)
     if wanted.rectangle is None:
         raise InputError("--band: is missing; a reduced system needs --band or --region")
-    check_memory(system, memory_of(given))
+    check_memory(system, given.memory)
     own = system.parameters[system.parameter]
     values = spaced(given.sweep, "--sweep") if given.sweep else [own]
     changes = [{system.parameter: v} for v in values[:: max(1, len(values) // VALUES)]]

@@ -31,7 +31,7 @@ _OTHER_NAMES = {
 class Once(argparse.Action):
     """Keeps the value and the option by which it was given, and refuses a second one.
 
-    Options of one meaning have several names, of which the last would win without a word.
+    The last would win without a word, also of options of one meaning that have several names.
     """
 
     def __call__(
@@ -58,7 +58,6 @@ def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
         parser.add_argument(
             f"--{name}",
             *_OTHER_NAMES[name],
-            action=Once,
             type=Path,
             metavar="FILE",
             help=f"{words}; its name ends in {_listed(FORMATS[name])}",

@@ -78,7 +78,14 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
     at = Place("standard input" if path is None else given)
     content = sys.stdin.buffer.read() if path is None else read_content(path, at)
     document = parse_document(content, at)
-    made = dict(_changed(document, change) for change in changes)
+    made: dict[str, Any] = {}
+    for change in changes:
+        key, value = _changed(document, change)
+        if before := next((old for old in made if f"{old}.".startswith(f"{key}.")), None):
+            raise Place(f"--set {change}").refuse(
+                f"{before} is set already; a value is set by one --set only"
+            )
+        made[key] = value
     name = at.source if path is None else path.name
     file = InputFile(name, hashlib.sha256(content).hexdigest())
     return Source(at, document, file, path, made)

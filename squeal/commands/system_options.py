@@ -6,9 +6,10 @@ import argparse
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from squeal.commands.numbers import band_of, numbers, whole
+from squeal.commands.outputs import Once
 from squeal.errors import InputError, InputWarning
 from squeal.scene import PlainSystem
 
@@ -20,6 +21,20 @@ if TYPE_CHECKING:
 MOST = 100_000
 
 
+class _Memory(Once):
+    """Keeps bytes; what is no number is refused also where no large system is worked on."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option: str | None = None,
+    ) -> None:
+        size = numbers(values, "--memory", 1, "a number above 0", lambda gb: gb > 0.0)[0]
+        super().__call__(parser, namespace, 1e9 * size, option)
+
+
 def band_option(parser: argparse.ArgumentParser) -> None:
     """The option --band."""
     parser.add_argument("--band", metavar="LOW:HIGH", help="systems only: frequencies wanted, Hz")
@@ -28,7 +43,10 @@ def band_option(parser: argparse.ArgumentParser) -> None:
 def work_options(parser: argparse.ArgumentParser) -> None:
     """Options about how a large system is worked on."""
     parser.add_argument(
-        "--memory", metavar="GB", help="memory that may be used (what is free if left out)"
+        "--memory",
+        action=_Memory,
+        metavar="GB",
+        help="memory that may be used (what is free if left out)",
     )
     parser.add_argument(
         "--progress", action="store_true", help="tell the steps on standard error, also to a file"
@@ -82,20 +100,12 @@ def warn_if_constant(system: TermSystem) -> None:
         warnings.warn(f"no matrix depends on {system.parameter}", InputWarning, stacklevel=2)
 
 
-def memory_of(given: argparse.Namespace) -> float | None:
-    """Bytes that --memory allows, None if it is left out. Raises InputError."""
-    if given.memory is None:
-        return None
-    return 1e9 * numbers(given.memory, "--memory", 1, "a number above 0", lambda v: v > 0.0)[0]
-
-
 def check_work(given: argparse.Namespace, system: TermSystem) -> None:
     """Refuse a large system that does not fit into --memory, or what is free."""
     from squeal.analysis.systems.wanted import check_memory, is_small
 
-    limit = memory_of(given)  # checked for a small one too
     if not is_small(system):
-        check_memory(system, limit)
+        check_memory(system, given.memory)
 
 
 def progress_of(given: argparse.Namespace) -> Progress:

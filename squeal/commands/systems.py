@@ -65,6 +65,10 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     values = spaced(given.mu, "--mu") if given.mu else []
     system, at = file.system, value_in(given.at, "--at")
     if at is not None:
+        if f"parameters.{system.parameter}" in given.source.changes:
+            raise InputError(
+                f"--at {given.at}: --set gives {system.parameter} too; one of both is allowed"
+            )
         system = system.replace({system.parameter: at})
     method = check_method(given.method, system)
     where = check_shape(given, file)

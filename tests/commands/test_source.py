@@ -128,6 +128,34 @@ def test_set_is_checked_like_the_file(capsys, change, parts):
         assert part in err
 
 
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        (("mu=0.3", "mu=0.5"), "parameters.mu"),
+        (("parameters.mu=0.3", "mu=0.3"), "parameters.mu"),
+        (("initial.x=1e-4", "initial=equilibrium"), "initial.x"),
+    ],
+)
+def test_no_value_is_set_twice(capsys, changes, key):
+    first, second = changes
+    err = assert_refused(capsys, "eigenvalues", B2, "--set", first, "--set", second)
+    assert err.startswith(f"squeal: --set {second}: {key} is set already")
+    assert run(capsys, "eigenvalues", B2, "--set", second)[0] == 0
+
+
+def test_a_word_for_a_group_may_be_followed_by_its_keys(capsys):
+    both = ("--set", "initial=equilibrium", "--set", "initial.x=1e-4")
+    found = answer(capsys, "eigenvalues", B2, *both)
+    assert found["set"] == {"initial": "equilibrium", "initial.x": 1e-4}
+
+
+@pytest.mark.parametrize("option", ["--band", "--at", "--region", "--modes", "--memory"])
+def test_no_option_is_given_twice(capsys, option):
+    err = assert_refused(capsys, "eigenvalues", DRUM, option, "3", option, "4")
+    assert err.startswith(f"squeal: {option} 4")
+    assert "is given already" in err
+
+
 def test_degrees_are_asked_about(capsys):
     code, out, err = run(capsys, "eigenvalues", B3, "--set", "alpha1=90")
     assert (code, bool(out)) == (0, True)

@@ -115,6 +115,8 @@ def test_set_changes_a_named_number(small, capsys):
     other = answer(capsys, "eigenvalues", file, "--at", "0.3")
     assert _values(one) == pytest.approx(_values(other))
     assert one["parameters"] == {"mu": 0.3}
+    err = assert_refused(capsys, "eigenvalues", file, "--set", "mu=0.3", "--at", "0.7")
+    assert err == "squeal: --at 0.7: --set gives mu too; one of both is allowed\n"
 
 
 def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
@@ -230,6 +232,14 @@ def test_memory_is_checked_for_small_systems_too(memory, flutters_in_the_second_
         capsys, "eigenvalues", flutters_in_the_second_mode, "--modes", 1, "--memory", memory
     )
     assert f"--memory {memory}" in told
+
+
+@pytest.mark.parametrize("command", ["eigenvalues", "critical-friction", "map", "export"])
+def test_memory_is_checked_where_none_is_worked_with(command, pad, tmp_path, capsys):
+    more = {"map": ("--n", 2), "export": ("--output", tmp_path / "ex")}.get(command, ())
+    told = assert_refused(capsys, command, pad, *more, "--memory", "-3")
+    assert told == "squeal: --memory -3: is not allowed; it must be a number above 0\n"
+    assert run(capsys, command, pad, *more, "--memory", "3")[0] == 0
 
 
 def test_a_shape_on_coordinates(small, tmp_path, capsys):
