@@ -34,6 +34,11 @@ localrules:
     searches_gathered,
 
 
+onstart:
+    # with a limit of jobs a second Snakemake 9 looks for jobs anew the more often the more have run
+    workflow.scheduler.job_rate_limiter = None
+
+
 rule all:
     input:
         "paper/report.pdf",
