@@ -6,7 +6,8 @@ import pytest
 from squeal.errors import InputError
 from squeal.numerics.formula import Formula
 from squeal.stability import thresholds
-from squeal.stability.following.search import search
+from squeal.stability.following.line import Line
+from squeal.stability.following.search import _bisected, search
 from squeal.stability.following.sign import count_right
 from squeal.stability.terms import Term, TermSystem
 from tests.known import known_system
@@ -56,6 +57,48 @@ def test_a_rotor_is_lost_at_the_speeds_of_jeffcotts_formula():
     (first,) = found.points
     assert first.converged
     assert first.mu == pytest.approx(lost[0], rel=1e-11)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.parametrize(("sign", "ends"), [(1.0, None), (1.0, 0.7), (-1.0, 0.7)])
+def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sign, ends, rng):
+    """Its growth rate is a mu^order (mu - end), of which rounding hides the start."""
+    L, R = (np.eye(5) + 0.4 * rng.normal(size=(5, 5)) for _ in range(2))
+    w = np.array([1.0, 1.5, 2.1, 3.3, 4.7])
+
+    def system(mu):
+        a = sign * mu**order * (1.0 if ends is None else ends - mu)
+        C = np.diag([-0.2 * a, 0.02, 0.03, 0.04, 0.05])
+        return L @ R, L @ C @ R, L @ np.diag(w * w) @ R
+
+    found = thresholds(system, 2.0)
+    expected = [(0.0, "up")] if sign > 0 else []
+    if ends is not None:
+        expected.append((ends, "down" if sign > 0 else "up"))
+    assert [c.direction for c in found.crossings] == [way for _, way in expected]
+    for c, (mu, _) in zip(found.crossings, expected, strict=True):
+        assert c.mu == pytest.approx(mu, rel=1e-9)
+        assert 0.0 <= c.interval[0] <= mu <= c.interval[1] < mu + 1e-3
+        assert 2 * np.pi * c.frequency_hz == pytest.approx(1.0, rel=1e-3)
+
+
+def test_bisection_places_growth_where_it_begins_and_not_at_the_start():
+    """Against closed forms: a rate of (mu - 0.5)/10; two modes that couple where mu = 0.3."""
+
+    def decays_at_first(mu):
+        return np.eye(4), np.diag([0.1 - 0.2 * mu, 0.1, 0.1, 0.1]), np.diag([1.0, 2.0, 3.0, 4.0])
+
+    def couples(mu):
+        K = np.diag([1.0, 1.6, 3.0, 4.0])
+        K[0, 1], K[1, 0] = mu, -mu
+        return np.eye(4), None, K
+
+    for system, at in ((decays_at_first, 0.5), (couples, 0.3)):
+        line = Line(system, 0.0, 1.0)
+        ((one,),) = _bisected(line, 0.0, 1.0, [])
+        assert one.value == pytest.approx(at, abs=1e-6)
+        assert one.interval[0] > 0.49 * at
+        assert one.interval[0] <= at <= one.interval[1]
 
 
 def test_two_modes_that_hardly_couple_flutter_in_a_short_window():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +62,8 @@ def _refined_vectors(
 
 
 def located(line: Line, guess: Guess) -> Located | None:
-    """The crossing next to a guess, None if there is none within its width."""
+    """The crossing next to a guess, None if there is none that is told to within its width."""
+    guess = replace(guess, value=min(max(guess.value, line.low), line.high))
     if guess.coalesces:
         found = _coalescence(line, guess)
     elif guess.right.ndim == 2:
@@ -72,7 +73,10 @@ def located(line: Line, guess: Guess) -> Located | None:
     if found is None:
         return None
     inside = line.low - 1e-12 * abs(line.low) <= found.value <= line.high * (1 + 1e-12)
-    return found if inside else None
+    low, high = found.interval
+    if not inside or high - low > guess.width:
+        return None
+    return replace(found, interval=(max(low, line.low), high))
 
 
 def _beside(line: Line, guess: Guess) -> Located | None:

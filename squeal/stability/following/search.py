@@ -26,6 +26,7 @@ from squeal.stability.matrices import System
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
 BUDGET = {60: 1500, 150: 400, 10**9: 90}  # states
+NEAR = 1e-3  # of a frequency: roots that near may be one
 CLOSE = 1e-6  # of the range: equal subsystems cross within this
 
 
@@ -94,6 +95,10 @@ def search(system: System, low: float, high: float) -> Searched:
                 stepper.go(x, y)
         _add(line, stepper, found)
     places = _cleaned(line, found)
+    first = _middles(line, [list(p) for p in places])[0]
+    # nothing was seen to cross below the first place, but what grows there may not at the start
+    if line.growth(low).numbers != line.growth(first).numbers:
+        places = _bisected(line, low, first, []) + places
     return Searched(tuple(places), tuple(_stretches(line, places)), line)
 
 
@@ -206,17 +211,30 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     k = int(np.argmin(np.abs(state.roots.real)))
     rise = sum(line.growth(high).numbers) - sum(before)
     margin = 1e-7 * (line.high - line.low)
+    omega = line.omega(complex(state.roots[k]))
+    # what neither grows nor decays at the start may grow from there on, below rounding at first
+    from_start = a == line.low and rise > 0 and _quiet(line, a, omega)
     one = Located(
-        (low + high) / 2,
-        line.omega(complex(state.roots[k])),
+        a if from_start else (low + high) / 2,
+        omega,
         1 if rise > 0 else -1,
-        (low - margin, high + margin),
+        (a if from_start else max(low - margin, line.low), high + margin),
         float("nan"),
         False,
         converged=False,
     )
-    rest = _bisected(line, min(high + margin, b), b, place) if high + margin < b else []
-    return [(one,), *rest]
+    if high + margin >= b or line.growth(high).numbers == after:
+        return [(one,)]
+    return [(one,), *_bisected(line, high + margin, b, place)]
+
+
+def _quiet(line: Line, p: float, omega: float) -> bool:
+    """True if a damped system has a root of about this frequency that neither grows nor decays."""
+    if not line.damped:  # there all roots are such, and say nothing
+        return False
+    state = line.at(p)
+    near = np.abs(np.abs(state.roots.imag) * line.rate - omega) <= NEAR * omega
+    return bool(np.any(near & (np.abs(state.roots.real) <= state.noise)))
 
 
 def _stretches(line: Line, places: list[tuple[Located, ...]]) -> Iterator[Stretch]:
