@@ -19,7 +19,7 @@ from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
 from squeal.stability.sparse.region import Rectangle
 
-CORRECTED = 1e-8  # backward error of right and left modes, with which this ends
+CORRECTED = 2e-9  # backward error of right and left modes, with which this ends
 ROUNDS = 10
 STEPS = 180  # of the subspace
 BORDER = 0.01  # of a side of the region: roots this close to it may come to lie on its other side
@@ -28,16 +28,21 @@ DROPPED = 1e-6  # the same of what begins it
 
 
 def corrected_modes(
-    problem: Quadratic, region: Rectangle, progress: Callable[[str], None] = lambda text: None
+    problem: Quadratic,
+    region: Rectangle,
+    start: Array | None = None,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> Roots | None:
-    """The roots in a region with unit right and left vectors of backward errors below 1e-8.
+    """The roots in a region with unit right and left vectors of backward errors below 2e-9.
 
     One Krylov subspace in single precision finds them all, roughly; None if it does not reach the
-    region's corners, or if the corrections do not end with as many roots.
+    region's corners, or if the corrections do not end with as many roots. Orthonormal vectors
+    `start` (n, d) that nearly hold the modes save corrections.
     """
     progress(f"factorising {problem.n} rows at {region.centre:.6g}")
     shift, factor = factorise_at(problem, region.centre, single=True)
     krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
+    start = np.zeros((problem.n, 0)) if start is None else start
     limit = min(STEPS, 2 * problem.n - 1)
     reach = 0.0
     while reach < region.radius:
@@ -48,22 +53,22 @@ def corrected_modes(
     near = krylov.found()
     del krylov  # its memory
     inner = region.widened(-BORDER)
-    found = _corrected(problem, factor, near.vectors, region)
+    found = _corrected(problem, factor, enlarged(start, near.vectors, DROPPED), region)
     enough = found is not None and len(found.values) >= np.sum(inner.contains(near.values))
     return found if enough else None
 
 
 def _corrected(
-    problem: Quadratic, factor: Factor, rough: ComplexArray, region: Rectangle
+    problem: Quadratic, factor: Factor, V: Array, region: Rectangle
 ) -> Roots | None:
-    """The roots in a region from rough right vectors (n, m) and a factor of P near them; None if
-    they do not come to be good."""
+    """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
+    and a factor of P near them; None if they do not come to be good."""
     other = problem.transposed()
-    space = _Space(problem, other, enlarged(np.zeros((problem.n, 0)), rough, DROPPED))
+    space = _Space(problem, other, V)
     for _ in range(ROUNDS):
         M, C, K = space.parts
         ritz = dense_roots(M, C, K, region, left=True)
-        x, y = space.V @ ritz.right, space.V @ ritz.left.conj()
+        x, y = space.vectors(ritz.right), space.vectors(ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = [np.linalg.norm(rest, axis=0) / problem.size(ritz.values) for rest in rests]
         bad = [error > CORRECTED for error in errors]
@@ -85,6 +90,11 @@ class _Space:
         self._right, self._left = ((p.M, p.C, p.K) for p in (problem, other))
         self.V = V
         self.parts = [V.T @ (A @ V) for A in self._right]
+
+    def vectors(self, inner: ComplexArray) -> ComplexArray:
+        """V inner (n, m), without a complex copy of V."""
+        real, imaginary = np.split(self.V @ np.hstack([inner.real, inner.imag]), 2, axis=1)
+        return np.asarray(real + 1j * imaginary)
 
     def enlarge(self, columns: ComplexArray) -> None:
         """Add columns (n, m)."""

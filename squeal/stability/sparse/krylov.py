@@ -19,7 +19,7 @@ from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 
 CONVERGED = 1e-13  # residual of a Ritz value relative to theta
 ROUGH = 1e-4  # the same of a subspace in single precision
-EVERY = 12  # steps between looks at the Ritz values
+EVERY = 6  # steps between looks at the Ritz values
 
 
 @dataclass(frozen=True, eq=False)

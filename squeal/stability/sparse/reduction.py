@@ -24,7 +24,7 @@ from squeal.stability.sparse.scaled import PARTS, ScaledSystem
 from squeal.stability.terms import Term, TermSystem
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
-DROPPED = 1e-8  # part of a snapshot outside the basis that is left out
+DROPPED = 3e-9  # part of a snapshot outside the basis that is left out
 MARGIN = 0.04  # snapshots are taken from a region this much larger on each side
 SKETCH = 48  # random vectors that estimate a residual; the last word has the residual itself
 SAMPLES = 20  # full solutions before a reduction is given up
@@ -183,7 +183,7 @@ def reduce_system(
     with one_thread():
         while True:
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
-            grown = basis.extend(_snapshots(scaled.at(values[where]), wide, progress))
+            grown = basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
             samples.append(values[where])
             if basis.size == 0:
                 raise ComputationError("the region holds no root that a basis could start from")
@@ -243,9 +243,11 @@ def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
     return sum(constant[1:], constant[0])
 
 
-def _snapshots(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
+def _snapshots(
+    problem: Quadratic, region: Rectangle, known: Array, progress: Progress
+) -> ComplexArray:
     """Vectors (n, m) of the right and left modes in a region, in scaled coordinates."""
-    roots = corrected_modes(problem, region, progress)
+    roots = corrected_modes(problem, region, known, progress)
     if roots is not None:
         return np.hstack([roots.right, roots.left])
     full = modes_in(problem, region, certify=False, progress=progress)
