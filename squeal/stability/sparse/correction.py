@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.stability.sparse.dense import dense_roots
 from squeal.stability.sparse.factor import Factor, factorise_at
-from squeal.stability.sparse.krylov import EVERY, Krylov
+from squeal.stability.sparse.krylov import Krylov
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
 from squeal.stability.sparse.region import Rectangle
@@ -44,23 +44,24 @@ def corrected_modes(
     krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
     start = np.zeros((problem.n, 0)) if start is None else start
     limit = min(STEPS, 2 * problem.n - 1)
-    reach = 0.0
-    while reach < region.radius:
-        if krylov.steps >= limit:
-            return None
-        krylov.advance(min(EVERY, limit - krylov.steps))
-        reach = krylov.found(vectors=False).reach
+    more = True
+    while more:
+        more = krylov.advance(limit)
+        if krylov.found(vectors=False).reach >= region.radius:
+            break
+    else:
+        return None
     near = krylov.found()
     del krylov  # its memory
+    if not len(near.values):
+        return Roots(near.values, near.vectors, near.vectors)
     inner = region.widened(-BORDER)
     found = _corrected(problem, factor, enlarged(start, near.vectors, DROPPED), region)
     enough = found is not None and len(found.values) >= np.sum(inner.contains(near.values))
     return found if enough else None
 
 
-def _corrected(
-    problem: Quadratic, factor: Factor, V: Array, region: Rectangle
-) -> Roots | None:
+def _corrected(problem: Quadratic, factor: Factor, V: Array, region: Rectangle) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
     and a factor of P near them; None if they do not come to be good."""
     other = problem.transposed()

@@ -12,7 +12,7 @@ from squeal.errors import ComputationError
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.count import Count, count_roots
 from squeal.stability.sparse.factor import Factor, factorise_at, one_thread
-from squeal.stability.sparse.krylov import EVERY, Krylov, Near
+from squeal.stability.sparse.krylov import Krylov, Near
 from squeal.stability.sparse.merge import Roots, merged
 from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle, Region
@@ -81,8 +81,8 @@ class _Search:
         krylov = Krylov(problem, shift, factor, radius, rng)
         limit = min(STEPS, 2 * problem.n - 1)
         while True:
-            krylov.advance(min(EVERY, limit - krylov.steps))
-            if krylov.steps >= limit or enough(krylov.found(vectors=False)):
+            more = krylov.advance(limit)
+            if not more or enough(krylov.found(vectors=False)):
                 break
         near = krylov.found()
         left = np.full(near.vectors.shape, np.nan, dtype=complex)
@@ -105,13 +105,14 @@ class _Search:
         """Left vectors of the wanted roots, y^H P = 0; NaN where none converged."""
         krylov = Krylov(self.problem, near.shift, factor, radius, rng, transposed=True)
         scale = abs(near.shift) + radius
-        most = min(steps + 2 * EVERY, 2 * self.problem.n - 1)
-        krylov.advance(steps * 2 // 3)
+        most = min(steps + 24, 2 * self.problem.n - 1)
         while True:
+            more = krylov.advance(most)
+            if more and krylov.steps < steps * 2 // 3:
+                continue
             which = _paired(near.values, krylov.found(vectors=False).values, 1e-6 * scale)
-            if krylov.steps >= most or np.all(which[wanted] >= 0):
+            if not more or np.all(which[wanted] >= 0):
                 break
-            krylov.advance(min(EVERY, most - krylov.steps))
         result = np.full(near.vectors.shape, np.nan, dtype=complex)
         result[:, which >= 0] = krylov.found().vectors[:, which[which >= 0]].conj()
         return result

@@ -183,7 +183,9 @@ def reduce_system(
     with one_thread():
         while True:
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
-            grown = basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
+            grown = basis.extend(
+                _snapshots(scaled.at(values[where]), wide, basis.vectors, progress)
+            )
             samples.append(values[where])
             if basis.size == 0:
                 raise ComputationError("the region holds no root that a basis could start from")
@@ -247,13 +249,13 @@ def _snapshots(
     problem: Quadratic, region: Rectangle, known: Array, progress: Progress
 ) -> ComplexArray:
     """Vectors (n, m) of the right and left modes in a region, in scaled coordinates."""
-    roots = corrected_modes(problem, region, known, progress)
-    if roots is not None:
-        return np.hstack([roots.right, roots.left])
+    near = corrected_modes(problem, region, known, progress)
+    if near is not None:
+        return np.hstack([near.right, near.left])
     full = modes_in(problem, region, certify=False, progress=progress)
     columns = [v / problem.scale for e in full.eigenvalues for v in (e.right, e.left)]
-    known = [c for c in columns if not np.isnan(c[0])]
-    return np.array(known).T if known else np.zeros((problem.n, 0), dtype=complex)
+    columns = [c for c in columns if not np.isnan(c[0])]
+    return np.array(columns).T if columns else np.zeros((problem.n, 0), dtype=complex)
 
 
 def _errors(
