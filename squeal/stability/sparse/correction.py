@@ -64,7 +64,7 @@ def corrected_modes(
 def _corrected(problem: Quadratic, factor: Factor, V: Array, region: Rectangle) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
     and a factor of P near them; None if they do not come to be good."""
-    other = problem.transposed()
+    other = Quadratic(problem.M.T, problem.C.T, problem.K.T, problem.scale, problem.norms)
     space = _Space(problem, other, V)
     for _ in range(ROUNDS):
         M, C, K = space.parts
@@ -114,19 +114,21 @@ def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
     columns = columns / np.linalg.norm(columns, axis=0)
     rest = np.hstack([columns.real, columns.imag]).astype(float)
     while rest.size:
-        for _ in range(2):
-            rest -= V @ (V.T @ rest)
-        new, largest = _principal(rest, dropped)
-        if largest <= dropped:
+        rest -= V @ (V.T @ rest)
+        new, least = _principal(rest, dropped)
+        if not new.size:
             break
-        new -= V @ (V.T @ new)
+        new -= V @ (V.T @ new)  # once more, since it may have been a small part
         V = np.hstack([V, _principal(new, 0.1)[0]])
+        if least == dropped:
+            break
     return V
 
 
 def _principal(columns: Array, least: float) -> tuple[Array, float]:
-    """Orthonormal principal axes of columns (n, m) with singular values above `least` and 1e-4 of
-    the largest, which is returned too: by products of matrices alone, much faster than an SVD."""
+    """Orthonormal principal axes of columns (n, m) with singular values above `least` or, if that
+    is more, 1e-5 of the largest; and this limit. Products of matrices, much faster than an SVD."""
     squares, axes = np.linalg.eigh(columns.T @ columns)
-    kept = squares > max(least, 1e-4 * np.sqrt(max(squares[-1], 0.0))) ** 2
-    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), float(np.sqrt(max(squares[-1], 0)))
+    least = max(least, 1e-5 * float(np.sqrt(max(squares[-1], 0.0))))
+    kept = squares > least**2
+    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), least

@@ -26,7 +26,9 @@ from squeal.stability.terms import Term, TermSystem
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 DROPPED = 3e-9  # part of a snapshot outside the basis that is left out
 MARGIN = 0.04  # snapshots are taken from a region this much larger on each side
-SKETCH = 48  # random vectors that estimate a residual; the last word has the residual itself
+SKETCH = 48  # random vectors that estimate a residual within a factor of two
+NEARLY = 0.25  # of the largest estimate: what exceeds this may be the largest residual
+COLUMNS = 32  # of which a residual is computed at a time
 SAMPLES = 20  # full solutions before a reduction is given up
 
 Changes = Mapping[str, float]
@@ -90,17 +92,16 @@ class Basis:
             self._sketch = np.array([W.T @ V for part in PARTS for W in self._probed[part]])
         return self._sketch
 
-    def triangle(self) -> np.ndarray:
-        """Blocks (terms, r, d) whose combinations have the norm of the residual."""
-        blocks = [A.tocsr() for part in PARTS for A in self._matrices[part]]
-        n, columns = self.scaled.n, len(blocks) * self.size
-        step = max(4 * columns, 4096)
-        R = np.zeros((0, columns))
-        for start in range(0, n, step):  # by rows, so that memory stays small
-            rows = slice(start, start + step)
-            part = np.hstack([A[rows] @ self.vectors for A in blocks])
-            R = np.asarray(np.linalg.qr(np.vstack([R, part]), mode="r"))
-        return np.moveaxis(R.reshape(len(R), len(blocks), self.size), 1, 0)
+    def residuals(self, weights: ComplexArray, vectors: ComplexArray) -> Array:
+        """Norms (m,) of the sums of all terms' matrices times weights (terms, m), on vectors
+        (d, m): of P x in the full problem."""
+        blocks = [A for part in PARTS for A in self._matrices[part]]
+        norms = []
+        for k in range(0, vectors.shape[1], COLUMNS):
+            x = self.vectors @ vectors[:, k : k + COLUMNS]
+            terms = (A @ (x * w) for A, w in zip(blocks, weights[:, k : k + COLUMNS], strict=True))
+            norms.append(np.linalg.norm(sum(terms), axis=0))
+        return np.concatenate(norms)
 
     def weights(self, values: ComplexArray, changes: Changes) -> tuple[ComplexArray, Array]:
         """Factors (terms, m) of the blocks at each root and the size (m,) of P there.
@@ -191,16 +192,11 @@ def reduce_system(
                 raise ComputationError("the region holds no root that a basis could start from")
             system = basis.system()
             roots = [dense_roots(*system.at(changes), region) for changes in values]
-            worst = _errors(basis, basis.sketch(), roots, values)
-            if worst.max() <= tolerance / 2 or not grown:
-                worst = _errors(basis, basis.triangle(), roots, values)
-                if worst.max() <= tolerance or not grown:
-                    break
-            where = int(np.argmax(worst))
-            if values[where] in samples or len(samples) == SAMPLES:
-                worst = _errors(basis, basis.triangle(), roots, values)
+            worst, where = _worst(basis, roots, values)
+            known = values[where] in samples or len(samples) == SAMPLES
+            if worst <= tolerance or not grown or known:
                 break
-    return Reduction(system, basis, tuple(samples), float(worst.max()), "reduced")
+    return Reduction(system, basis, tuple(samples), worst, "reduced")
 
 
 def reduce_to_real_modes(
@@ -231,8 +227,8 @@ def reduce_to_real_modes(
         basis.extend(vectors / np.linalg.norm(vectors, axis=0))
         system = basis.system()
         roots = [dense_roots(*system.at(changes), region) for changes in values]
-        worst = _errors(basis, basis.triangle(), roots, values)
-    return Reduction(system, basis, (), float(worst.max()), "modal")
+        worst, _ = _worst(basis, roots, values)
+    return Reduction(system, basis, (), worst, "modal")
 
 
 def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
@@ -258,17 +254,26 @@ def _snapshots(
     return np.array(columns).T if columns else np.zeros((problem.n, 0), dtype=complex)
 
 
-def _errors(
-    basis: Basis, blocks: np.ndarray, roots: Sequence[Roots], values: Sequence[Changes]
-) -> Array:
-    """The worst backward error of a root in the full problem at each of the values, 0 without
-    one."""
-    result = np.zeros(len(values))
+def _worst(basis: Basis, roots: Sequence[Roots], values: Sequence[Changes]) -> tuple[float, int]:
+    """The largest backward error of a root in the full problem, and the index of its value.
+
+    Random vectors estimate all of them; those that may be the largest are computed.
+    """
+    weights, size, vectors, which = [], [], [], []
     for k, (found, changes) in enumerate(zip(roots, values, strict=True)):
-        if len(found.values):
-            weights = basis.weights(found.values, changes)
-            result[k] = _residuals(blocks, *weights, found.right).max()
-    return result
+        at = basis.weights(found.values, changes)
+        weights.append(at[0])
+        size.append(at[1])
+        vectors.append(found.right)
+        which += [k] * len(found.values)
+    if not which:
+        return 0.0, 0
+    w, s, z = np.hstack(weights), np.concatenate(size), np.hstack(vectors)
+    estimates = _residuals(basis.sketch(), w, s, z)
+    large = np.flatnonzero(estimates > NEARLY * estimates.max())
+    errors = basis.residuals(w[:, large], z[:, large]) / s[large]
+    first = int(np.argmax(errors))
+    return float(errors[first]), which[large[first]]
 
 
 def _named(changes: Changes) -> str:

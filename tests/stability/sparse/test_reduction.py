@@ -5,6 +5,7 @@ import pytest
 
 from squeal.errors import InputError
 from squeal.numerics.formula import Formula
+from squeal.stability.sparse import reduction as reduction_of
 from squeal.stability.sparse.dense import dense_roots, dense_values
 from squeal.stability.sparse.modes import modes_in
 from squeal.stability.sparse.reduction import (
@@ -77,12 +78,25 @@ def test_the_sketch_estimates_the_residual(scaled, reduction):
     rng = np.random.default_rng(3)
     z = rng.standard_normal((basis.size, 5)) + 0j
     weights, _ = basis.weights(np.full(5, 3000j), {"mu": 0.2})
-    norms = [
-        np.linalg.norm(np.einsum("trd,tm,dm->rm", blocks, weights, z), axis=0)
-        for blocks in (basis.sketch(), basis.triangle())
-    ]
-    assert np.all(norms[0] < 2 * norms[1])
-    assert np.all(norms[1] < 2 * norms[0])
+    rest = np.einsum("trd,tm,dm->rm", basis.sketch(), weights, z)
+    exact = basis.residuals(weights, z.astype(complex))
+    problem = scaled.at({"mu": 0.2})
+    full = problem.apply(np.full(5, 3000j), basis.vectors @ z)
+    assert np.allclose(exact, np.linalg.norm(full, axis=0), rtol=1e-10)
+    assert np.all(np.linalg.norm(rest, axis=0) < 2 * exact)
+    assert np.all(exact < 2 * np.linalg.norm(rest, axis=0))
+
+
+def test_the_worst_error_is_that_of_all_roots(scaled, monkeypatch):
+    """What random vectors point at is what all residuals, one by one, say."""
+    monkeypatch.setattr(reduction_of, "COLUMNS", 3)
+    modal = reduce_to_real_modes(scaled, REGION, VALUES, 40)
+    worst = 0.0
+    for changes in VALUES:
+        roots = dense_roots(*modal.system.at(changes), REGION)
+        weights, size = modal.basis.weights(roots.values, changes)
+        worst = max(worst, *(modal.basis.residuals(weights, roots.right) / size))
+    assert modal.worst == pytest.approx(worst, rel=1e-10)
 
 
 def test_two_parameters():
