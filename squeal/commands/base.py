@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import sys
 import warnings
@@ -16,6 +15,7 @@ import numpy as np
 
 from squeal.commands.outputs import Once, check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
+from squeal.commands.streams import printed
 from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
 from squeal.files.provenance import InputFile, provenance
 from squeal.files.writing import to_json
@@ -56,6 +56,10 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; see {self.prog} --help")
+
+    def print_help(self, file: Any = None) -> None:
+        """Print the options, and end."""
+        raise SystemExit(printed(self.format_help().rstrip("\n")))
 
 
 @dataclass(frozen=True)
@@ -121,7 +125,7 @@ class Command:
                     warnings.simplefilter("default", kind)
                 warnings.showwarning = _warn
                 text = self._answer(options)
-            print(text, flush=True)
+            return printed(text)
         except InputError as error:
             print(f"squeal: {error}", file=sys.stderr)
             return 2
@@ -134,17 +138,12 @@ class Command:
         except MemoryError:
             print("squeal: there is not enough memory for this scene", file=sys.stderr)
             return 1
-        except BrokenPipeError:
-            # the reader has gone (head, less); nothing is left to say
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
         except OSError as error:
             print(f"squeal: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
             return 1
         except KeyboardInterrupt:
             print("squeal: stopped", file=sys.stderr)
             return 130
-        return 0
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:

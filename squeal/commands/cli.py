@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from squeal import __version__
+from squeal.commands.streams import open_closed, printed
 
 if TYPE_CHECKING:
     from squeal.commands.base import Command
@@ -56,16 +56,15 @@ def command(name: str) -> Command:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
+    open_closed()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not given or given[0] in ("-h", "--help"):
-        try:
-            print(_help(), file=sys.stdout if given else sys.stderr, flush=True)
-        except BrokenPipeError:  # the reader has gone
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0 if given else 2
+        if given:
+            return printed(_help())
+        print(_help(), file=sys.stderr)
+        return 2
     if given[0] == "--version":
-        print(f"squeal {__version__}")
-        return 0
+        return printed(f"squeal {__version__}")
     if given[0] not in COMMANDS:
         print(
             f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}",

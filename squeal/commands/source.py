@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from squeal.commands.streams import all_input, name_of
 from squeal.errors import InputError
 from squeal.files.document import parse_document, read_content, scalar
 from squeal.files.keys import Group, Key
@@ -75,8 +75,8 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
     Raises InputError.
     """
     path = None if given == STANDARD_INPUT else Path(given)
-    at = Place("standard input" if path is None else given)
-    content = sys.stdin.buffer.read() if path is None else read_content(path, at)
+    at = Place("standard input" if path is None else name_of(given))
+    content = all_input() if path is None else read_content(path, at)
     document = parse_document(content, at)
     made: dict[str, Any] = {}
     for change in changes:
@@ -86,7 +86,7 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
                 f"{before} is set already; a value is set by one --set only"
             )
         made[key] = value
-    name = at.source if path is None else path.name
+    name = at.source if path is None else name_of(path.name)
     file = InputFile(name, hashlib.sha256(content).hexdigest())
     return Source(at, document, file, path, made)
 

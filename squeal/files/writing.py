@@ -19,25 +19,33 @@ def check_writable(path: Path, option: str) -> None:
     if path.exists() and not path.is_file():
         kind = "a folder" if path.is_dir() else "not a plain file"
         raise InputError(f"{option} {path}: is {kind}; the name of a file is allowed")
-    if not path.parent.is_dir():
-        raise InputError(f"{option} {path}: the folder {path.parent} does not exist")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{option} {path}: the folder {path.parent} is not writable")
+    folder = _place(path).parent
+    if not folder.is_dir():
+        raise InputError(f"{option} {path}: the folder {folder} does not exist")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{option} {path}: the folder {folder} is not writable")
+
+
+def _place(path: Path) -> Path:
+    """The file that is written: of a link, also one to no file yet, where it leads."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
 def write_whole(path: Path, write: Callable[[IO[Any]], None], binary: bool = False) -> None:
     """Write a file beside its place and move it there when it is complete."""
+    place = _place(path)
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        handle, name = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     try:
-        with os.fdopen(handle, "wb") if binary else os.fdopen(handle, "w", newline="") as stream:
-            write(stream)
+        text = None if binary else "utf-8"
+        with os.fdopen(handle, "wb" if binary else "w", encoding=text, newline=text and "") as file:
+            write(file)
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(name, 0o666 & ~umask)
-        os.replace(name, path)
+        os.replace(name, place)
     except BaseException:
         os.unlink(name)
         raise

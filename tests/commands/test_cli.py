@@ -293,12 +293,57 @@ def test_help_into_a_closed_pipe():
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
-def test_a_full_disc_is_exit_code_1():
+@pytest.mark.parametrize(
+    "arguments",
+    [("sliding", B3, "--json"), ("sliding", B3), ("--help",), ("--version",), ("map", "--help")],
+)
+def test_a_full_disc_is_exit_code_1(arguments):
     with open("/dev/full", "w") as full:
-        done = fresh("sliding", B3, "--json", stdout=full, stderr=subprocess.PIPE)
+        done = fresh(*arguments, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 1
-    assert done.stderr.startswith("squeal: ")
-    assert "Traceback" not in done.stderr
+    assert done.stderr == "squeal: output: No space left on device\n"
+
+
+def test_streams_may_be_closed(tmp_path):
+    system = tmp_path / "s.yaml"
+    system.write_text("M: [[1]]\nC0: [[0.1]]\nK0: [[1]]\n")
+    call = f"exec {sys.executable} -m squeal eigenvalues"
+
+    def shell(words):
+        return subprocess.run(f"{call} {words}", shell=True, capture_output=True, text=True)
+
+    done = shell("- <&-")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "squeal: standard input: is closed; a file or a pipe is allowed\n"
+    done = shell(f"{system} --band 0:9 --set parameter=W --sweep 0:1:3 --json 2>&-")  # and it warns
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["verdict"] == "stable"
+    done = shell(f"{system} >&-")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
+def test_letters_that_the_output_lacks_are_escaped(tmp_path, encoding):
+    system, table = tmp_path / "böse.yaml", tmp_path / "größe.csv"
+    system.write_text("name: größe\nM: [[1]]\nK0: [[1]]\n", encoding="utf-8")
+    surroundings = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C", "PYTHONUTF8": "0"}
+    options = ("--png", tmp_path / "x.png", "--csv", table)
+    done = fresh("eigenvalues", system, *options, env=surroundings, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("gr\\xf6\\xdfe" if encoding == "ascii" else "größe")
+    assert table.read_text().startswith("real")
+    picture = (tmp_path / "x.png").read_bytes()
+    assert "böse.yaml".encode("latin-1") in picture
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files are UTF-8 there")
+def test_a_file_may_have_a_name_that_is_no_text(tmp_path):
+    path = os.fsencode(tmp_path) + b"/b\xf6se.yaml"
+    with open(path, "wb") as file:
+        file.write(b"M: [[1]]\nK0: [[1]]\n")
+    done = fresh("eigenvalues", os.fsdecode(path), capture_output=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("b\\xf6se, mu = 0")
 
 
 def test_only_plain_files_are_written(capsys, tmp_path):

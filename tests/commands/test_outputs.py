@@ -41,6 +41,21 @@ def test_an_input_is_never_overwritten(capsys, scene):
     assert run(capsys, "map", "v.csv", "--n", "2", "--csv", "other.csv")[0] == 0
 
 
+@pytest.mark.parametrize("name", ["t.csv", "t.pdf"])
+def test_a_link_stays_one_and_leads_to_what_is_written(capsys, scene, name):
+    folder = scene.parent / "elsewhere"
+    folder.mkdir()
+    os.symlink(folder / name, name)  # leads to no file yet
+    for _ in range(2):
+        assert run(capsys, "map", scene, "--n", "2", f"--{name[2:]}", name)[0] == 0
+        assert os.path.islink(name)
+        assert len((folder / name).read_bytes()) > 10
+        assert os.listdir(folder) == [name]
+    os.symlink("nowhere/x.csv", "lost.csv")
+    told = assert_refused(capsys, "map", scene, "--n", "2", "--csv", "lost.csv")
+    assert "nowhere does not exist" in told
+
+
 def test_two_outputs_are_two_files(capsys, scene):
     (scene.parent / "t.csv").write_text("")
     os.symlink("t.csv", "t.pdf")

@@ -1,0 +1,45 @@
+"""Standard streams as users leave them: closed, full, or without the letters of a text."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from squeal.errors import InputError
+
+
+def open_closed() -> None:
+    """Let what is said on a closed stream go nowhere; by itself it would go to the other one."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+
+
+def printed(text: str) -> int:
+    """Print on standard output, letters that it lacks as escapes; the exit code.
+
+    It is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
+    """
+    letters, code = sys.stdout.encoding or "utf-8", 0
+    try:
+        print(text.encode(letters, "backslashreplace").decode(letters), flush=True)
+        return 0
+    except BrokenPipeError:
+        pass
+    except OSError as error:
+        print(f"squeal: output: {error.strerror}", file=sys.stderr)
+        code = 1
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left to say
+    return code
+
+
+def all_input() -> bytes:
+    """Everything on standard input. Raises InputError if it is closed."""
+    if sys.stdin is None:
+        raise InputError("standard input: is closed; a file or a pipe is allowed")
+    return sys.stdin.buffer.read()
+
+
+def name_of(given: str) -> str:
+    """A file's name as given, in letters that every text may hold."""
+    return os.fsencode(given).decode("utf-8", "backslashreplace")
