@@ -1,19 +1,25 @@
 """What moves the eigenvalues and thresholds of a pad: exact derivatives by its parameters.
 
 A parameter changes the matrices directly and by shifting the equilibrium about which they are
-taken; both are in the derivatives below. Damping matrices are held fixed.
+taken; both are in the derivatives below. Damping by ratios or Rayleigh's factors follows the pad, a
+damping matrix stays.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
-from squeal.equilibrium.damping import damping_matrix
+from squeal.equilibrium.damping import (
+    damping_matrix,
+    modal_damping,
+    modal_damping_slope,
+    without_friction,
+)
 from squeal.errors import ComputationError
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
@@ -96,20 +102,50 @@ def change(
     return Change(loads, dq, dM, dC, dK, np.array(edges))
 
 
+def _damping_slopes(scene: Scene) -> dict[str, np.ndarray]:
+    """dC/dp (3, 3) of the scene's damping by each parameter on which it depends, in SI units."""
+    damping = scene.damping
+    if damping is None or damping.matrix is not None:
+        return {}
+    model, q, state = without_friction(scene)
+    M, K = np.diag(model.mass_matrix), -model.jacobian(q, state)
+    root = np.sqrt(M)
+    found = {}
+    for name in parameters(model):
+        if name == "mu":
+            continue
+        by = change(model, q, state, name, held=model.linear)
+        if damping.rayleigh is not None:
+            alpha, beta = damping.rayleigh
+            found[name] = alpha * by.M + beta * (by.K + by.K.T) / 2
+            continue
+        assert damping.ratios is not None
+        A = K / np.outer(root, root)
+        drift = np.diag(by.M) / (2 * M)  # of the root, over it
+        B, _ = modal_damping(A, damping.ratios)
+        dA = by.K / np.outer(root, root) - np.add.outer(drift, drift) * A
+        dB = modal_damping_slope(A, dA, damping.ratios) + np.add.outer(drift, drift) * B
+        found[name] = np.outer(root, root) * dB
+    return found
+
+
 @takes_scene
 def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.ndarray]:
     """d lambda/dp (6,) for each parameter p, in the order of the analysis' eigenvalues.
 
-    rad/s per unit of p in SI units, with all other parameters and the damping matrix held fixed (I
-    too, unless it was left out and so follows m, w and h); infinite at a coalescence, see
+    rad/s per unit of p in SI units, with all other parameters and what the scene's damping names
+    held fixed (I too, unless it was left out and so follows m, w and h); infinite at a
+    coalescence, NaN where modes of one frequency have different damping ratios, see
     `squeal.stability.sensitivities`. Where an edge only just touches, the derivative is that
     within the present contact state.
     """
     model, q = scene.pad_model, np.array(analysis.q)
     m = analysis.matrices
     found = {}
+    damping = _damping_slopes(scene)
     for name in parameters(model):
         by = change(model, q, analysis.state, name, held=scene.pad_model.linear)
+        by = replace(by, C=by.C + damping.get(name, 0.0))
         found[name] = sensitivities(
             m.M, m.C, m.K, dM=by.M, dC=by.C, dK=by.K, spectrum=analysis.spectrum
         )
@@ -139,6 +175,8 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
         rate = {name: by[name].gaps[edge] for name in names}
     else:
         C = damping_matrix(scene) - model.rate_jacobian(q, state)
+        damping = _damping_slopes(scene)
+        by = {name: replace(one, C=one.C + damping.get(name, 0.0)) for name, one in by.items()}
         rate = _rates(model, q, state, C, point, by)
     return {name: -rate[name] / rate["mu"] + 0.0 for name in names if name != "mu"}
 

@@ -15,7 +15,8 @@ from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
-from squeal.model.linear import Linearisation, about_origin, linearise
+from squeal.model.linear import about_origin, linearise
+from squeal.model.states import State
 from squeal.scene import Scene
 
 UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
@@ -32,6 +33,24 @@ def modal_damping(A: np.ndarray, ratios: tuple[float, ...]) -> tuple[np.ndarray,
     rates = 2 * np.array(ratios) * np.sqrt(np.maximum(squares, 0.0))
     B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
     return B, squares[..., 0] >= -1e-12 * squares[..., -1]
+
+
+def modal_damping_slope(A: np.ndarray, dA: np.ndarray, ratios: tuple[float, ...]) -> np.ndarray:
+    """The derivative (3, 3) of `modal_damping` where A (3, 3) changes by dA.
+
+    The formula of Daleckii and Krein for a function of a symmetric matrix. NaN where two modes of
+    one frequency have different ratios, which then tell no direction apart.
+    """
+    squares, modes = np.linalg.eigh((A + A.T) / 2)
+    w = np.sqrt(np.maximum(squares, 0.0))
+    z = np.array(ratios)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotients = 2 * np.subtract.outer(z * w, z * w) / np.subtract.outer(squares, squares)
+        same = np.subtract.outer(squares, squares) == 0.0
+        alike = np.where(np.equal.outer(z, z), np.where(z > 0.0, z / w, 0.0), np.nan)
+    quotients = np.where(same, alike, quotients)
+    inner = modes.T @ ((dA + dA.T) / 2) @ modes
+    return np.asarray(modes @ (quotients * inner) @ modes.T)
 
 
 def rayleigh_damping(A: np.ndarray, factors: tuple[float, ...]) -> np.ndarray:
@@ -53,7 +72,8 @@ def damping_matrix(scene: Scene) -> np.ndarray:
         return np.zeros((3, 3))
     if damping.matrix is not None:
         return np.array(damping.matrix)
-    matrices = _without_friction(scene)
+    model, q, state = without_friction(scene)
+    matrices = about_origin(model) if model.linear else linearise(model, q, state)
     root = np.sqrt(np.diag(matrices.M))
     A = matrices.K / np.outer(root, root)
     if damping.ratios is None:
@@ -74,14 +94,16 @@ def damped_model(scene: Scene) -> PadModel:
     return dataclasses.replace(scene.pad_model, damping=rows)
 
 
-def _without_friction(scene: Scene) -> Linearisation:
+def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
+    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) in SI
+    units, its contact. Raises ComputationError where there is no such place."""
     model = scene.pad_model.replace(mu=0.0)
     if model.linear:
-        return about_origin(model)
+        return model, np.zeros(3), model.full
     start = least_at_zero(model)
     if start is None:
         raise ComputationError(
             "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
             "no equilibrium in contact was found without friction"
         )
-    return linearise(model, Statics.of(model).to_si(start[0]), start[1])
+    return model, Statics.of(model).to_si(start[0]), start[1]

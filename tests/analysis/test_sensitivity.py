@@ -13,7 +13,8 @@ from squeal.analysis.sensitivity import (
     parameters,
     threshold_sensitivities,
 )
-from squeal.scene import read_scene
+from squeal.equilibrium.damping import modal_damping, modal_damping_slope
+from squeal.scene import Damping, read_scene
 from squeal.scene.schema import Scene
 from tests.conftest import SCENES
 from tests.simulation.test_simulation import upright
@@ -34,9 +35,19 @@ def step_of(scene: Scene, name: str) -> float:
     return 1e-5 * (abs(value) or (scene.pad.F_n / scene.pad.k1 if name in "x0 y0" else 1.0))
 
 
+DAMPINGS = {
+    "undamped": None,
+    "ratios": Damping(ratios=(0.02, 0.01, 0.03)),
+    "one ratio": Damping(ratios=(0.0, 0.02, 0.02)),
+    "rayleigh": Damping(rayleigh=(50.0, 1e-7)),
+    "matrix": Damping(matrix=((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))),
+}
+
+
+@pytest.mark.parametrize("damping", DAMPINGS)
 @pytest.mark.parametrize("name", ["b1-b", "b2-a", "b3"])
-def test_eigenvalues_against_differences_through_the_whole_chain(name):
-    scene = scene_of(name)
+def test_eigenvalues_against_differences_through_the_whole_chain(name, damping):
+    scene = dataclasses.replace(scene_of(name), damping=DAMPINGS[damping])
     analysis = analyse(scene)
     size = np.abs(analysis.spectrum.values).max()
     found = eigenvalue_sensitivities(scene, analysis)
@@ -102,9 +113,20 @@ def test_upright_pad_in_closed_form():
         assert found[name][k] == pytest.approx(0.5j / (pad.m * omega), rel=1e-6)
 
 
+def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
+    A, dA = np.diag([1.0, 4.0, 4.0]), np.ones((3, 3))
+    assert np.isnan(modal_damping_slope(A, dA, (0.1, 0.2, 0.3))).any()
+    same = modal_damping_slope(A, dA, (0.1, 0.2, 0.2))
+    h = 1e-6
+    up, down = (modal_damping(A + way * h * dA, (0.1, 0.2, 0.2))[0] for way in (1, -1))
+    assert same == pytest.approx((up - down) / (2 * h), abs=1e-8)
+
+
+@pytest.mark.parametrize("damping", ["undamped", "ratios", "rayleigh"])
 @pytest.mark.parametrize("name", ["b1-c", "b3"])
-def test_thresholds_against_differences(name):
+def test_thresholds_against_differences(name, damping):
     scene = changed(scene_of(name), **COUPLED)
+    scene = dataclasses.replace(scene, damping=DAMPINGS[damping])
     loss = critical_friction(scene).first
     assert loss is not None
     found = threshold_sensitivities(scene, loss)
