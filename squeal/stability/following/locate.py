@@ -15,6 +15,7 @@ from squeal.stability.matrices import EPS
 STEPS = 25
 CONVERGED = 4 * EPS
 WAYS = np.geomspace(1e-13, 1.0, 120)  # of the width of a guess
+APART = 1e-9  # of the parameter: a pair that leaves more in doubt is looked at root by root
 SLACK = 1.5  # steps beyond the width of a guess before it is given up
 
 
@@ -34,6 +35,11 @@ class Located:
     def kind(self) -> str:
         """flutter for a pair, divergence for a real root."""
         return "flutter" if self.omega else "divergence"
+
+    @property
+    def half(self) -> float:
+        """Half the interval's width."""
+        return (self.interval[1] - self.interval[0]) / 2
 
 
 def _refined_vectors(
@@ -81,13 +87,14 @@ def located(line: Line, guess: Guess) -> Located | None:
 
 def _beside(line: Line, guess: Guess) -> Located | None:
     """One of two close roots passes the line: zeros of the pair's own model, renewed at each."""
-    p, near = guess.value, guess.root
+    p, near, right, left = guess.value, guess.root, guess.right, guess.left
     steps = guess.width * np.concatenate([-WAYS[::-1], [0.0], WAYS])
     for _ in range(STEPS):
         try:
-            pair = pair_at(line, p, near, guess.right, guess.left)
+            pair = pair_at(line, p, near, right, left)
         except np.linalg.LinAlgError:
             return None
+        right, left = pair.right, pair.left
         number = (pair.roots(steps).real > 0.0).sum(axis=1)
         changes = np.flatnonzero(number[1:] != number[:-1])
         if not len(changes):
@@ -117,7 +124,13 @@ def _beside(line: Line, guess: Guess) -> Located | None:
             wide = 2 * noise / max(abs(slope.real), 1e-300) + abs(move) + 2 * EPS * abs(p)
             direction = 1 if slope.real > 0 else -1
             omega = 0.0 if real else line.omega(z)
-            return Located(p, omega, direction, (p - wide, p + wide), noise / size, False)
+            found = Located(p, omega, direction, (p - wide, p + wide), noise / size, False)
+            if wide <= APART * abs(p):
+                return found
+            # a third root is as close as these are, so one of them by itself is known better
+            alone = Guess(p, z, right.sum(axis=1), left.sum(axis=1), False, guess.width)
+            single = _passing(line, alone)
+            return single if single and single.half <= found.half else found
     return None
 
 
@@ -165,6 +178,7 @@ def _coalescence(line: Line, guess: Guess) -> Located | None:
             pair = pair_at(line, p, near, right, left)
         except np.linalg.LinAlgError:
             return None
+        right, left = pair.right, pair.left
         d, slope, bend = pair.d.real, pair.d_slope.real, pair.d_bend.real
         # the nearer zero of d + slope h + bend h^2
         inner = slope * slope - 4 * bend * d

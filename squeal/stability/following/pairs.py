@@ -6,7 +6,8 @@ there although neither root is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,9 @@ from numpy.typing import NDArray
 from squeal.stability.following.line import Line, norm
 from squeal.stability.matrices import EPS
 
-ROUNDS = 3  # of block inverse iteration
+ROUNDS = 60  # of block inverse iteration, at most
+CONVERGED = 64 * EPS  # of |A|: a residual of the subspace that leaves only its square as error
+STALLED = 0.9  # of the residual before: more is left by a round that helps no more
 SURE = 4.0  # standard deviations of rounding that a noise holds
 NUDGE = 1e-7  # of the shift, so that the factorised matrix is regular
 
@@ -24,7 +27,7 @@ class Pair:
     """Mean and d at a value of the parameter, with first derivatives and, of d, half the second.
 
     The second derivative holds where the pair is close, which is where it is used; `noise` is the
-    rounding error of d.
+    error of d by rounding and by what its subspaces, spanned by `right` and `left` (N, 2), are off.
     """
 
     value: float
@@ -34,6 +37,8 @@ class Pair:
     d_slope: complex
     d_bend: complex
     noise: float
+    right: NDArray = field(repr=False)
+    left: NDArray = field(repr=False)
 
     def ds(self, step: np.ndarray) -> np.ndarray:
         """d at values beyond this one by `step`."""
@@ -56,19 +61,17 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
         shift = shift.real
         right, left = np.asarray(right.real), np.asarray(left.real)
     factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
-    X, Y = right, left
-    for _ in range(ROUNDS):
-        X = np.linalg.qr(lu_solve(factor, X, check_finite=False))[0]
-        Y = np.linalg.qr(lu_solve(factor, Y, trans=2, check_finite=False))[0]
+    X, off = _subspace(A, size, right, lambda X: lu_solve(factor, X, check_finite=False))
+    Y, rest = _subspace(A.T, size, left, lambda Y: lu_solve(factor, Y, trans=2, check_finite=False))
     across = Y.conj().T @ X
     inverse = np.linalg.inv(across)
     small = inverse @ (Y.conj().T @ (A @ X))
     slope = inverse @ (Y.conj().T @ (derivative @ X))
     mean, mean_slope = np.trace(small) / 2, np.trace(slope) / 2
     N, S = small - mean * np.eye(2), slope - mean_slope * np.eye(2)
-    # independent roundings in the entries of A; errors of the subspaces enter by their product
+    # independent roundings in the entries of A, and the nearest matrix with such a subspace
     entries = np.sqrt(np.abs(inverse @ Y.conj().T) ** 2 @ (A**2 @ np.abs(X) ** 2))
-    error = SURE * max(rounding, EPS) * entries
+    error = SURE * max(rounding, EPS) * entries + np.linalg.norm(inverse, 2) * min(off, rest)
     return Pair(
         p,
         complex(mean),
@@ -77,4 +80,24 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
         complex(np.trace(N @ S)),
         complex(np.trace(S @ S) / 2),
         float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2),
+        X,
+        Y,
     )
+
+
+def _subspace(
+    A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray]
+) -> tuple[NDArray, float]:
+    """The invariant subspace (N, 2) that inverse iteration turns `start` to, and its residual, 0 if
+    it has converged."""
+    X, before = start, np.inf
+    for _ in range(ROUNDS):
+        X = np.linalg.qr(solve(X))[0]
+        image = A @ X
+        rest = float(np.linalg.norm(image - X @ (X.conj().T @ image)))
+        if rest <= CONVERGED * size:
+            return X, 0.0
+        if rest > STALLED * before:
+            break
+        before = rest
+    return X, rest

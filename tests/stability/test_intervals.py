@@ -1,0 +1,62 @@
+"""Thresholds of random damped systems: intervals hold the place that 40 digits give."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.numerics.formula import Formula
+from squeal.stability import Crossing, thresholds
+from squeal.stability.following import pairs
+from squeal.stability.following.line import Line
+from squeal.stability.terms import Term, TermSystem
+
+ALL = pairs.ROUNDS
+
+
+def random_system(seed: int, n: int) -> TermSystem:
+    """Dense positive definite M, C, K and a K1 without symmetry: close roots by the way."""
+    rng = np.random.default_rng(seed)
+    M, K0 = (X @ X.T / n for X in rng.standard_normal((2, n, n)))
+    M, K0 = M + 0.3 * np.eye(n), 4 * K0 + rng.uniform(0.5, 3) * np.eye(n)
+    K1, C = rng.standard_normal((2, n, n))
+    K1, C = 0.8 * K1, 0.04 * C @ C.T / n + 0.002 * np.eye(n)
+    return TermSystem((Term(M),), (Term(C),), (Term(K0), Term(K1, Formula("mu"))))
+
+
+def exact(system: TermSystem, crossing: Crossing) -> mp.mpf:
+    """mu of det(-w^2 M + i w C + K(mu)) = 0 next to a crossing, by Newton's method."""
+    M, C, K0, K1 = (mp.matrix(t.matrix.tolist()) for t in (*system.M, *system.C, *system.K))
+    with mp.workdps(40):
+        w = mp.mpf(2 * np.pi * crossing.frequency_hz)
+        unit = abs(mp.det(-((w + 1) ** 2) * M + 1j * w * C + K0))
+
+        def both(w: mp.mpf, mu: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+            value = mp.det(-w * w * M + 1j * w * C + K0 + mu * K1) / unit
+            return (value.real, value.imag) if w else (value.real, w)
+
+        return mp.findroot(both, (w, mp.mpf(crossing.mu)), tol=1e-60, verify=False)[1]
+
+
+@pytest.mark.parametrize("seed", [100, 101, 103])
+def test_intervals_hold_the_threshold(seed):
+    system = random_system(seed, 12)
+    found = thresholds(system, 1.0)
+    assert found.certified
+    assert len(found.crossings) > 1
+    for c in found.crossings:
+        at = exact(system, c)
+        assert c.interval[0] <= at <= c.interval[1]
+        assert c.mu == pytest.approx(float(at), abs=1e-13)
+
+
+@pytest.mark.parametrize("rounds", [2, 4, 8, ALL])
+def test_what_a_subspace_is_off_is_part_of_the_noise_of_a_pair(rounds, monkeypatch):
+    """Blocks of known roots, mixed: a pair at 1 +- 0.1 beside a third root at 1.3."""
+    rng = np.random.default_rng(1)
+    mixed = np.eye(9) + 0.3 * rng.standard_normal((9, 9))
+    K = mixed @ np.diag([0.9, 1.1, 1.3, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]) @ np.linalg.inv(mixed)
+    line = Line(lambda mu: (np.eye(9), None, K + mu * np.eye(9)), 0.0, 1.0)
+    monkeypatch.setattr(pairs, "ROUNDS", rounds)
+    pair = pairs.pair_at(line, 0.0, 1.0 + 0j, *rng.standard_normal((2, 9, 2)))
+    assert abs(pair.d - 0.01) <= pair.noise
+    assert (pair.noise < 1e-12) == (rounds == ALL)
