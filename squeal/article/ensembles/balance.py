@@ -2,7 +2,8 @@
 
 Over a long bounded motion the mean accelerations vanish. While the springs do not turn much, the
 balances of both forces and of the moment then give the mean of delta weighted with the reaction,
-whatever the contact law, the stiffnesses and the start.
+whatever the contact law, the stiffnesses and the start, if delta's moment is "+"; for "-" the mean
+of delta has the opposite sign.
 """
 
 from __future__ import annotations
