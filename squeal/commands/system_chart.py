@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ from squeal.analysis.systems.chart import Chart, Side, system_chart
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.system_options import check_work, progress_of, wanted_of
-from squeal.commands.systems import basis_row
+from squeal.commands.systems import basis_row, identity
 from squeal.commands.tables import table
 from squeal.errors import InputError
+from squeal.files.journal import Checkpoint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
 from squeal.stability import VERDICTS
@@ -35,7 +37,17 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     n = POINTS if given.n is None else whole(given.n, "--n", 2, MOST_POINTS)
     sides = (_side(given.first, "--first", system, n), _side(given.second, "--second", system, n))
     check_work(given, system)
-    found = system_chart(system, sides, wanted_of(given), progress_of(given))
+    wanted = wanted_of(given)
+    checkpoint = Checkpoint(
+        given.table,
+        lambda: {
+            "sides": [dataclasses.asdict(s) for s in sides],
+            "wanted": wanted.words(),
+            "system": identity(system),
+        },
+    )
+    found = system_chart(system, sides, wanted, progress_of(given), checkpoint)
+    checkpoint.close()
     if given.table is not None:
         _write(given, found)
     if given.figure is not None:

@@ -21,9 +21,10 @@ from squeal.commands.system_options import (
     wanted_of,
     warn_if_constant,
 )
-from squeal.commands.systems import basis_row
+from squeal.commands.systems import basis_row, identity
 from squeal.commands.tables import elided, number
 from squeal.errors import InputError
+from squeal.files.journal import Checkpoint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
 from squeal.stability.terms import TermSystem
@@ -42,7 +43,13 @@ def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     high = numbers(given.mu_max, "--max", 1, "a finite number")[0]
     warn_if_constant(system)
     check_work(given, system)
-    found = system_thresholds(system, high, value_in(given.min, "--min"), wanted, progress)
+    low = value_in(given.min, "--min")
+    checkpoint = Checkpoint(
+        given.table,
+        lambda: {"range": [low, high], "wanted": wanted.words(), "system": identity(system)},
+    )
+    found = system_thresholds(system, high, low, wanted, progress, checkpoint)
+    checkpoint.close()
     if given.table is not None:
         write_thresholds(given.table, found)
     if given.figure is not None:

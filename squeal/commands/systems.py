@@ -35,7 +35,7 @@ from squeal.commands.system_shapes import check_shape, write_shape
 from squeal.commands.tables import elided, in_words, number, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
-from squeal.files.journal import Journal
+from squeal.files.journal import Checkpoint, Journal
 from squeal.files.matrices import fingerprint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
@@ -134,9 +134,12 @@ def _swept(
     given: argparse.Namespace, system: TermSystem, values: list[float], method: str
 ) -> _Sweep:
     wanted, progress, name = wanted_of(given), progress_of(given), system.parameter
+
+    def head() -> dict[str, Any]:
+        return {"values": values, "wanted": wanted.words(), "system": identity(system)}
+
     if method == "full":
-        head = {"values": values, "wanted": wanted.words(), "system": identity(system)}
-        journal = Journal(None if is_small(system) else given.table, head)
+        journal = Journal(None if is_small(system) else given.table, head())
         rows = [SweepRow.from_dict(row) for row in journal.rows]
         for row in full_rows(system, wanted, values[len(rows) :], progress):
             rows.append(row)
@@ -144,8 +147,11 @@ def _swept(
         journal.close()
         return _Sweep(rows)
     changes = [{name: v} for v in _few(values)]
-    reduction, region = reduced_for(system, wanted, changes, method, progress)
-    return _Sweep(list(reduced_rows(reduction, region, name, values)), reduction)
+    checkpoint = Checkpoint(given.table, head)
+    reduction, region = reduced_for(system, wanted, changes, method, progress, checkpoint)
+    rows = list(reduced_rows(reduction, region, name, values))
+    checkpoint.close()
+    return _Sweep(rows, reduction)
 
 
 def _few(values: list[float], most: int = 25) -> list[float]:
@@ -159,11 +165,13 @@ def _few(values: list[float], most: int = 25) -> list[float]:
 def identity(system: TermSystem) -> dict[str, Any]:
     """What a system is, short enough for a file: its parameters and fingerprints."""
     terms = [t for part in (system.M, system.C, system.K) for t in part]
-    real = [t.matrix if not np.iscomplexobj(t.matrix) else t.matrix.imag for t in terms]
     return {
         "parameters": dict(system.parameters),
         "parameter": system.parameter,
-        "terms": [[t.factor.text, fingerprint(m)] for t, m in zip(terms, real, strict=True)],
+        "terms": [
+            [t.factor.text, *(fingerprint(part) for part in (t.matrix.real, t.matrix.imag))]
+            for t in terms
+        ],
     }
 
 

@@ -147,6 +147,52 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("eigenvalues", ("--sweep", "0:0.4:5")),
+        ("critical-friction", ("--max", "0.4")),
+        ("map", ("--first", "mu:0:0.4", "--second", "c:0.5:1.5", "--n", "3")),
+    ],
+)
+def test_an_interrupted_basis_resumes(command, more, sparse, tmp_path, capsys, monkeypatch):
+    """What a basis was when it was stopped is where the next run goes on, for the same question."""
+    from squeal.stability.sparse import reduction
+
+    path, _ = sparse
+    out = tmp_path / "out"
+    out.mkdir()
+    two = FILE.replace("mu: 0.2", "mu: 0.2, c: 1").replace("factor: mu", "factor: mu*c")
+    (path / "two.yaml").write_text(two)
+    options = (command, path / "two.yaml", "--band", "200:230", *more, "--csv")
+    solved: list[object] = []
+    snapshots = reduction._snapshots
+
+    def counted(*arguments):
+        solved.append(arguments)
+        return snapshots(*arguments)
+
+    def stopping(*arguments):
+        if solved:
+            raise KeyboardInterrupt
+        return counted(*arguments)
+
+    monkeypatch.setattr(reduction, "_snapshots", counted)
+    assert run(capsys, *options, out / "whole.csv")[0] == 0
+    whole = len(solved)
+    assert whole > 1
+    solved.clear()
+    monkeypatch.setattr(reduction, "_snapshots", stopping)
+    assert run(capsys, *options, out / "table.csv")[0] == 130
+    assert sorted(p.name for p in out.iterdir()) == ["table.csv.partial.npz", "whole.csv"]
+    solved.clear()
+    monkeypatch.setattr(reduction, "_snapshots", counted)
+    assert run(capsys, *options, out / "table.csv")[0] == 0
+    assert len(solved) == whole - 1
+    assert sorted(p.name for p in out.iterdir()) == ["table.csv", "whole.csv"]
+    assert (out / "table.csv").read_text() == (out / "whole.csv").read_text()
+
+
+@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--band", "400:200"), "LOW < HIGH"),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import InputError
+from squeal.files.journal import Checkpoint
 from squeal.stability import VERDICTS
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.reduction import Reduction
@@ -53,10 +54,12 @@ def system_chart(
     sides: tuple[Side, Side],
     wanted: Wanted | None = None,
     progress: Progress = quiet,
+    checkpoint: Checkpoint | None = None,
 ) -> Chart:
     """The verdict on the wanted roots over two parameters.
 
-    A large system is reduced once for the whole rectangle. Raises InputError for a parameter that
+    A large system is reduced once for the whole rectangle; a `checkpoint` keeps what there is of
+    that. Raises InputError for a parameter that
     it has not, and for a large system without a band or region.
     """
     wanted = wanted or Wanted()
@@ -72,7 +75,9 @@ def system_chart(
             for a in np.linspace(first.low, first.high, SAMPLES)
             for b in np.linspace(second.low, second.high, SAMPLES)
         ]
-        reduction, region = reduced_for(system, wanted, corners, progress=progress)
+        reduction, region = reduced_for(
+            system, wanted, corners, progress=progress, checkpoint=checkpoint
+        )
     codes = np.zeros((first.n, second.n), dtype=np.int8)
     growth = np.zeros((first.n, second.n))
     noise = noise_of(system)

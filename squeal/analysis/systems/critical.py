@@ -13,6 +13,7 @@ from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, verdict_of
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
+from squeal.files.journal import Checkpoint
 from squeal.stability import CriticalPoint, Crossing, thresholds
 from squeal.stability.dampings import dense
 from squeal.stability.following.search import search
@@ -67,8 +68,11 @@ def system_thresholds(
     low: float | None = None,
     wanted: Wanted | None = None,
     progress: Progress = quiet,
+    checkpoint: Checkpoint | None = None,
 ) -> SystemThresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
+
+    A `checkpoint` keeps the reduced system of a large one as it grows.
 
     Raises InputError for an empty range, and for a large system or complex matrices without a
     band or region.
@@ -84,7 +88,7 @@ def system_thresholds(
         raise InputError(f"--max {high:g}: is not allowed; it must exceed {low:g}")
     if is_small(system) and system.real and (wanted.rectangle is None or _regular(system, low)):
         return _small(system, low, high, wanted)
-    return _large(system, low, high, wanted, progress)
+    return _large(system, low, high, wanted, progress, checkpoint)
 
 
 def _regular(system: TermSystem, low: float) -> bool:
@@ -114,12 +118,19 @@ def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> Syste
 
 
 def _large(
-    system: TermSystem, low: float, high: float, wanted: Wanted, progress: Progress
+    system: TermSystem,
+    low: float,
+    high: float,
+    wanted: Wanted,
+    progress: Progress,
+    checkpoint: Checkpoint | None,
 ) -> SystemThresholds:
     name = system.parameter
     values = [low + (high - low) * k / (STEPS - 1) for k in range(STEPS)]
     changes = [{name: v} for v in values]
-    reduction, region = reduced_for(system, wanted, changes, progress=progress)
+    reduction, region = reduced_for(
+        system, wanted, changes, progress=progress, checkpoint=checkpoint
+    )
     unconfirmed: tuple[str, ...] = ()
     progress("following the roots of the reduced system")
     if system.C or not system.real:

@@ -12,12 +12,18 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.roots import SPLIT, system_roots
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import InputError
+from squeal.files.journal import Checkpoint
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import ordered
 from squeal.stability.sparse.dense import dense_values
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.modes import lowest_modes
-from squeal.stability.sparse.reduction import Reduction, reduce_system, reduce_to_real_modes
+from squeal.stability.sparse.reduction import (
+    Begun,
+    Reduction,
+    reduce_system,
+    reduce_to_real_modes,
+)
 from squeal.stability.sparse.region import Disc, Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem
 from squeal.stability.terms import TermSystem
@@ -97,13 +103,27 @@ def reduced_for(
     values: Sequence[Changes],
     method: str = "reduced",
     progress: Progress = quiet,
+    checkpoint: Checkpoint | None = None,
 ) -> tuple[Reduction, Rectangle]:
-    """The reduced system that serves some values of the parameters, and the region it serves."""
+    """The reduced system that serves some values of the parameters, and the region it serves.
+
+    A `checkpoint` keeps what there is after each full solution, and a second run goes on from it.
+    """
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
         return reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n)), region
-    return reduce_system(scaled, region, values, progress=progress), region
+    if checkpoint is None:
+        return reduce_system(scaled, region, values, progress=progress), region
+    kept, begun = checkpoint.load(), None
+    if kept:
+        begun = Begun(kept["vectors"], tuple(map(int, kept["samples"])))
+
+    def keep(now: Begun) -> None:
+        checkpoint.save(vectors=now.vectors, samples=np.array(now.samples))
+
+    found = reduce_system(scaled, region, values, progress=progress, begun=begun, keep=keep)
+    return found, region
 
 
 def reduced_rows(

@@ -7,7 +7,7 @@ one triangular factor of [A_1 V, ..., A_k V] gives without touching the full mat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,6 +44,14 @@ class ReducedModes:
     values: ComplexArray
     vectors: ComplexArray = field(repr=False)  # (d, m), of unit length
     residuals: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A basis (n, d) that a reduction has come to, and the indices of the values that made it."""
+
+    vectors: Array = field(repr=False)
+    samples: tuple[int, ...]
 
 
 class Basis:
@@ -167,36 +175,43 @@ def reduce_system(
     values: Sequence[Changes],
     tolerance: float = TOLERANCE,
     progress: Progress = lambda text: None,
+    begun: Begun | None = None,
+    keep: Callable[[Begun], None] = lambda begun: None,
 ) -> Reduction:
     """A reduced system whose roots in a region meet a tolerance at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
     parameters) start the basis; the value where a root's residual in the full problem is worst
     adds its own, until all are below `tolerance` (a backward error) or a sample brings nothing
-    new. Raises InputError for no values, ComputationError if 20 samples do not suffice.
+    new. `keep` is given what there is after each sample, and `begun` goes on from there. Raises
+    InputError for no values, ComputationError if the region holds no root.
     """
     if not values:
         raise InputError("at least one value of the parameters is required")
-    basis = Basis(scaled)
-    wide = region.widened(MARGIN)
-    samples: list[Changes] = []
-    where = len(values) // 2
+    basis, wide = Basis(scaled), region.widened(MARGIN)
+    samples: list[int] = []
+    if begun is not None:
+        basis.vectors, samples = begun.vectors, list(begun.samples)
+    where, grown = len(values) // 2, 1
     with one_thread():
         while True:
+            if samples:
+                system = basis.system()
+                roots = [dense_roots(*system.at(changes), region) for changes in values]
+                worst, where = _worst(basis, roots, values)
+                known = where in samples or len(samples) == SAMPLES
+                if worst <= tolerance or not grown or known:
+                    break
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
             grown = basis.extend(
                 _snapshots(scaled.at(values[where]), wide, basis.vectors, progress)
             )
-            samples.append(values[where])
+            samples.append(where)
             if basis.size == 0:
                 raise ComputationError("the region holds no root that a basis could start from")
-            system = basis.system()
-            roots = [dense_roots(*system.at(changes), region) for changes in values]
-            worst, where = _worst(basis, roots, values)
-            known = values[where] in samples or len(samples) == SAMPLES
-            if worst <= tolerance or not grown or known:
-                break
-    return Reduction(system, basis, tuple(samples), worst, "reduced")
+            keep(Begun(basis.vectors, tuple(samples)))
+    at = tuple(values[k] for k in samples)
+    return Reduction(system, basis, at, worst, "reduced")
 
 
 def reduce_to_real_modes(
