@@ -20,7 +20,7 @@ from squeal.analysis.systems.sweeps import (
     reduced_for,
     reduced_rows,
 )
-from squeal.analysis.systems.wanted import extent, is_small
+from squeal.analysis.systems.wanted import Wanted, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import spaced
 from squeal.commands.sweep import plain_shape_rows
@@ -82,6 +82,8 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if where is not None:
         write_shape(given, where, roots)
     grow, chosen = _growing(system, roots), filter_of(given)
+    words = looked_at(roots, wanted)
+    part = roots.region is not None and (wanted.band is None or roots.growth_limit is not None)
 
     def data() -> dict[str, Any]:
         found = _head(file, system)
@@ -93,6 +95,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "certified": roots.certified,
             "count": roots.count,
             "region": extent(roots.region),
+            "growth_limit": roots.growth_limit,
             "method": method,
             "basis": basis_row(swept.reduction),
         }
@@ -109,8 +112,10 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             system,
             roots,
             swept,
-            wanted.words(),
-            unstable_text(chosen(grow), chosen, len(grow), system.parameter),
+            words,
+            unstable_text(
+                chosen(grow), chosen, len(grow), system.parameter, f" among {words}" if part else ""
+            ),
         ),
         [given.source.file, *file.inputs],
     )
@@ -255,6 +260,14 @@ def _text(
     if swept.rows:
         parts.append(f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter))
     return "\n\n".join(parts)
+
+
+def looked_at(roots: SystemRoots, wanted: Wanted) -> str:
+    """Which roots were looked at, in words."""
+    words = wanted.words()
+    if roots.growth_limit is not None:
+        words += f" with growth below {roots.growth_limit:.4g} 1/s"
+    return words
 
 
 def certificate(roots: SystemRoots, words: str) -> str:

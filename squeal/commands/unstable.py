@@ -68,12 +68,17 @@ def unstable_rows(modes: Sequence[UnstableMode]) -> list[dict[str, Any]]:
 
 
 def unstable_text(
-    modes: Sequence[UnstableMode], chosen: Filter, all_of_them: int, parameter: str = "mu"
+    modes: Sequence[UnstableMode],
+    chosen: Filter,
+    all_of_them: int,
+    parameter: str = "mu",
+    where: str = "",
 ) -> str:
-    """Growing modes for people; `all_of_them` is their number before the filter."""
+    """Growing modes for people; `all_of_them` is their number before the filter, `where` says
+    which roots were looked at if not all of the band were."""
     if not modes:
         elsewhere = f" ({all_of_them} elsewhere)" if all_of_them else ""
-        return f"no unstable mode{chosen}{elsewhere}"
+        return f"no unstable mode{where or chosen}{elsewhere}"
     rows = [("  unstable", "frequency, Hz", "growth, 1/s", "damping ratio", f"onset, {parameter}")]
     rows += [
         (

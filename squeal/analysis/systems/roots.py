@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from squeal.analysis.systems.wanted import MODES, Progress, Wanted, is_small, quiet
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.stability import UnstableMode, complex_eigenvalues, judge
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.matrices import EPS
 from squeal.stability.sparse.count import count_roots
 from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.growth import growth_bound
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import lowest_modes, modes_in
+from squeal.stability.sparse.modes import Modes, lowest_modes, modes_in
 from squeal.stability.sparse.quadratic import Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem, quadratic
@@ -33,7 +35,8 @@ class SystemRoots:
 
     `region` None is the whole plane; `count` None if the number could not be settled. `others` are
     roots that were found and counted too, and that the verdict is on, beyond the lowest ones that
-    were asked for.
+    were asked for. Roots of a band that grow faster than `growth_limit` (1/s) were not looked for;
+    None if there are none.
     """
 
     eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
@@ -42,6 +45,7 @@ class SystemRoots:
     verdict: str
     criterion: str
     others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
+    growth_limit: float | None = None
 
     @property
     def certified(self) -> bool:
@@ -62,7 +66,8 @@ def system_roots(
     """The roots of a system at its parameters, some of them changed.
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
-    the band or region, or the lowest. Raises InputError and ComputationError.
+    the band or region, or the lowest. A band reaches as far to the right as its roots may lie.
+    Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
     if wanted.rectangle is not None and wanted.modes is not None:
@@ -71,8 +76,10 @@ def system_roots(
     if is_small(system):
         return _of_all(system.at(changes), wanted)
     problem = ScaledSystem(system).at(changes)
-    rectangle = wanted.rectangle
-    if rectangle is not None:
+    rectangle, limit = wanted.rectangle, None
+    if rectangle is not None and wanted.band is not None:
+        found, limit = _band_modes(problem, rectangle, progress)
+    elif rectangle is not None:
         found = modes_in(problem, rectangle, progress=progress)
     else:
         found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
@@ -84,7 +91,22 @@ def system_roots(
     if count is not None and len(upper) < len(found.eigenvalues):
         # the region mirrors itself: one of each conjugate pair is listed
         count = len(upper) if found.certified else None
-    return SystemRoots(upper, found.region, count, *judged(upper))
+    return SystemRoots(upper, found.region, count, *judged(upper), growth_limit=limit)
+
+
+def _band_modes(
+    problem: Quadratic, region: Rectangle, progress: Progress
+) -> tuple[Modes, float | None]:
+    """The roots of a band with all growth rates that it may hold; or those of its region, with
+    the growth rate at which that ends."""
+    bound = growth_bound(problem, region)
+    if bound is not None:
+        whole = replace(region, high_real=bound)
+        with suppress(ComputationError):  # too many roots: of the region alone there are fewer
+            found = modes_in(problem, region, progress=progress, whole=whole)
+            if whole == region or (found.count and found.count.inside is not None):
+                return found, None
+    return modes_in(problem, region, progress=progress), region.high_real
 
 
 def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:

@@ -146,25 +146,31 @@ def modes_in(
     left: bool = True,
     certify: bool = True,
     progress: Progress = _quiet,
+    whole: Rectangle | None = None,
 ) -> Modes:
     """All roots in a rectangle, with left vectors if wanted, and the count that certifies them.
 
     Shifts are set until discs of converged roots cover the region. If the count tells of more
     roots than are listed, the search starts again from other vectors (a multiple root shows one
-    vector for each start). Raises ComputationError if the region holds too many roots.
+    vector for each start). Of a `whole` larger region the list and the count are; beyond the
+    smaller one it is searched only if the count tells of roots there or is in doubt. Raises
+    ComputationError if the region holds too many roots.
     """
     search = _Search(problem, left, progress)
+    whole = whole or region
     with one_thread():
         for attempt in range(TRIES):
-            _cover(search, region, attempt)
+            _cover(search, whole if attempt else region, attempt)
             roots = search.complete()
             count = None
             if certify:
-                count = count_roots(problem, region, roots, search.covered(), progress)
-            known = int(np.sum(region.contains(roots.values)))
-            if count is None or count.inside is None or count.inside <= known:
+                count = count_roots(problem, whole, roots, search.covered(), progress)
+            known = int(np.sum(whole.contains(roots.values)))
+            if count is None or (count.inside is None and (attempt or whole == region)):
                 break
-    return _answer(search, roots, region, count)
+            if count.inside is not None and count.inside <= known:
+                break
+    return _answer(search, roots, whole, count)
 
 
 def _cover(search: _Search, region: Rectangle, seed: int) -> None:
