@@ -2,7 +2,7 @@
 
 from squeal.article.claims.catalogue import CLAIMS, Claim
 from squeal.article.claims.judging import (
-    hammering_by_reach,
+    hammering,
     judge_claims,
     judge_scenes,
     measure_scenes,
@@ -14,7 +14,7 @@ __all__ = [
     "Case",
     "Claim",
     "case_of",
-    "hammering_by_reach",
+    "hammering",
     "judge_claims",
     "judge_scenes",
     "linear_measures",

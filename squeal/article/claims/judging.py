@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from squeal.article.cases import stem
 from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
-from squeal.article.claims.rules import HAMMER, OTHERS, hammering_cases
-from squeal.article.results.claims import JudgedClaim, Reach, Verdict
+from squeal.article.claims.rules import LOADS, hammering_margins
+from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Verdict
 from squeal.scene import Scene
+from squeal.simulation import simulate
+
+SAMPLES = 100_001  # of a motion, where only what happens under load is asked for
 
 Measured = Mapping[str, Case | Linear]
 """Measures by name of the scene: b1-a to b2-d, and b3 for the linear model."""
@@ -57,10 +62,29 @@ def measure_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> dict[str
     }
 
 
-def hammering_by_reach(cases: Mapping[str, Case]) -> tuple[Reach, ...]:
-    """Which cases hammer with both models, by how far delta must go; `cases` as measured."""
-    found = {reach: hammering_cases(*cases.values(), reach=reach) for reach in (HAMMER, *OTHERS)}
-    return tuple(
-        Reach(reach, tuple(name for name, margin in margins.items() if margin > 0.0))
-        for reach, margins in found.items()
+def hammering(cases: Mapping[str, Case], b2: Mapping[str, Scene]) -> Hammering:
+    """Which cases hammer, `cases` as measured; and under which load, from the scenes of B2."""
+    return Hammering(
+        {
+            model: tuple(name for name, margin in margins.items() if margin > 0.0)
+            for model, margins in hammering_margins(*cases.values()).items()
+        },
+        {case: loaded(scene) for case, scene in b2.items()},
     )
+
+
+def loaded(scene: Scene) -> tuple[Loaded, ...]:
+    """Where the reaction of a scene of B2 acts while it exceeds each of the `LOADS`."""
+    dense = replace(scene, samples=SAMPLES, outputs=("history",))
+    history = simulate(dense).history
+    force, place = (np.array(history[name], dtype=float) for name in ("Rn", "delta"))
+    return tuple(under_load(force, place, share) for share in LOADS)
+
+
+def under_load(force: np.ndarray, place: np.ndarray, share: float) -> Loaded:
+    """Where a reaction (n,) over F_n acts, its place (n,) over w, while it exceeds a share."""
+    there = place[force > share]
+    if not there.size:
+        return Loaded(share, None, None, 0)
+    swings = int(np.sum(np.diff(np.sign(there[there != 0.0])) != 0.0))
+    return Loaded(share, float(there.min()), float(there.max()), swings)

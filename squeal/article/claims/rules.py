@@ -18,7 +18,7 @@ CALM = 0.01  # accelerations below this share of the greatest count as settled
 SMALL = 0.25  # of the map
 ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
 HAMMER = 0.1  # of w, how far delta must go to each side
-OTHERS = (0.25, 0.5, 0.9)  # other such distances, beside which the verdicts are told
+LOADS = (0.05, 0.2, 0.5, 1.0)  # of F_n: reactions above which the way of delta is told apart
 SWINGS = 4  # changes of side that make a motion repeated
 
 
@@ -152,18 +152,22 @@ def by_turns(case: Case) -> float:
     return share if turns >= SWINGS else min(share, 0.0) - 1.0
 
 
-def hammering_cases(*cases: Case, reach: float = HAMMER) -> dict[str, float]:
-    """Margin of hammering with both models by case, the cases of B1 first.
+def hammering_margins(*cases: Case) -> dict[str, dict[str, float]]:
+    """Margin of hammering by model and case, the cases of B1 first.
 
-    B1: each edge separates, in turn and repeatedly; B2: delta goes by `reach` (of w) to each side.
+    B1: each edge separates, in turn and repeatedly; B2: delta goes to each side, repeatedly.
     """
-    pairs = zip("abcd", cases[:4], cases[4:], strict=True)
-    return {name: min(by_turns(b1), hammers(b2, reach).margin) for name, b1, b2 in pairs}
+    b1, b2 = cases[:4], cases[4:]
+    return {
+        "B1": {name: by_turns(case) for name, case in zip("abcd", b1, strict=True)},
+        "B2": {name: hammers(case).margin for name, case in zip("abcd", b2, strict=True)},
+    }
 
 
 def only_c_hammers(*cases: Case) -> Outcome:
     """Case c hammers in both models, no other case does. The cases of B1 come first."""
-    both = hammering_cases(*cases)
+    of = hammering_margins(*cases)
+    both = {name: min(margin, of["B2"][name]) for name, margin in of["B1"].items()}
     margin = min(value if name == "c" else -value for name, value in both.items())
     which = ", ".join(name for name, value in both.items() if value > 0.0)
     return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
@@ -209,9 +213,9 @@ def within_trailing_half(case: Case) -> Outcome:
     return Outcome(margin, f"delta/w from {case.second.low:.3f} to {case.second.high:.3f}")
 
 
-def hammers(case: Case, reach: float = HAMMER) -> Outcome:
-    """delta goes to both edges in turn, by `reach` (of w) at least and repeatedly."""
-    room = min(case.second.high, -case.second.low) - reach
+def hammers(case: Case) -> Outcome:
+    """delta goes to both edges in turn, by `HAMMER` (of w) at least and repeatedly."""
+    room = min(case.second.high, -case.second.low) - HAMMER
     margin = room if case.swings >= SWINGS else min(room, 0.0) - 1.0
     words = within_trailing_half(case).measured
     return Outcome(margin, f"{words}, {case.swings} changes of side")

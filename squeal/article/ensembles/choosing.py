@@ -27,6 +27,7 @@ from squeal.article.ensembles.space import (
 )
 from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
+from squeal.article.results.ensembles import ELSEWHERE
 from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.ensembles import Pad
 from squeal.article.results.verify import Switches
@@ -164,7 +165,7 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
     most informative statements over ten windows under the worse of the two laws, of equals the
     steadiest, then that with the least speed of the surface.
     """
-    candidates = [(dict(RIVAL), "the search elsewhere")]
+    candidates = [(dict(RIVAL), ELSEWHERE)]
     for name, f in LAWS.items():
         for seed, point in enumerate(kept.points[FORMULATIONS.index(f)].astype(float), 1):
             numbers = {n: float(f"{v[0]:.{DIGITS}g}") for n, v in decode(point[None]).items()}

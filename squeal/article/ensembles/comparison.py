@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from squeal.article.ensembles.distance import COUNTED, INDEX, PAIR, price
-from squeal.article.ensembles.gather import Kept
+from squeal.article.ensembles.gather import Kept, keep_all
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.results.ensembles import Keeping
 from squeal.model.contact import FORMULATION_CHOICES
@@ -69,9 +69,7 @@ def corrected(p: Sequence[float]) -> list[float]:
 
 def together(kept: Kept, numbers: Sequence[int], statements: Sequence[str]) -> np.ndarray:
     """Which stored pads (formulations, searches, pads) keep some statements at once."""
-    return np.asarray(
-        (kept.sampled[list(numbers)][..., [INDEX[s] for s in statements]] > 0.0).all(axis=-1)
-    )
+    return keep_all(kept.sampled[list(numbers)], statements)
 
 
 def keeping(kept: Kept, numbers: Sequence[int], statements: Sequence[str]) -> Keeping:

@@ -26,8 +26,15 @@ STEPS = len(ORDER) + 1  # of the judging: each scene, and model B3
 PHASE = 0.8  # rad between samples of the motion, whose peaks a parabola finds
 LEFT_OUT = ("B2-only-c", "B3-singular", "B3-none")
 PARTS = ("B2-a-contact", "B2-b-contact", "B2-c-loss", "B2-d-contact")
-COUNTED = tuple(c for c in CLAIMS if (c.informative or c.id in PARTS) and c.id not in LEFT_OUT)
-"""The statements in the distance: the informative ones, B2-only-c by its four parts."""
+FOLLOWING = ("B2-b-tilt", "B2-c-hammer", "B2-b-raised")
+"""Statements that follow from others or from algebra, which was seen after the searches."""
+COUNTED = tuple(
+    c
+    for c in CLAIMS
+    if (c.informative or c.id in (*PARTS, *FOLLOWING)) and c.id not in LEFT_OUT
+)
+"""The statements in the distance: the informative ones, B2-only-c by its four parts, and those of
+`FOLLOWING`, because the stored searches went by them."""
 Counted = tuple[Claim, ...]
 PAIR = ("B2-b-tilt", "B2-b-theta")  # exclude each other: the nearer one counts
 INDEX = {claim.id: i for i, claim in enumerate(CLAIMS)}
@@ -65,10 +72,15 @@ class _Judging:
     """The judging of n pads while their scenes come in."""
 
     def __init__(
-        self, numbers: Numbers, formulation: Formulation, counted: Counted, stop: float
+        self,
+        numbers: Numbers,
+        formulation: Formulation,
+        counted: Counted,
+        stop: float,
+        phase: float,
     ) -> None:
         self.numbers, self.formulation, self.counted = numbers, formulation, counted
-        self.stop = stop
+        self.stop, self.phase = stop, phase
         count = len(numbers["h"])
         self.margins = np.full((count, len(CLAIMS)), np.nan)
         self.prices = np.zeros((count, len(CLAIMS)))
@@ -116,7 +128,7 @@ class _Judging:
             SEARCH_TOLERANCE,
             self.formulation,
             measured=True,
-            phase=PHASE,
+            phase=self.phase,
             calm=False,
         )
         raised = (
@@ -148,15 +160,16 @@ def judge(
     levels: np.ndarray = NO_LEVELS,
     models: tuple[Model, ...] = ("B1", "B2"),
     stop: float = STOP,
+    phase: float = PHASE,
 ) -> Judgement:
     """Judge n pads over one horizon; a pad is left as soon as a partial sum exceeds its level.
 
-    levels (STEPS,): for the partial sums; stop: the horizon. With one model only, its scenes alone
+    levels (STEPS,): for the partial sums; stop: the horizon; phase: between samples. With one model only, its scenes alone
     are simulated and its claims counted.
     """
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))
-    judging = _Judging(numbers, formulation, counted, stop)
+    judging = _Judging(numbers, formulation, counted, stop, phase)
     alive = np.arange(len(numbers["h"]))
     partial = np.full((len(alive), STEPS), np.nan)
     for step, pair in enumerate((*ORDER, None)):

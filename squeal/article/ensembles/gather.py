@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from squeal.article.claims import CLAIMS
-from squeal.article.ensembles.distance import INDEX
+from squeal.article.ensembles.distance import INDEX, PARTS
 from squeal.article.ensembles.draw import SEEDS, chance_file, read_stage, stage_file
 from squeal.article.ensembles.population import RANDOM_STAGES, Stage
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
@@ -29,6 +29,11 @@ INFORMATIVE = np.array([c.informative for c in CLAIMS])
 TAUTOLOGIES = np.array([c.follows is not None and c.follows.kind == "tautology" for c in CLAIMS])
 LISTED = np.array([c.listed for c in CLAIMS])
 FRONT = ("B2-a-leading", "B2-c-hammer", "B2-d-trailing")
+CONCLUSIONS = {
+    "hammering": ("B2-c-hammer", "B2-only-c", "B12-c-severe"),
+    "exaggeration": ("B1-all-separate", "B2-only-c", "B12-more-loss"),
+}
+"""Conclusions of the article about its motions, as statements that must hold together."""
 B2 = np.array([all(s.startswith("b2") for s in c.scenes) for c in CLAIMS])
 """Claims on the scenes of model B2 alone."""
 
@@ -40,8 +45,9 @@ class Kept:
     effort (F, S, 4): pads, motions, integration steps, CPU seconds; stages: that all searches
     have; random (F, S, 2): random pads, and those whose eight motions reach the end; random_holds
     (F, S, claims): how many of them keep each claim; random_counts (F, 3, claims + 1): how many
-    keep so many of all claims, of the listed ones and of the informative ones; best (F, S, 3): the
-    most kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance
+    keep so many of all claims, of the listed ones and of the informative ones; random_together (F,
+    conclusions): how many keep each of `CONCLUSIONS`; random_parting (F, 16): in how many the
+    surfaces of B2 part in which cases, a to d as bits from the lowest; best (F, S, 3): the most kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance
     levels and logarithms of the share of the ranges within; points (F, S, dimensions), margins
     (F, S, claims): the pad of each search that keeps the most informative claims, of equals the
     most of all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads
@@ -57,6 +63,8 @@ class Kept:
     random: np.ndarray
     random_holds: np.ndarray
     random_counts: np.ndarray
+    random_together: np.ndarray
+    random_parting: np.ndarray
     best: np.ndarray
     levels: np.ndarray
     shares: np.ndarray
@@ -97,6 +105,18 @@ def counts(margins: np.ndarray) -> np.ndarray:
     """
     holds = (margins > 0.0) | TAUTOLOGIES
     return np.array([holds.sum(1), holds[:, LISTED].sum(1), holds[:, INFORMATIVE].sum(1)])
+
+
+def keep_all(margins: np.ndarray, statements: Sequence[str]) -> np.ndarray:
+    """Which pads (...,) keep some claims at once, by their margins (..., claims)."""
+    return np.asarray((margins[..., [INDEX[s] for s in statements]] > 0.0).all(axis=-1))
+
+
+def parting(margins: np.ndarray) -> np.ndarray:
+    """In which cases of B2 the surfaces part (n,), a to d as bits from the lowest."""
+    keep = margins[:, [INDEX[name] for name in PARTS]] > 0.0
+    keep[:, PARTS.index("B2-c-loss")] ^= True  # the one that says that they part
+    return np.asarray(~keep @ (1 << np.arange(len(PARTS))))
 
 
 def undominated(margins: np.ndarray) -> np.ndarray:
@@ -168,6 +188,7 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
         front = _Front()
         rows: dict[str, list[Any]] = {name: [] for name in found}
         of_random = np.zeros((3, len(CLAIMS) + 1), dtype=int)
+        conclusions, parted = np.zeros(len(CONCLUSIONS), dtype=int), np.zeros(16, dtype=int)
         for seed in SEEDS:
             part, drawn = 0, []
             while (file := chance_file(folder, formulation, seed, part)).exists():
@@ -181,6 +202,9 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
             margins = np.concatenate([s.margins[s.whole] for s in drawn])
             for row, kept in zip(of_random, counts(margins), strict=True):
                 row += np.bincount(kept, minlength=len(row))
+            parted += np.bincount(parting(margins), minlength=16)
+            for at, statements in enumerate(CONCLUSIONS.values()):
+                conclusions[at] += int(keep_all(margins, statements).sum())
             rows["random"].append([sum(len(s.points) for s in drawn), len(margins)])
             rows["random_holds"].append((margins > 0.0).sum(axis=0))
             rows["effort"].append(
@@ -208,6 +232,7 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
                 for stage in _stages(more, formulation, seed, _there(more, formulation, seed)):
                     front.add(stage)
         rows["random_counts"] = of_random.tolist()
+        rows["random_together"], rows["random_parting"] = conclusions.tolist(), parted.tolist()
         for name in rows:
             if rows[name]:
                 found[name].append(rows[name])

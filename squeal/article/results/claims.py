@@ -35,11 +35,26 @@ class JudgedClaim(Record):
         return self.verdict == "reproduced"
 
 
-class Reach(Record):
-    """Which cases hammer with both models, if delta must go so far (of w) to each side."""
+class Loaded(Record):
+    """Where the reaction of a case of B2 acts while it exceeds a share of F_n: the least and the
+    greatest delta/w (None where it never does), and the changes of side between such times."""
 
-    reach: float
-    cases: tuple[str, ...]
+    share: float
+    low: float | None
+    high: float | None
+    swings: int
+
+
+class Hammering(Record):
+    """The cases that hammer, by model ("B1", "B2"), and by case of B2 where delta goes under load."""
+
+    cases: dict[str, tuple[str, ...]]
+    loaded: dict[str, tuple[Loaded, ...]]
+
+    @property
+    def both(self) -> tuple[str, ...]:
+        """The cases that hammer with both models."""
+        return tuple(name for name in self.cases["B1"] if name in self.cases["B2"])
 
 
 class SearchedFormulation(Record):
@@ -53,9 +68,9 @@ class SearchedFormulation(Record):
 
 
 class Claims(Result):
-    """All statements in the article's order, which cases hammer by the distance asked for (that of
-    the statements first), and what searches of other formulations came to."""
+    """All statements in the article's order, which cases hammer, and what searches of other
+    formulations came to."""
 
     claims: tuple[JudgedClaim, ...]
-    hammering: tuple[Reach, ...]
+    hammering: Hammering
     formulations: tuple[SearchedFormulation, ...]

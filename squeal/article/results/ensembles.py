@@ -26,8 +26,7 @@ class Kept(Record):
 
 class Seed(Record):
     """One search: the most kept by one pad of it in each way of counting, the distance level that
-    it reached, the logarithm (base 10) of the share of the ranges within that level, and the
-    informative statements that its best pad does not keep; standing: share of its last population
+    it reached, and the informative statements that its best pad does not keep; standing: share of its last population
     that starts at rest on a disc that begins to slide.
 
     Of the pads stored of that population: stored, distinct: how many, and how many that differ;
@@ -37,7 +36,6 @@ class Seed(Record):
 
     most: Kept
     level: float
-    log_share: float
     standing: float
     failing: tuple[str, ...]
     stored: int
@@ -55,7 +53,9 @@ class Ensemble(Record):
     at random, ran: those whose motions reach the end; chance: the shares of random pads that keep
     each statement; median, best: kept by the median random pad that ran, and the most by one;
     seeds: its searches; best_pads: shares of their best pads that keep each statement; horizons:
-    what the best of them keeps over so many windows, None where a motion leaves the model.
+    what the best of them keeps over so many windows, None where a motion leaves the model; parting:
+    of the random pads that ran, in how many the surfaces of B2 part in which cases, a to d as bits
+    from the lowest.
     """
 
     formulation: Switches
@@ -71,6 +71,7 @@ class Ensemble(Record):
     seeds: tuple[Seed, ...]
     best_pads: dict[str, Share]
     horizons: dict[str, Kept | None]
+    parting: tuple[int, ...]
 
 
 class Contrast(Record):
@@ -152,7 +153,9 @@ class Conclusion(Record):
     """A conclusion of the article as statements that must hold together.
 
     consistent, every: pads of the consistent law and of all formulations; lasting: those of the
-    consistent law that still keep it over `over` windows, of `tried`.
+    consistent law that still keep it over `over` windows, of `tried`; random: of random pads, by
+    law ("consistent", "every"), one whose motion leaves the model keeping none; only_c: least and
+    greatest margin of B2-only-c of the stored pads that keep it.
     """
 
     statements: tuple[str, ...]
@@ -161,6 +164,8 @@ class Conclusion(Record):
     lasting: int
     tried: int
     over: int
+    random: dict[str, Share]
+    only_c: tuple[float, float] | None
 
 
 class Twins(Record):
@@ -173,24 +178,34 @@ class Twins(Record):
 
 
 class Check(Record):
-    """Stored pads judged afresh: how many, how many statements, how many verdicts differ, which."""
+    """Stored pads judged afresh: how many, how many verdicts, how many differ, and which; as_now: of
+    these are the same again with `denser` times as many samples; unjudged: statements that a batch
+    does not judge."""
 
     pads: int
     statements: int
     different: int
     which: tuple[str, ...]
+    denser: int
+    as_now: int
+    unjudged: tuple[str, ...]
+
+
+ELSEWHERE = "the search elsewhere"
+"""Origin of a pad that was found apart from the ensembles, where case c alone separates."""
 
 
 class Ensembles(Result):
     """All ensembles; the windows of the horizons; what distinguishes formulations.
 
-    informative: the statements whose verdict is no consequence of others; names: of the three
+    informative: the statements whose verdict is no consequence of others; following: those that
+    the distance counts although they follow; names: of the three
     statements of the fronts; total_b2: statements on model B2 alone; rival: the pad found
     elsewhere, by law; ranges: of the numbers, by law; conclusions: of the article, by name; twins:
     statements that say the same; most: the pad with most of the listed statements, by law, and
     whether it is plausible; speed, load: of the surface (m/s) at that brake force (N), by
     which sliding is judged; chosen: the pad of the report under both laws, taken: that of its
-    scenes; left_out: why no pad is judged afresh, empty if they are: horizons, rival and chosen are
+    scenes; candidates: plausible pads, of which `compared` over longer times; left_out: why no pad is judged afresh, empty if they are: horizons, rival and chosen are
     then empty too, and taken.
     """
 
@@ -200,6 +215,7 @@ class Ensembles(Result):
     confidence: float
     total: Kept
     informative: tuple[str, ...]
+    following: tuple[str, ...]
     contrasts: tuple[Contrast, ...]
     ranges: dict[str, dict[str, Range]]
     samples: dict[str, tuple[tuple[float, ...], ...]]
@@ -217,6 +233,7 @@ class Ensembles(Result):
     chosen_from: str
     taken: str
     candidates: int
+    compared: int
     check: Check
     left_out: str = ""
 

@@ -108,7 +108,10 @@ class Modes(Record):
 
 
 class SceneLoci(Record):
-    """All of one scene; w, h in m. What does not exist without steady sliding has the reason."""
+    """All of one scene; w, h in m. What does not exist without steady sliding has the reason.
+
+    tilt_held: thresholds of the equilibrium with the rotation held as well.
+    """
 
     name: str
     model: str
@@ -117,6 +120,7 @@ class SceneLoci(Record):
     h: float
     branch: Branch | Missing
     loop: SingleLoop | Loop | Missing
+    tilt_held: tuple[HeldThreshold, ...] | Missing
     equilibrium: Modes | Missing
 
 

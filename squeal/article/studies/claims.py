@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from squeal.article.claims import (
-    hammering_by_reach,
+    hammering,
     judge_claims,
     linear_measures,
     measure_scenes,
@@ -25,7 +25,7 @@ def study(files: Sequence[Path]) -> Claims:
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     return Claims(
         tuple(judge_claims({**cases, "b3": linear})),
-        hammering_by_reach(cases),
+        hammering(cases, b2),
         tuple(
             SearchedFormulation(
                 **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES},

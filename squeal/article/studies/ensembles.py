@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choosing import (
     LAWS,
+    LONGER,
     MOST,
     RIVAL,
     WINDOWS,
@@ -29,8 +29,17 @@ from squeal.article.ensembles.comparison import (
     sampled_distances,
     together,
 )
-from squeal.article.ensembles.distance import INDEX, judge
-from squeal.article.ensembles.gather import B2, FRONT, INFORMATIVE, LISTED, Kept, read_kept
+from squeal.article.ensembles.distance import FOLLOWING, INDEX, PHASE, judge
+from squeal.article.ensembles.gather import (
+    B2,
+    CONCLUSIONS,
+    FRONT,
+    INFORMATIVE,
+    LISTED,
+    Kept,
+    keep_all,
+    read_kept,
+)
 from squeal.article.ensembles.space import (
     DIMENSIONS,
     FORMULATIONS,
@@ -59,12 +68,8 @@ from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
 
 CHECKED = 3  # stored pads of each formulation that are judged afresh
+DENSER = 16  # times as many samples of the motions whose verdicts then differ
 TAIL = 0.05  # on either side of the range of a number
-CONCLUSIONS = {
-    "hammering": ("B2-c-hammer", "B2-only-c", "B12-c-severe"),
-    "exaggeration": ("B1-all-separate", "B2-only-c", "B12-more-loss"),
-}
-"""Conclusions of the article about its motions, as statements that must hold together."""
 SLIDING = "B12-sliding"  # the statement that rests on an assumed speed of the surface
 TWINS = ("B2-b-trailing", "B2-b-tilt")
 LASTING, TRIED = 10, 24  # windows over which pads that keep a conclusion are judged, and how many
@@ -99,7 +104,6 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
         Seed(
             Counts(*map(int, kept.best[number, s])),
             float(kept.levels[number, s, -1]),
-            float(kept.shares[number, s, -1] / math.log(10.0)),
             float(np.mean(standing(decode(kept.sample[number, s].astype(float))))),
             failing(kept.margins[number, s]),
             stored=points.shape[1],
@@ -125,6 +129,7 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
         seeds=seeds,
         best_pads=_shares((kept.margins[number] > 0.0).sum(axis=0), len(seeds)),
         horizons=horizons,
+        parting=tuple(kept.random_parting[number].tolist()),
     )
 
 
@@ -147,9 +152,9 @@ def contrasts(kept: Kept) -> tuple[Contrast, ...]:
     )
 
 
-def conclusion(kept: Kept, statements: tuple[str, ...], *, judging: bool) -> Conclusion:
+def conclusion(kept: Kept, name: str, *, judging: bool) -> Conclusion:
     """How many of the stored pads keep a conclusion, and with judging for how long."""
-    number = FORMULATIONS.index(CONSISTENT)
+    number, statements = FORMULATIONS.index(CONSISTENT), CONCLUSIONS[name]
     points = np.unique(kept.sample[number][together(kept, [number], statements)[0]], axis=0)
     points, lasting = points[: TRIED * judging].astype(float), 0
     if len(points):
@@ -157,7 +162,21 @@ def conclusion(kept: Kept, statements: tuple[str, ...], *, judging: bool) -> Con
         lasting = int((margins[:, [INDEX[s] for s in statements]] > 0.0).all(axis=1).sum())
     every = keeping(kept, range(len(FORMULATIONS)), statements)
     own = keeping(kept, [number], statements)
-    return Conclusion(statements, own, every, lasting, len(points), LASTING)
+    random = kept.random_together[:, list(CONCLUSIONS).index(name)], kept.random[..., 0].sum(1)
+    narrow = kept.sampled[keep_all(kept.sampled, statements)][:, INDEX["B2-only-c"]]
+    return Conclusion(
+        statements,
+        own,
+        every,
+        lasting,
+        len(points),
+        LASTING,
+        {
+            "consistent": share(*(int(n[number]) for n in random)),
+            "every": share(*(int(n.sum()) for n in random)),
+        },
+        (float(narrow.min()), float(narrow.max())) if len(narrow) else None,
+    )
 
 
 def twins(kept: Kept) -> Twins:
@@ -190,20 +209,28 @@ def check(kept: Kept) -> Check:
     """Judge a sample of the stored pads afresh."""
     random = np.random.default_rng(7)
     different: list[str] = []
-    total = 0
+    total = as_now = 0
+    judged = np.zeros(len(CLAIMS), dtype=bool)
     for number, f in enumerate(FORMULATIONS):
         flat = kept.sample[number].reshape(-1, len(DIMENSIONS)).astype(float)
         stored = kept.sampled[number].reshape(len(flat), -1)
-        some = random.choice(len(flat), CHECKED, replace=False)
+        _, first = np.unique(flat, axis=0, return_index=True)  # equal pads say the same
+        some = random.choice(first, CHECKED, replace=False)
         again = judge(decode(flat[some]), f).margins
         known = np.isfinite(again)
         other = known & ((again > 0.0) != (stored[some] > 0.0))
-        different += [
-            f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, {again[pad, at]:.2g} now)"
-            for pad, at in np.argwhere(other)
-        ]
+        if other.any():
+            fine = judge(decode(flat[some]), f, phase=PHASE / DENSER).margins
+            as_now += int(((fine > 0.0) == (again > 0.0))[other].sum())
+            different += [
+                f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, "
+                f"{again[pad, at]:.2g} now, {fine[pad, at]:.2g} with the dense samples)"
+                for pad, at in np.argwhere(other)
+            ]
         total += int(known.sum())
-    return Check(CHECKED * len(FORMULATIONS), total, len(different), tuple(different))
+        judged |= known.any(axis=0)
+    pads, unjudged = CHECKED * len(FORMULATIONS), names(~judged)
+    return Check(pads, total, len(different), tuple(different), DENSER, as_now, unjudged)
 
 
 def study(files: Sequence[Path]) -> Ensembles:
@@ -238,6 +265,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         confidence=CONFIDENCE,
         total=Counts(len(CLAIMS), int(LISTED.sum()), int(INFORMATIVE.sum())),
         informative=names(INFORMATIVE),
+        following=FOLLOWING,
         contrasts=contrasts(kept),
         ranges={name: ranges(kept, n) for name, n in numbered.items()},
         samples={
@@ -253,9 +281,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         rival=rival,
         most=most,
         plausible=plausible(dict(MOST)),
-        conclusions={
-            name: conclusion(kept, each, judging=judging) for name, each in CONCLUSIONS.items()
-        },
+        conclusions={name: conclusion(kept, name, judging=judging) for name in CONCLUSIONS},
         twins=twins(kept),
         speed=SPEED,
         load=LOAD,
@@ -263,6 +289,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         chosen_from=origin,
         taken=law_of(pads) if judging else "",
         candidates=candidates,
-        check=check(kept) if judging else Check(0, 0, 0, ()),
+        compared=min(LONGER, candidates),
+        check=check(kept) if judging else Check(0, 0, 0, (), DENSER, 0, ()),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )

@@ -31,6 +31,7 @@ from squeal.stability import (
     Crossing,
     FrictionLoop,
     LoopThreshold,
+    Matrices,
     System,
     crossings,
     friction_loop,
@@ -116,6 +117,17 @@ def _thresholds(found: Sequence[Crossing | LoopThreshold]) -> tuple[HeldThreshol
     return tuple(HeldThreshold(one.mu, one.kind, one.direction) for one in found)
 
 
+def tilt_held(scene: Scene, at: Equilibrium) -> tuple[HeldThreshold, ...]:
+    """Thresholds over 0 < mu <= MARGIN_MAX of a pad that may only translate."""
+    free = held_system(scene, at)
+
+    def system(mu: float) -> Matrices:
+        M, C, K = (matrix[:2, :2] for matrix in free(mu))
+        return M, C, K
+
+    return _thresholds([one for one in crossings(system, MARGIN_MAX) if one.mu > 0.0])
+
+
 def _root_locus(found: FrictionLoop, system: System) -> tuple[np.ndarray, np.ndarray, float]:
     """Gains, poles (gains, 6), and their greatest distance from the eigenvalues, relative."""
     gains = np.linspace(0.0, MU_MAX, SWEEP)
@@ -164,6 +176,7 @@ def examined(file: File) -> SceneLoci:
         h=scene.pad.h,
         branch=branch(scene),
         loop=Missing(how) if at is None else loop(scene, at),
+        tilt_held=Missing(how) if at is None else tilt_held(scene, at),
         equilibrium=Missing(how) if at is None else modes(scene, at),
     )
 
