@@ -18,7 +18,7 @@ from squeal.article.identify.stored import read_searches
 from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.report.physics import generated as physics_chapter
 from squeal.article.results import record_of
-from squeal.article.results.claims import Reach
+from squeal.article.results.claims import Hammering, Loaded
 from squeal.article.results.ensembles import Conclusion, Keeping, Kept, Pad, Range, Seed, Twins
 from squeal.article.results.line_springs import Compared
 from squeal.article.results.precision import Point, Timing
@@ -191,7 +191,8 @@ def result(name: str) -> Result:
         given["claims"] = tuple(
             filled(entry("claims"), id=claim.id, case=claim.case) for claim in CLAIMS
         )
-        given["hammering"] = (Reach(0.1, ("c", "d")), Reach(0.5, ("c",)))
+        rows = (Loaded(0.5, -0.5, 0.25, 9), Loaded(1.0, None, None, 0))
+        given["hammering"] = Hammering({"B1": ("a", "c"), "B2": ("c",)}, {"c": rows})
     elif name == "loci":
         given["scenes"] = tuple(filled(entry("scenes"), name=one) for one in HISTORY_FIGURES)
     elif name == "stability":

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.claims import CLAIMS, Case, hammering_by_reach, judge_claims, measure
+from squeal.article.claims import CLAIMS, Case, hammering, judge_claims, measure
+from squeal.article.claims.judging import loaded, under_load
 from squeal.article.claims.measures import Linear, Range
+from squeal.article.results.claims import Loaded
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
+from squeal.scene import read_scene
+from tests.conftest import ROOT, needs_heyoka
 from tests.simulation.test_simulation import bounce, upright
 
 QUIET = Case(
@@ -145,6 +149,17 @@ def some_case(random):
         first=Range(0.5 * (lead == 0.0), 1.0),
         second=Range(0.5 * (trail == 0.0), 1.0),
         together=Range(0.5 * (of[NONE] == 0.0), 2.0),
+        losses=(LEADING, TRAILING) * int(random.integers(4)),
+        swings=int(random.integers(9)),
+    )
+
+
+def leaning(each, random):
+    """A case of the line contact, whose reaction acts on the side to which the pad tilts."""
+    low, high = np.sort(random.uniform(-1.0, 1.0, 2)) + random.choice([-1.0, 0.0, 1.0])
+    first = Range(0.5 * (each.shares[NONE] == 0.0), 1.0)  # vanishes only where the surfaces part
+    return dataclasses.replace(
+        each, first=first, second=Range(low, high), tilt=Range(-0.01 * high, -0.01 * low)
     )
 
 
@@ -153,11 +168,7 @@ def test_implied_claims_hold_where_those_that_imply_them_do():
     for _ in range(3000):
         b1 = {f"b1-{name}": some_case(random) for name in "abcd"}
         b2 = {f"b2-{name}": some_case(random) for name in "abcd"}
-        # of the line contact the first signal is the reaction, which vanishes only apart
-        b2 = {
-            name: dataclasses.replace(each, first=Range(0.5 * (each.shares[NONE] == 0.0), 1.0))
-            for name, each in b2.items()
-        }
+        b2 = {name: leaning(each, random) for name, each in b2.items()}
         judged = {j.id: j.holds for j in judge_claims({**b1, **b2, "b3": LINEAR})}
         for claim in CLAIMS:
             if claim.follows and claim.follows.by and all(judged[i] for i in claim.follows.by):
@@ -230,14 +241,38 @@ def test_claims_say_which_cases_they_are_about():
     assert {said[name] for name in ("B1-all-separate", "B3-singular", "B3-none")} == {"all"}
 
 
-def test_cases_hammer_by_how_far_the_reaction_must_go():
-    """Case d rocks by a fifth of the half length, c by all of it; b does not lose its edges."""
+def test_hammering_is_measured_by_model_and_under_load():
+    """Two cases of B1 lose their edges in turn; of B2 (c) rocks from edge to edge."""
     turns = case(separated=(1.0, 1.0), losses=(LEADING, TRAILING) * 3)
-    wide, little = (case(second=Range(-reach, reach), swings=9) for reach in (1.0, 0.2))
-    measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b1-c": turns, "b1-d": turns}
-    measured |= {"b2-b": wide, "b2-c": wide, "b2-d": little}
-    found = hammering_by_reach(measured)
-    assert [one.cases for one in found] == [("c", "d"), ("c",), ("c",), ("c",)]
-    assert found[0].reach == 0.1
+    wide = case(second=Range(-1.0, 1.0), swings=9)
+    measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b1-c": turns, "b1-d": turns, "b2-c": wide}
+    found = hammering(measured, {})
+    assert found.cases == {"B1": ("c", "d"), "B2": ("c",)}
+    assert found.both == ("c",)
     seldom = measured | {"b2-c": dataclasses.replace(wide, swings=3)}
-    assert hammering_by_reach(seldom)[0].cases == ("d",)
+    assert hammering(seldom, {}).both == ()
+
+
+def test_the_way_of_the_reaction_under_load():
+    t = np.linspace(0.0, 6.0 * math.pi, 100_001)
+    place = np.sin(t)
+    one = under_load(1.0 - np.abs(place), place, 0.6)
+    assert (one.low, one.high) == pytest.approx((-0.4, 0.4), abs=1e-4)
+    assert one.swings == 5
+    high = under_load(np.where(np.abs(place) > 0.5, 1.0, 0.1), place, 0.6)
+    assert (one.swings, high.swings) == (5, 5)
+    pushed = under_load(np.where(place > 0.0, 1.0, 0.1), place, 0.6)
+    assert pushed.swings == 0
+    assert pushed.high == pytest.approx(1.0, abs=1e-6)
+    assert under_load(np.zeros(9), np.zeros(9), 0.6) == Loaded(0.6, None, None, 0)
+    apart = under_load(np.array([1.0, 0.0, 1.0]), np.array([0.5, math.nan, -0.5]), 0.1)
+    assert apart.swings == 1
+
+
+@needs_heyoka
+def test_the_reaction_of_a_scene_goes_no_further_under_more_load():
+    found = loaded(read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml", "simulate"))
+    lows, highs = ([getattr(one, end) for one in found] for end in ("low", "high"))
+    assert lows == sorted(lows)
+    assert highs == sorted(highs, reverse=True)
+    assert -1.0 < lows[0] < highs[0] < 1.0

@@ -12,7 +12,15 @@ from squeal.article.claims.measures import friction_raises
 from squeal.article.ensembles import beyond, distance, population
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
-from squeal.article.ensembles.gather import FRONT, counts, gather, read_kept, undominated
+from squeal.article.ensembles.gather import (
+    FRONT,
+    counts,
+    gather,
+    keep_all,
+    parting,
+    read_kept,
+    undominated,
+)
 from squeal.article.ensembles.gather import main as gather_main
 from squeal.article.ensembles.population import Stage, advance
 from squeal.article.ensembles.space import (
@@ -141,6 +149,16 @@ def test_a_front_is_what_no_other_row_surpasses():
         assert (tuple(row) in front) != beaten
 
 
+def test_the_cases_in_which_surfaces_part_are_bits():
+    margins = np.ones((4, len(CLAIMS)))
+    loss = [INDEX[name] for name in ("B2-a-contact", "B2-b-contact", "B2-d-contact")]
+    margins[1, INDEX["B2-c-loss"]] = -1.0
+    margins[2, loss] = -1.0
+    margins[3, [INDEX["B2-c-loss"], INDEX["B2-b-contact"]]] = -1.0
+    assert parting(margins).tolist() == [0b0100, 0, 0b1111, 0b0010]
+    assert keep_all(margins, ("B2-a-contact", "B2-c-loss")).tolist() == [True, False, False, False]
+
+
 def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
     monkeypatch.setattr(population, "POPULATION", 16)
     for f, seed in product(FORMULATIONS, SEEDS):
@@ -158,6 +176,8 @@ def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
     whole = counts(margins.reshape(-1, 33))
     assert again.best.max(axis=(0, 1)) == pytest.approx(whole.max(axis=1))
     assert again.random_counts[:, 0].sum() == 8 * 5 * 2 * 16
+    assert np.all(again.random_parting.sum(axis=1) == 5 * 2 * 16)
+    assert np.all(again.random_together <= 5 * 2 * 16)
     assert again.shares[0, 0, -1] == pytest.approx(math.log(0.5**2), rel=1e-6)
     with pytest.raises(InputError, match="make ensembles"):
         read_kept(tmp_path / "integral-centre-plus-1" / "stage-000.npz")

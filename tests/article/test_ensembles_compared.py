@@ -7,8 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from squeal.article.claims import CLAIMS
 from squeal.article.ensembles import choosing
-from squeal.article.ensembles.comparison import corrected, distances, exchanged, keeping
+from squeal.article.ensembles.comparison import (
+    corrected,
+    distances,
+    exchanged,
+    keeping,
+    sampled_distances,
+)
 from squeal.article.ensembles.distance import INDEX, judge
 from squeal.article.ensembles.gather import read_kept
 from squeal.article.ensembles.space import (
@@ -17,8 +24,9 @@ from squeal.article.ensembles.space import (
     decode,
 )
 from squeal.article.report.chapters import ENSEMBLES
-from squeal.article.report.ensembles import _contrast, generated, half_by_chance
-from squeal.article.results.ensembles import Contrast, Ensembles, Kept
+from squeal.article.report.ensembles import _contrast, at_least, generated, half_by_chance
+from squeal.article.report.pads import kept_briefly
+from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensembles, Kept
 from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
 from squeal.model.contact import CONSISTENT, Formulation
@@ -41,7 +49,7 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     values, tables = generated(found)
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
-    assert values["ensembles.hammering"].startswith("Kept by ")
+    assert kept_briefly(found, "hammering", "chosen").startswith("Kept by ")
     assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
 
@@ -146,7 +154,9 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "none of them found it" in told(with_seeds(nearest=3.5), "rival")
     assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")
     two = stored().twins
-    assert "are one statement" in told(stored(), "twins")
+    assert "so that B2-b-tilt is not counted" in told(stored(), "twins")
+    both = stored(informative=("B2-b-trailing", "B2-b-tilt"))
+    assert "one of them should not" in told(both, "twins")
     assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")
     assert "told apart" in told(stored(twins=replace(two, agree=40)), "twins")
     pads = stored().chosen
@@ -165,8 +175,62 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "its sliding goes on" in told(stored(), "beside")
     one = stored().check
     for which in ((), ("B2-d-trailing (margin 1 stored, -1 now)",), ("a", "b")):
-        text = told(stored(check=replace(one, different=len(which), which=which)), "differ")
-        assert ("none is", "one is another", "2 are others")[len(which)] in text
+        count = len(which)
+        again = replace(one, different=count, which=which, as_now=count, unjudged=("B3-none",))
+        text = told(stored(check=again), "differ")
+        assert ("none differs", "one differs", "2 differ")[count] in text
+        assert "B3-none is not judged" in text
+        assert ("so that the sampling" in text) == bool(which)
+        again = replace(again, as_now=0, unjudged=())
+        text = told(stored(check=again), "differ")
+        assert "sampling" not in text
+        assert "not judged" not in text
+    assert "that (c) alone hammers was sought" in told(stored(chosen_from=ELSEWHERE), "sought")
+    assert "It is that of here" in told(stored(chosen_from="here"), "sought")
+    few = stored()
+    narrow = {
+        law: {
+            n: replace(r, width=0.1 if n in ("h", "k2", "mu", "L") else 0.9) for n, r in r.items()
+        }
+        for law, r in few.ranges.items()
+    }
+    words = told(stored(ranges=narrow), "confined")
+    assert "lie within half of the searched range" in words
+    assert "thus confine some numbers; with 10 left free" in words
+    assert "is not shown" in told(few, "confined")
+    every = {law: {n: replace(v, width=0.1) for n, v in r.items()} for law, r in few.ranges.items()}
+    assert "confine all numbers" in told(stored(ranges=every), "confined")
+
+
+def test_the_probability_of_as_many():
+    assert at_least(0, 4, 0.3) == pytest.approx(1.0)
+    assert at_least(4, 4, 0.3) == pytest.approx(0.3**4)
+    assert at_least(1, 4, 0.3) == pytest.approx(1.0 - 0.7**4)
+
+
+def test_the_distance_is_the_one_that_the_stored_searches_went_by():
+    kept = read_kept(ROOT / ENSEMBLES)
+    for number in range(len(FORMULATIONS)):
+        far = sampled_distances(kept, number).max(axis=1)
+        assert np.all(far <= kept.levels[number, :, -1] * (1.0 + 1e-5))
+
+
+def test_stored_pads_keep_what_follows_from_other_statements():
+    kept = read_kept(ROOT / ENSEMBLES)
+    held = {name: kept.sampled[..., at] > 0.0 for name, at in INDEX.items()}
+    seen = 0
+    for claim in CLAIMS:
+        by = claim.follows.by if claim.follows else ()
+        if by:
+            implying = np.all([held[name] for name in by], axis=0)
+            if claim.id == "B2-b-tilt":  # with delta from the mass centre only
+                implying = implying[[f.delta_from == "centre" for f in FORMULATIONS]]
+                own = held[claim.id][[f.delta_from == "centre" for f in FORMULATIONS]]
+            else:
+                own = held[claim.id]
+            assert own[implying].all(), claim.id
+            seen += int(implying.sum())
+    assert seen > 1000
 
 
 def test_points_within_half_of_a_range_by_chance():

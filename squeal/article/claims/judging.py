@@ -77,6 +77,7 @@ def loaded(scene: Scene) -> tuple[Loaded, ...]:
     """Where the reaction of a scene of B2 acts while it exceeds each of the `LOADS`."""
     dense = replace(scene, samples=SAMPLES, outputs=("history",))
     history = simulate(dense).history
+    assert history is not None
     force, place = (np.array(history[name], dtype=float) for name in ("Rn", "delta"))
     return tuple(under_load(force, place, share) for share in LOADS)
 

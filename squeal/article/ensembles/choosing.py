@@ -27,9 +27,8 @@ from squeal.article.ensembles.space import (
 )
 from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
-from squeal.article.results.ensembles import ELSEWHERE
+from squeal.article.results.ensembles import ELSEWHERE, Pad
 from squeal.article.results.ensembles import Kept as Counts
-from squeal.article.results.ensembles import Pad
 from squeal.article.results.verify import Switches
 from squeal.errors import InputError
 from squeal.files.writing import to_json

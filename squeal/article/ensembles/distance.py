@@ -29,9 +29,7 @@ PARTS = ("B2-a-contact", "B2-b-contact", "B2-c-loss", "B2-d-contact")
 FOLLOWING = ("B2-b-tilt", "B2-c-hammer", "B2-b-raised")
 """Statements that follow from others or from algebra, which was seen after the searches."""
 COUNTED = tuple(
-    c
-    for c in CLAIMS
-    if (c.informative or c.id in (*PARTS, *FOLLOWING)) and c.id not in LEFT_OUT
+    c for c in CLAIMS if (c.informative or c.id in (*PARTS, *FOLLOWING)) and c.id not in LEFT_OUT
 )
 """The statements in the distance: the informative ones, B2-only-c by its four parts, and those of
 `FOLLOWING`, because the stored searches went by them."""
@@ -164,8 +162,8 @@ def judge(
 ) -> Judgement:
     """Judge n pads over one horizon; a pad is left as soon as a partial sum exceeds its level.
 
-    levels (STEPS,): for the partial sums; stop: the horizon; phase: between samples. With one model only, its scenes alone
-    are simulated and its claims counted.
+    levels (STEPS,): for the partial sums; stop: the horizon; phase: between samples. With one model
+    only, its scenes alone are simulated and its claims counted.
     """
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))

@@ -42,20 +42,20 @@ B2 = np.array([all(s.startswith("b2") for s in c.scenes) for c in CLAIMS])
 class Kept:
     """The stored form, F formulations and S seeds, in the order of `FORMULATIONS` and `SEEDS`.
 
-    effort (F, S, 4): pads, motions, integration steps, CPU seconds; stages: that all searches
-    have; random (F, S, 2): random pads, and those whose eight motions reach the end; random_holds
-    (F, S, claims): how many of them keep each claim; random_counts (F, 3, claims + 1): how many
-    keep so many of all claims, of the listed ones and of the informative ones; random_together (F,
+    effort (F, S, 4): pads, motions, integration steps, CPU seconds; stages: that all searches have;
+    random (F, S, 2): random pads, and those whose eight motions reach the end; random_holds (F, S,
+    claims): how many of them keep each claim; random_counts (F, 3, claims + 1): how many keep so
+    many of all claims, of the listed ones and of the informative ones; random_together (F,
     conclusions): how many keep each of `CONCLUSIONS`; random_parting (F, 16): in how many the
-    surfaces of B2 part in which cases, a to d as bits from the lowest; best (F, S, 3): the most kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance
-    levels and logarithms of the share of the ranges within; points (F, S, dimensions), margins
-    (F, S, claims): the pad of each search that keeps the most informative claims, of equals the
-    most of all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads
-    of the last populations; seen (F,): pads with all three margins of `FRONT`; together (F, 4):
-    how many keep so many of the three; most (F, 4): the most B2 claims that one of them keeps;
-    lacks (F, claims): those on B2 that the first such pad of all three does not keep; front
-    (n, dimensions), front_margins (n, 3), front_of (n,): pads whose three margins no other pad
-    surpasses, and their formulation.
+    surfaces of B2 part in which cases, a to d as bits from the lowest; best (F, S, 3): the most
+    kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance levels
+    and logarithms of the share of the ranges within; points (F, S, dimensions), margins (F, S,
+    claims): the pad of each search that keeps the most informative claims, of equals the most of
+    all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads of the last populations;
+    seen (F,): pads with all three margins of `FRONT`; together (F, 4): how many keep so many of the
+    three; most (F, 4): the most B2 claims that one of them keeps; lacks (F, claims): those on B2
+    that the first such pad of all three does not keep; front (n, dimensions), front_margins (n, 3),
+    front_of (n,): pads whose three margins no other pad surpasses, and their formulation.
     """
 
     effort: np.ndarray

@@ -100,7 +100,12 @@ _SEARCHED = (
 _PARTS = (
     Chapter(
         "verdicts",
-        also=_results("claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges"),
+        also=(
+            *_results(
+                "claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges", "starts"
+            ),
+            PAD,
+        ),
     ),
     Chapter("introduction"),
     Chapter("equations"),

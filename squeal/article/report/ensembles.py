@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
-from squeal.article.ensembles.balance import flattest
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.report.pads import (
+    LEFT,
+    balance,
     beside,
     consistent,
-    kept_briefly,
+    differ,
     kept_by,
+    most,
     outside,
+    sought,
+    steadier,
     thousands,
     twins,
 )
-from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept, Pad
+from squeal.article.results.ensembles import (
+    SYMBOLS,
+    Contrast,
+    Ensemble,
+    Ensembles,
+    Kept,
+)
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
 NARROW = 0.5  # of the searched range: a number that lies within is said to be confined
+SWITCHED = ("tilt", "start")  # numbers of which only the side of a threshold matters much
 SWITCHES = {
     "line_force": "the line force (as printed or consistent)",
     "delta_from": r"the point from which $\delta$ is counted",
@@ -45,7 +57,7 @@ def _span(values: Sequence[float], digits: int = 3) -> str:
 
 
 def _over(kept: Kept | None) -> str:
-    return "--" if kept is None else str(kept.informative)
+    return LEFT if kept is None else str(kept.informative)
 
 
 def ensemble_table(found: Ensembles) -> str:
@@ -58,15 +70,14 @@ def ensemble_table(found: Ensembles) -> str:
             _span([s.most.informative for s in e.seeds]),
             _span([s.most.listed for s in e.seeds]),
             _span([s.level for s in e.seeds]),
-            _span([s.log_share for s in e.seeds], 2),
             ", ".join(_over(e.horizons.get(str(w))) for w in found.windows),
         ]
         for e in found.ensembles
     ]
     windows = ", ".join(map(str, found.windows))
     head = ["force", "delta", "sign", "pads", "chance", "best", f"first {found.total.listed}"]
-    head += ["level", "share", f"best over {windows}"]
-    return tabular("lllrrrrrrl", head, [rows])
+    head += ["level", f"best over {windows}"]
+    return tabular("lllrrrrrl", head, [rows])
 
 
 def range_table(found: Ensembles) -> str:
@@ -86,7 +97,9 @@ def range_table(found: Ensembles) -> str:
 def pad_table(found: Ensembles) -> str:
     """The chosen pad under both laws."""
     windows = ", ".join(map(str, found.windows))
-    head = ["law", f"informative over {windows}", "all", "not kept", "least $V$", "steady"]
+    head = ["law", f"informative over {windows}", "all", "not kept", "least $V$"]
+    head[-1] += f" at {number(found.load, 2)}\\,N"
+    head.append("steady")
     rows = [
         [
             law,
@@ -154,6 +167,11 @@ def half_by_chance(count: int) -> float:
     return float(count * NARROW ** (count - 1) - (count - 1) * NARROW**count)
 
 
+def at_least(count: int, of: int, p: float) -> float:
+    """Probability that at least so many of some events occur, each with the probability p."""
+    return sum(math.comb(of, k) * p**k * (1.0 - p) ** (of - k) for k in range(count, of + 1))
+
+
 def _islands(found: Ensembles) -> str:
     """Of how many independent pads the last populations are worth."""
     seeds = [s for e in found.ensembles for s in e.seeds]
@@ -175,8 +193,8 @@ def _islands(found: Ensembles) -> str:
             f"Each search ends on an island: the middle nine tenths of a number take "
             f"{widths[0]} to {widths[1]} of its range in the last population of one search (mean "
             f"over the numbers), {wide} over the searches of the two laws of "
-            f"Table~\\ref{{ensemble-ranges}}.{repeats} An ensemble is thus worth {count} pads, one "
-            "a search, and no fair sample of all that are within its level."
+            f"Table~\\ref{{ensemble-ranges}}.{repeats} An ensemble is thus no fair sample of the "
+            f"pads within its level: what counts are its {count} searches."
         )
     return (
         f"The last populations spread nearly as far within a search ({widths[0]} to {widths[1]} of "
@@ -219,33 +237,31 @@ def _standing(found: Ensembles) -> str:
     shares = [s.standing for e in found.ensembles for s in e.seeds]
     left = sum(share > 0.0 for share in shares)
     if left == 0:
-        return "No search has any of them left at its end"
-    return f"{left} of {len(shares)} searches have some of them left at their end"
+        return "No last population of a search has a standing start"
+    return f"The last populations of {left} of {len(shares)} searches have standing starts"
 
 
 def _confined(found: Ensembles) -> str:
     laws = list(found.ranges.values())
-    kinds = list(SYMBOLS)
+    kinds = [name for name in SYMBOLS if name not in SWITCHED]
     names = [n for n in kinds if all(law[n].width < NARROW for law in laws)]
     searches = len(consistent(found).seeds)
-    one = half_by_chance(searches)
-    chance = (
-        f"({searches} uniform points do so with a chance of {number(one, 2)}, so that of "
-        f"{len(kinds)} numbers {number(len(kinds) * one ** len(laws), 2)} would under both)"
+    both = half_by_chance(searches) ** len(laws)
+    words = in_words([SYMBOLS[n] for n in names]) or "None"
+    p = at_least(len(names), len(kinds), both)
+    told = (
+        f"Of {len(kinds)} numbers that are no switches {len(names)} lie within half of the "
+        f"searched range under both laws ({words}); of {searches} uniform points "
+        f"{number(len(kinds) * both, 2)} would, and as many with a probability of {number(p, 2)}"
     )
-    if not names:
+    if p < SURE:
         return (
-            f"No number is confined to half of its range under both laws {chance}: the statements "
-            "do not identify a pad"
+            f"{told}. The statements thus confine some numbers; with {len(kinds) - len(names)} "
+            "left free they do not identify a pad"
+            if len(names) < len(kinds)
+            else f"{told}. The statements thus confine all numbers"
         )
-    words = in_words([SYMBOLS[n] for n in names])
-    lie = "lies" if len(names) == 1 else "lie"
-    return (
-        f"Only {words} {lie} within half of the searched range under both laws {chance}: the "
-        "statements do not identify a pad"
-        if len(names) < len(kinds) / 2
-        else f"{words} {lie} within half of the searched range under both laws {chance}"
-    )
+    return f"{told}: that the statements confine any is not shown"
 
 
 def _front(found: Ensembles) -> str:
@@ -269,68 +285,10 @@ def _front(found: Ensembles) -> str:
     )
 
 
-def _balance(found: Ensembles) -> str:
-    """Whether the balances let the pad of the report keep that delta is positive in case (d)."""
-    limit, own = flattest("d"), found.chosen[found.taken].numbers["h"]
-    needs = f"That $\\delta$ is positive throughout case (d) needs $h/w < {limit:.3f}$"
-    if own < limit:
-        return f"{needs}, which the pad of this report is."
-    return (
-        f"{needs}; the pad of this report, with {number(own, 3)}, cannot keep it, and a pad that "
-        "does must be flatter."
-    )
-
-
-def _most(found: Ensembles) -> str:
-    """What the pad with most of the listed statements keeps, and for how long."""
-    pad = found.most["consistent"]
-    first, *later = (pad.horizons[str(w)] for w in found.windows)
-    if first is None:
-        return "The motion of its pad leaves the model."
-    ceiling = found.total.listed - 1
-    whole = "all that can hold together" if first.listed == ceiling else "not all"
-    lost = typeset(in_words(pad.failing[str(found.windows[0])] or ()))
-    spans = in_words([str(w) for w in found.windows[1:]])
-    over = in_words(["none" if k is None else str(k.listed) for k in later])
-    like = "such as" if found.plausible else "not one that"
-    return (
-        f"One keeps {first.listed} of the {found.total.listed} listed statements, {whole}, and "
-        f"{over} over {spans} windows, with $h/w$ {number(pad.numbers['h'], 3)} and $\\mu$ "
-        f"{number(pad.numbers['mu'], 3)}; of the informative ones it does not keep "
-        f"{lost}. It is {like} an engineer would take."
-    )
-
-
 def _enough(found: Ensembles) -> str:
     least = min(e.pads for e in found.ensembles)
     most = max(e.pads for e in found.ensembles)
     return thousands(least) if least == most else f"{thousands(least)} to {thousands(most)}"
-
-
-def _steadier(pads: dict[str, Pad]) -> str:
-    counts = {n: k.informative for n, p in pads.items() if (k := p.horizons["10"]) is not None}
-    if len(counts) < len(pads):
-        return "Under one of the laws its motion leaves the model within ten windows."
-    best = max(counts, key=lambda name: counts[name])
-    if len(set(counts.values())) == 1:
-        return f"Over ten windows it keeps {counts[best]} informative statements under either law."
-    return (
-        f"Over ten windows it keeps more informative statements under the {best} law "
-        f"({', '.join(f'{name}: {n}' for name, n in counts.items())})."
-    )
-
-
-def _differ(found: Ensembles) -> str:
-    """How many verdicts on stored pads are others today, and which."""
-    one = found.check
-    which = "; ".join(typeset(name) for name in one.which)
-    if not one.different:
-        return "none is another today"
-    others = "one is another" if one.different == 1 else f"{one.different} are others"
-    return (
-        f"{others} today: {which}; peaks come from samples of the "
-        "motion, which lie elsewhere in another batch"
-    )
 
 
 def generated(found: Ensembles) -> Generated:
@@ -352,10 +310,10 @@ def generated(found: Ensembles) -> Generated:
         "ensembles.chance": str(max(e.best.informative for e in found.ensembles)),
         "ensembles.best": str(max(s.most.informative for e in found.ensembles for s in e.seeds)),
         "ensembles.ceiling": str(found.total.informative - 1),
+        "ensembles.following": in_words(found.following),
         "ensembles.added": str(found.total.everything - found.total.listed),
         "ensembles.twins": twins(found),
         "ensembles.islands": _islands(found),
-        **{f"ensembles.{name}": kept_briefly(found, name) for name in found.conclusions},
         **{f"ensembles.{name}.kept": kept_by(found, name) for name in found.conclusions},
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
@@ -363,12 +321,13 @@ def generated(found: Ensembles) -> Generated:
         values |= {
             "ensembles.long": _long(found),
             "ensembles.rival": _rival(found),
-            "ensembles.side": _steadier(found.chosen),
+            "ensembles.side": steadier(found.chosen),
             "ensembles.outside": outside(found, found.chosen[found.taken]),
             "ensembles.beside": beside(found, found.chosen[found.taken]),
-            "ensembles.differ": _differ(found),
-            "ensembles.balance": _balance(found),
-            "ensembles.together": _most(found),
+            "ensembles.differ": differ(found),
+            "ensembles.balance": balance(found),
+            "ensembles.sought": sought(found),
+            "ensembles.together": most(found),
         }
     tables = {
         "ensemble-searches": ensemble_table(found),

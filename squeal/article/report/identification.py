@@ -8,10 +8,20 @@ from pathlib import Path
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.identify.space import DIMENSIONS, Dimension
-from squeal.article.report.latex import Generated, cells, long_table, number, tabular, typeset
-from squeal.article.results.robustness import SYMBOLS, Robustness
+from squeal.article.report.latex import (
+    Generated,
+    cells,
+    in_words,
+    long_table,
+    number,
+    tabular,
+    typeset,
+)
+from squeal.article.results.robustness import SYMBOLS, Robustness, Share
 from squeal.article.results.verify import VerifiedPad, Verify
 from squeal.model.contact import FORMULATION_CHOICES
+
+HARDEST = 3  # statements that are named
 
 
 def formulation_table(found: Sequence[VerifiedPad]) -> str:
@@ -47,6 +57,12 @@ def range_table(numbers: dict[str, float], own: dict[str, float]) -> str:
     return tabular(r"lrrrr>{\raggedright\arraybackslash}p{2.9in}", head, [rows])
 
 
+def hardest(shares: Mapping[str, Share]) -> list[str]:
+    """The informative statements that the fewest pads keep."""
+    informative = [claim.id for claim in CLAIMS if claim.informative]
+    return sorted(informative, key=lambda name: shares[name].share)[:HARDEST]
+
+
 def values(checked: Verify, robust: Robustness) -> dict[str, str]:
     """Values that the section's text refers to."""
     found, best = checked.formulations, checked.formulations[0]
@@ -60,7 +76,8 @@ def values(checked: Verify, robust: Robustness) -> dict[str, str]:
         choices = (getattr(entry.formulation, name) for name in FORMULATION_CHOICES)
         key = f"identified.{'-'.join(choices)}"
         told[key] = str(entry.reproduced)
-    told |= {f"ranges.{claim.id}": "--" for claim in CLAIMS} | {"ranges.pads": "--"}
+    told |= {f"ranges.{claim.id}": "--" for claim in CLAIMS}
+    told |= {"ranges.pads": "--", "ranges.hardest": "--"}
     told["robustness.left-out"] = typeset(robust.left_out)
     if not robust.samples:
         return told
@@ -69,6 +86,9 @@ def values(checked: Verify, robust: Robustness) -> dict[str, str]:
         low, high = (f"{100 * v:.1f}" for v in share.interval)
         told[f"ranges.{claim}"] = rf"{100 * share.share:.1f}\,\% ({low} to {high})"
     told["ranges.pads"] = str(robust.samples[-1].pads)
+    told["ranges.hardest"] = in_words(
+        [f"{claim} on {told[f'ranges.{claim}']}" for claim in hardest(ranges)]
+    )
     return told
 
 

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from squeal.article.report.latex import in_words, number, typeset
-from squeal.article.results.ensembles import SYMBOLS, Ensemble, Ensembles, Pad
+from collections.abc import Sequence
+
+from squeal.article.ensembles.balance import flattest
+from squeal.article.report.latex import in_words, number, percent, typeset
+from squeal.article.results.ensembles import ELSEWHERE, SYMBOLS, Ensemble, Ensembles, Pad
+
+LEFT = "--"  # where the motion of a pad leaves the model
 
 
 def thousands(count: float) -> str:
@@ -34,19 +39,30 @@ def lasts(found: Ensembles, name: str) -> list[str]:
     ]
 
 
-def kept_briefly(found: Ensembles, name: str) -> str:
-    """Whether the pad of the report keeps a conclusion, and how many of those that are stored."""
+def origin(words: str) -> str:
+    """How the pad of the report was come by, to be put after it."""
+    if words == ELSEWHERE:
+        return "found by a search that began from pads in which case (c) alone separates"
+    return f"chosen from the ensembles ({words})"
+
+
+def kept_briefly(found: Ensembles, name: str, come_by: str) -> str:
+    """Whether the pad of the report keeps a conclusion, how many searches do, and random pads."""
     one, over = found.conclusions[name], lasts(found, name)
-    stored = (
-        f"{one.every.keep} of {thousands(one.every.pads)} pads of the ensembles (consistent law: "
-        f"{one.consistent.keep} of {one.consistent.pads})"
+    others = (
+        f"pads of {one.every.keeping} of {one.every.searches} searches for all statements at once "
+        f"(consistent law: {one.consistent.keeping} of {one.consistent.searches}) and by "
+        f"{percent(one.random['every'].share, 2)} of random pads "
+        f"({percent(one.random['consistent'].share, 2)})"
     )
     if over:
         windows = f"{in_words(over)} window{'s' if over != ['1'] else ''}"
-        return f"Kept by the pad of this report over {windows} and by {stored}"
-    if not found.chosen:
-        return f"Kept by {stored}"
-    return f"Not kept by the pad of this report, but by {stored}"
+        return f"Kept over {windows} by this pad, {come_by}; by {others}"
+    return f"Kept by {others}{', not by this pad' if found.chosen else ''}"
+
+
+def _span(ends: Sequence[float]) -> str:
+    return " to ".join(number(v, 2) for v in ends)
 
 
 def kept_by(found: Ensembles, name: str) -> str:
@@ -64,11 +80,11 @@ def kept_by(found: Ensembles, name: str) -> str:
     lasting = (
         f", {one.lasting} of {one.tried} tried also over {one.over} windows" if one.tried else ""
     )
-    also = "so do" if over else "but so do"
+    narrow = f", B2-only-c by {_span(one.only_c)}" if one.only_c else ""
     return (
-        f"{pad}; {also} {own.keep} of the {own.pads} pads stored of the ensemble of the consistent "
-        f"law (from {own.keeping} of {own.searches} searches{lasting}) and {every.keep} of the "
-        f"{thousands(every.pads)} of all laws"
+        f"{pad}; it is kept by pads of {own.keeping} of the {own.searches} searches of the "
+        f"consistent law ({own.keep} of {own.pads} pads stored{lasting}) and of {every.keeping} of "
+        f"the {every.searches} of all laws ({every.keep} of {thousands(every.pads)}{narrow})"
     )
 
 
@@ -76,10 +92,12 @@ def twins(found: Ensembles) -> str:
     """Whether two statements are one."""
     one, two = found.twins.ids
     if found.twins.agree == found.twins.pads:
+        left = [name for name in found.twins.ids if name not in found.informative]
+        so = f"{left[0]} is not counted" if left else "one of them should not be counted"
         return (
-            f"With $\\delta$ counted from the centre, {one} and {two} are one statement (they "
-            f"agree on all {thousands(found.twins.pads)} pads stored of the ensembles, "
-            "Sec.~\\ref{sec:ensembles}), so that one of them should not be counted"
+            f"With $\\delta$ counted from the centre, {one} and {two} agree on all "
+            f"{thousands(found.twins.pads)} pads stored of the ensembles "
+            f"(Sec.~\\ref{{sec:ensembles}}), so that {so}"
         )
     return (
         f"{one} and {two} agree on {thousands(found.twins.agree)} of the "
@@ -130,3 +148,86 @@ def outside(found: Ensembles, pad: Pad) -> str:
     if beyond:
         return f"The pad of this report lies outside them with {in_words(beyond)}."
     return "The pad of this report lies within them."
+
+
+def balance(found: Ensembles) -> str:
+    """Whether the balances let the pad of the report keep that delta is positive in case (d)."""
+    limit, own = flattest("d"), found.chosen[found.taken].numbers["h"]
+    needs = f"That $\\delta$ is positive throughout case (d) needs $h/w < {limit:.3f}$"
+    if own < limit:
+        return f"{needs}, which the pad of this report is."
+    return (
+        f"{needs}; the pad of this report, with {number(own, 3)}, cannot keep it, and a pad that "
+        "does must be flatter."
+    )
+
+
+def most(found: Ensembles) -> str:
+    """What the pad with most of the listed statements keeps, and for how long."""
+    pad = found.most["consistent"]
+    first, *later = (pad.horizons[str(w)] for w in found.windows)
+    if first is None:
+        return "The motion of its pad leaves the model."
+    ceiling = found.total.listed - 1
+    whole = "all that can hold together" if first.listed == ceiling else "not all"
+    lost = typeset(in_words(pad.failing[str(found.windows[0])] or ()))
+    spans = in_words([str(w) for w in found.windows[1:]])
+    over = in_words([LEFT if k is None else str(k.listed) for k in later])
+    gone = f" ({LEFT}: its motion leaves the model)" if None in later else ""
+    like = "such as" if found.plausible else "not one that"
+    return (
+        f"One keeps {first.listed} of the {found.total.listed} listed statements, {whole}, and "
+        f"{over} over {spans} windows{gone}, with $h/w$ {number(pad.numbers['h'], 3)} and $\\mu$ "
+        f"{number(pad.numbers['mu'], 3)}; of the informative ones it does not keep "
+        f"{lost}. It is {like} an engineer would take."
+    )
+
+
+def steadier(pads: dict[str, Pad]) -> str:
+    counts = {n: k.informative for n, p in pads.items() if (k := p.horizons["10"]) is not None}
+    if len(counts) < len(pads):
+        return "Under one of the laws its motion leaves the model within ten windows."
+    best = max(counts, key=lambda name: counts[name])
+    if len(set(counts.values())) == 1:
+        return f"Over ten windows it keeps {counts[best]} informative statements under either law."
+    return (
+        f"Over ten windows it keeps more informative statements under the {best} law "
+        f"({', '.join(f'{name}: {n}' for name, n in counts.items())})."
+    )
+
+
+def sought(found: Ensembles) -> str:
+    """How the pad of the report was come by, and with how many others it was compared."""
+    begun = (
+        "A search of unequal effort gave it, which began from pads in which case (c) alone "
+        "separates: that (c) alone hammers was sought"
+        if found.chosen_from == ELSEWHERE
+        else f"It is that of {found.chosen_from}, and like all pads of the searches was fitted to "
+        "the statements"
+    )
+    return (
+        f"{begun}. Of {found.candidates} plausible pads (friction of linings, supports of a few "
+        "centimetres, a load that a stiff caliper bears, longer than high), it and the best of "
+        f"searches of two laws, the {found.compared} that keep most over one window were compared: "
+        "it keeps most over ten under the worse of two laws; of equals the steadiest when all "
+        "numbers are off by one per cent would be taken, and then the one with the least speed of "
+        "the surface that lets it slide"
+    )
+
+
+def differ(found: Ensembles) -> str:
+    """How many verdicts on stored pads are others today, and which."""
+    one = found.check
+    left = f" ({in_words(one.unjudged)} is not judged in a batch)" if one.unjudged else ""
+    if not one.different:
+        return f"none differs from the stored one{left}"
+    which = "; ".join(typeset(name) for name in one.which)
+    others = "one differs" if one.different == 1 else f"{one.different} differ"
+    again = (
+        "It stays" if one.different == 1 == one.as_now else f"{one.as_now} of {one.different} stay"
+    )
+    return (
+        f"{others} from the stored one{left}: {which}. {again} as now with {one.denser} times as "
+        "many samples of the motion"
+        + (", so that the sampling of peaks decided" if 2 * one.as_now > one.different else "")
+    )

@@ -7,59 +7,49 @@ where they do.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from squeal.article.cases import CASES
+from squeal.article.ensembles.choice import read_choice
+from squeal.article.report.hammering import by_model, under_load
 from squeal.article.report.latex import Generated, in_words, number, percent
-from squeal.article.report.pads import consistent
+from squeal.article.report.pads import consistent, kept_briefly, origin
 from squeal.article.results.angles import Angles
-from squeal.article.results.claims import Claims, Reach
+from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
-from squeal.article.results.loci import Branch, Loci
+from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
 from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.results.starts import KINDS, SceneStarts, Starts
+from squeal.files.records import Missing
 
 SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST = 0.5  # of random pads
+SAME = 0.1  # relative: thresholds that differ by less are alike
+CLOSED = 0.01  # how far a closed form for small tilts may be from what is measured
 
 
 def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
     """A conclusion about motions: for which pads its statements hold together.
 
-    The pad of the report, and those stored of all searches.
+    The pad of the report, and those stored of all searches: all were sought for the statements.
     """
     one = found.conclusions[name]
     own, others = all(held[s] for s in one.statements), one.every.keep
     if own:
-        return "holds for this pad and some others" if others else "holds for this pad alone"
-    return "holds for some other pads" if others else "not reproduced by any pad"
-
-
-def by_reach(found: Sequence[Reach]) -> str:
-    """Which cases hammer with both models, by how far delta must go to each side."""
-
-    def cases(one: Reach) -> str:
-        return in_words([f"({name})" for name in one.cases]) or "no case"
-
-    by: dict[str, list[str]] = {}
-    for one in found:
-        by.setdefault(cases(one), []).append(number(one.reach, 2))
-    told = [f"{names} if $\\delta$ must reach {in_words(r)}\\,$w$" for names, r in by.items()]
-    if len(told) == 1:
-        return f"{next(iter(by))} for each swing of {in_words(by[next(iter(by))])}\\,$w$"
-    return "; ".join(told)
+        return "holds for pads fitted to it" if others else "holds for one pad fitted to it"
+    return "holds for other pads, fitted to it" if others else "not reproduced by any pad"
 
 
 def argued(held: dict[str, bool]) -> str:
     """How much of the exaggeration rests on the reading of it as a share of time."""
     if held["B1-all-separate"] and held["B2-only-c"] and not held["B12-more-loss"]:
         return (
-            "The pad of this report keeps what the article argues with, a loss in each case of B1 "
-            "and of the whole contact in (c) only of B2, but not our reading of it as a share of "
-            "time"
+            "This pad keeps what the article argues with, a loss in each case of B1 and of the "
+            "whole contact in (c) only of B2, but not our reading of it as a share of time"
         )
     if held["B1-all-separate"] and held["B2-only-c"]:
-        return "The pad of this report reproduces it"
-    return "The pad of this report does not reproduce what the article argues with"
+        return "This pad reproduces it"
+    return "This pad does not reproduce what the article argues with"
 
 
 def region(full: Upright, printed: QuasiStatic) -> str:
@@ -85,16 +75,77 @@ def directions(loci: Loci, model: str) -> tuple[int, int]:
     return lost, len(branches) - lost
 
 
-def raised(held: dict[str, bool], found: Ensembles) -> tuple[str, float]:
-    """Whether friction raises the reaction in case (b), and on which share of random pads.
+def differing(found: Ensembles) -> float:
+    """On which share of random pads of the consistent law that run some cases of B2 part only."""
+    counts = consistent(found).parting
+    return 1.0 - (counts[0] + counts[-1]) / sum(counts)
 
-    Of those of the consistent law whose motions reach the end.
+
+def of_share(share: float) -> str:
+    """A verdict on what holds for a share of random pads."""
+    if share == 0.0:
+        return "not supported"
+    return "holds for most random pads" if share > MOST else "holds for some random pads"
+
+
+def raised(claim: JudgedClaim, numbers: dict[str, float]) -> tuple[str, float]:
+    """Whether friction raises the reaction at rest in case (b), and by what in closed form.
+
+    The closed form is for a pad in full contact whose springs turn little, and above zero for every
+    such pad up to divergence.
     """
-    one = consistent(found)
-    share = one.chance["B2-b-raised"].share * one.random / one.ran
-    if not held["B2-b-raised"]:
-        return "not reproduced", share
-    return "holds for most pads" if share > MOST else "holds for some pads", share
+    r = numbers["k2"] / numbers["k_c"]
+    factor = (1.0 + 4.0 * r) / (1.0 + 4.0 * r - 6.0 * r * numbers["mu"] * numbers["h"])
+    if not claim.holds:
+        return "not reproduced", factor - 1.0
+    near = abs(factor - 1.0 - claim.margin) <= CLOSED * factor
+    return "an identity at rest" if near else "holds for this pad", factor - 1.0
+
+
+def _first(found: Sequence[HeldThreshold]) -> float | None:
+    return next((t.mu for t in found if t.kind == "flutter" and t.direction == "up"), None)
+
+
+def _turned(one: SceneLoci) -> tuple[float | None, float | None]:
+    """Friction from which the equilibrium flutters, free and with the rotation held."""
+    free = None if isinstance(one.loop, Missing) else _first(one.loop.thresholds)
+    return free, None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
+
+
+def rotation(loci: Loci) -> tuple[str, str]:
+    """Whether flutter needs the rotation: a verdict and the thresholds with it and without."""
+    flutter = {one.name: pair for one in loci.scenes if any(pair := _turned(one))}
+    needs = {
+        name: free is not None and (held is None or held > (1.0 + SAME) * free)
+        for name, (free, held) in flutter.items()
+    }
+
+    def friction(mu: float | None) -> str:
+        return "nowhere" if mu is None else f"at {number(mu, 3)}"
+
+    words = ", ".join(
+        f"{name[:2].upper()} ({name[-1]}) {friction(held)} ({friction(free)})"
+        for name, (free, held) in flutter.items()
+    )
+    if not flutter:
+        return "not decided", f"nothing flutters up to $\\mu = {loci.margin_max:g}$"
+    if all(needs.values()):
+        return "supported", words
+    return "depends on the case" if any(needs.values()) else "not supported", words
+
+
+def perpetual(starts: Starts) -> tuple[str, str]:
+    """Whether model B1 cannot keep contact: a verdict and the starts of each case that do."""
+    kept = {
+        name: one.maps[0].share[KINDS[0]]
+        for name, one in starts.scenes.items()
+        if isinstance(one, SceneStarts) and name.startswith("b1")
+    }
+    if not kept:
+        return "not judged", "No other starts were simulated"
+    words = in_words([f"{percent(share, 0)} in ({name[-1]})" for name, share in kept.items()])
+    verdict = "does not hold" if any(kept.values()) else "supported"
+    return verdict, f"B1 loses no contact from {words} of the starts of Fig.~\\ref{{fig:starts}}"
 
 
 def generated(
@@ -104,23 +155,39 @@ def generated(
     loci: Loci,
     ensembles: Ensembles,
     ranges: MapRanges,
+    starts: Starts,
+    pad: Path,
 ) -> Generated:
     """The verdicts, and what the evidence counts."""
     held = {c.id: c.verdict == "reproduced" for c in claims.claims}
     counts = {model: directions(loci, model) for model in ("B1", "B2")}
-    cases = claims.hammering[0].cases
-    of_raised, share = raised(held, ensembles)
+    own = read_choice(pad)
+    come_by, share = origin(own.origin), differing(ensembles)
+    (friction,) = (c for c in claims.claims if c.id == "B2-b-raised")
+    of_raised, factor = raised(friction, own.numbers)
+    of_rotation, thresholds = rotation(loci)
+    of_perpetual, keeping = perpetual(starts)
     values = {
+        "verdict.origin": come_by,
         "verdict.hammering": of_pads(held, ensembles, "hammering"),
-        "verdict.reach": by_reach(claims.hammering),
+        "verdict.hammering.kept": kept_briefly(ensembles, "hammering", come_by),
+        "verdict.by-model": by_model(claims.hammering),
+        "verdict.under-load": under_load(claims.hammering),
         "verdict.exaggeration": of_pads(held, ensembles, "exaggeration"),
+        "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration", come_by),
         "verdict.argued": argued(held),
         "verdict.region": region(ranges.full, printed),
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,
-        "verdict.raised.share": percent(share, 0),
+        "verdict.raised.closed": percent(factor),
+        "verdict.raised.measured": percent(friction.margin),
         "verdict.settles": "cannot fail" if held["B3-none"] else "not reproduced",
-        "verdict.directions": "supported" if 0 < len(cases) < len(CASES) else "not supported",
+        "verdict.directions": of_share(share),
+        "verdict.directions.share": percent(share, 0),
+        "verdict.rotation": of_rotation,
+        "verdict.rotation.thresholds": thresholds,
+        "verdict.perpetual": of_perpetual,
+        "verdict.perpetual.kept": keeping,
     }
     for model, (lost, kept) in counts.items():
         values |= {f"verdict.{model}.lost": str(lost), f"verdict.{model}.kept": str(kept)}

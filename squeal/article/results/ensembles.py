@@ -26,8 +26,8 @@ class Kept(Record):
 
 class Seed(Record):
     """One search: the most kept by one pad of it in each way of counting, the distance level that
-    it reached, and the informative statements that its best pad does not keep; standing: share of its last population
-    that starts at rest on a disc that begins to slide.
+    it reached, and the informative statements that its best pad does not keep; standing: share of
+    its last population that starts at rest on a disc that begins to slide.
 
     Of the pads stored of that population: stored, distinct: how many, and how many that differ;
     width: of the middle nine tenths of a number over its range, mean of the numbers; nearest: the
@@ -178,9 +178,11 @@ class Twins(Record):
 
 
 class Check(Record):
-    """Stored pads judged afresh: how many, how many verdicts, how many differ, and which; as_now: of
-    these are the same again with `denser` times as many samples; unjudged: statements that a batch
-    does not judge."""
+    """Stored pads judged afresh: how many, how many verdicts, how many differ, and which.
+
+    as_now: of these stay with `denser` times as many samples; unjudged: statements that a batch
+    does not judge.
+    """
 
     pads: int
     statements: int
@@ -205,8 +207,8 @@ class Ensembles(Result):
     statements that say the same; most: the pad with most of the listed statements, by law, and
     whether it is plausible; speed, load: of the surface (m/s) at that brake force (N), by
     which sliding is judged; chosen: the pad of the report under both laws, taken: that of its
-    scenes; candidates: plausible pads, of which `compared` over longer times; left_out: why no pad is judged afresh, empty if they are: horizons, rival and chosen are
-    then empty too, and taken.
+    scenes; candidates: plausible pads, of which `compared` over longer times; left_out: why no pad
+    is judged afresh, empty if they are: horizons, rival and chosen are then empty too, and taken.
     """
 
     ensembles: tuple[Ensemble, ...]

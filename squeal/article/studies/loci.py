@@ -122,7 +122,7 @@ def tilt_held(scene: Scene, at: Equilibrium) -> tuple[HeldThreshold, ...]:
     free = held_system(scene, at)
 
     def system(mu: float) -> Matrices:
-        M, C, K = (matrix[:2, :2] for matrix in free(mu))
+        M, C, K = (np.asarray(matrix)[:2, :2] for matrix in free(mu))
         return M, C, K
 
     return _thresholds([one for one in crossings(system, MARGIN_MAX) if one.mu > 0.0])
