@@ -14,9 +14,9 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
 from squeal.article.report.plain import plain
-from squeal.article.warm import start
 from squeal.files.document import with_named_files
 from squeal.files.sources import sources
+from squeal.plots.warm import start
 
 LOCK = "requirements/environment.txt"
 
@@ -38,7 +38,7 @@ localrules:
 onstart:
     # with a limit of jobs a second Snakemake 9 looks for jobs anew the more often the more have run
     workflow.scheduler.job_rate_limiter = None
-    start()  # figures are drawn by forks of one process
+    start("squeal.article.figures")  # figures are drawn by forks of one process
 
 
 rule all:

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
-from squeal.article.warm import ask
+from squeal.plots.warm import run
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")
 
@@ -43,5 +43,4 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    drawn = ask(sys.argv[1:])
-    sys.exit(main() if drawn is None else drawn)
+    sys.exit(run(main))

@@ -1,7 +1,7 @@
 """Figures drawn by forks of one process that has loaded what they need, which halves their time.
 
-`python -m squeal.article.warm SOCKET` draws for others until its standard input ends. The workflow
-starts it; `python -m squeal.article.figures` asks it, and draws by itself where none answers.
+The workflow starts that process, `python -m squeal.article.figures --for-others SOCKET`. The same
+program asks it for a figure, and draws by itself where none answers.
 """
 
 from __future__ import annotations
@@ -15,22 +15,25 @@ import subprocess
 import sys
 import tempfile
 import traceback
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 VARIABLE = "SQUEAL_DRAWING"
 """The variable of the environment that names the socket."""
+FOR_OTHERS = "--for-others"
+Draw = Callable[[list[str]], int]
+"""Draws with the words of a command line and returns 0, 2 for a refusal."""
 
 
 @cache  # which keeps the folder and the input's other end as long as this process lives
-def start() -> tuple[tempfile.TemporaryDirectory[str], subprocess.Popen[bytes]]:
-    """Start the process, and name its socket in the environment."""
+def start(program: str) -> tuple[tempfile.TemporaryDirectory[str], subprocess.Popen[bytes]]:
+    """Start the process that draws, and name its socket in the environment."""
     folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
     os.environ[VARIABLE] = str(Path(folder.name) / "socket")
-    command = [sys.executable, "-m", "squeal.article.warm", os.environ[VARIABLE]]
-    env = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    command = [sys.executable, "-m", program, FOR_OTHERS, os.environ[VARIABLE]]
     # in a session of its own it is not interrupted together with this process, but ends after it
-    return folder, subprocess.Popen(command, stdin=subprocess.PIPE, env=env, start_new_session=True)
+    return folder, subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
 
 
 def ask(words: list[str]) -> int | None:
@@ -46,7 +49,7 @@ def ask(words: list[str]) -> int | None:
         return next(iter(asking.recv(1)), 1)
 
 
-def serve(path: str) -> None:
+def serve(path: str, draw: Draw) -> None:
     """Draw for everybody who asks, each in a fork, until the standard input ends."""
     import matplotlib.backends.backend_pdf
     import matplotlib.figure  # noqa: F401
@@ -59,19 +62,17 @@ def serve(path: str) -> None:
             asked, _ = server.accept()
             with asked:
                 if os.fork() == 0:
-                    _draw(asked)
+                    _draw(asked, draw)
 
 
-def _draw(asked: socket.socket) -> None:
-    from squeal.article.figures.__main__ import main
-
+def _draw(asked: socket.socket, draw: Draw) -> None:
     code = 1
     try:
         sent, errors, _, _ = socket.recv_fds(asked, 1 << 16, 1)
         os.dup2(errors[0], sys.stderr.fileno())
         folder, *words = json.loads(sent)
         os.chdir(folder)
-        code = main(words)
+        code = draw(words)
     except SystemExit as refused:  # of the command line
         code = 2 if refused.code else 0
     except BaseException:
@@ -82,5 +83,11 @@ def _draw(asked: socket.socket) -> None:
         os._exit(0)
 
 
-if __name__ == "__main__":
-    serve(sys.argv[1])
+def run(draw: Draw) -> int:
+    """The program that draws: for others, through another process, or by itself."""
+    words = sys.argv[1:]
+    if words[:1] == [FOR_OTHERS]:
+        serve(words[1], draw)
+        return 0
+    drawn = ask(words)
+    return draw(words) if drawn is None else drawn
