@@ -1,4 +1,4 @@
-"""Sweeps of friction, a branch of cycles and sections, from the study of that name."""
+"""Sweeps of friction and a branch of cycles, from the study of that name."""
 
 from __future__ import annotations
 
@@ -9,34 +9,41 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from squeal.article.results.energy import motion_title
-from squeal.article.results.onset import Cycles, Onset, Section, Sweep, Way
+from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
-COLOURS = ("#3498DB", "#000000", "#C8380E", "#6A1B7B")
-UP, DOWN = {"marker": "^", "ms": 3.0}, {"marker": "v", "ms": 3.0, "mfc": "w"}
+COLOURS = {0.001: "#6A1B7B", 0.005: "#000000", 0.01: "#3498DB", 0.02: "#C8380E"}
+UP, DOWN = {"marker": "^", "ms": 3.5}, {"marker": "v", "ms": 3.5, "mfc": "w"}
+PALE = 0.3
+COLUMNS = 3
 
 
-def _way(axes: Axes, way: Way, colour: str, look: dict[str, object]) -> None:
-    peak = [np.nan if v is None else v for v in way.peak]
-    axes.plot(way.mu, peak, color=colour, lw=0.5, mew=0.5, **look)  # type: ignore[arg-type]
+def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, object]) -> None:
+    """Peaks of steps; those of a pad faster than the surface are pale."""
+    for slides, alpha in ((True, 1.0), (False, PALE)):
+        some = [(step.mu, step.peak) for step in way if step.slides == slides and not step.off]
+        axes.plot(*np.array(some).reshape(-1, 2).T, color=colour, ls="", mew=0.6, alpha=alpha, **look)  # type: ignore[arg-type]
 
 
-def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], threshold: float | None) -> None:
-    for sweep, colour in zip(sweeps, COLOURS, strict=False):
-        _way(axes, sweep.up, colour, UP)
-        _way(axes, sweep.down, colour, DOWN)
-    if threshold is not None:
-        axes.axvline(threshold, color="0.5", lw=0.7, ls="--", zorder=0)
+def _threshold(axes: Axes, mu: float | None) -> None:
+    if mu is not None:
+        axes.axvline(mu, color="0.5", lw=0.7, ls="--", zorder=0)
+    axes.set_xlabel(r"friction $\mu$")
+
+
+def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...]) -> None:
+    for sweep in sweeps:
+        _way(axes, sweep.up, COLOURS[sweep.ratio], UP)
+        _way(axes, sweep.down[1:] + sweep.beyond[1:], COLOURS[sweep.ratio], DOWN)
     low, high = axes.get_ylim()
     if high > 5.0 * max(low, 0.1):
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel(r"friction $\mu$")
 
 
-def _branch(axes: Axes, found: Cycles, sweeps: tuple[Sweep, ...], threshold: float | None) -> None:
+def _branch(axes: Axes, found: Cycles, sweeps: tuple[Sweep, ...]) -> None:
     mu = np.array([point.mu for point in found.branch])
     peak = np.array([point.peak for point in found.branch])
     stable = np.array([point.stable for point in found.branch])
@@ -44,60 +51,57 @@ def _branch(axes: Axes, found: Cycles, sweeps: tuple[Sweep, ...], threshold: flo
     joined = stable | np.append(stable[1:], False) | np.append(False, stable[:-1])
     axes.plot(mu, np.where(joined, peak, np.nan), "-", color="k", label="cycle, stable")
     axes.plot(mu, np.where(stable, np.nan, peak), "--", color="k", label="cycle, unstable")
+    reach = 0.1 * np.ptp(mu)
     for sweep in sweeps:
         if sweep.ratio == found.ratio:
-            _way(axes, sweep.up, COLOURS[1], UP | {"ls": ""})
-            _way(axes, sweep.down, COLOURS[1], DOWN | {"ls": ""})
-    if threshold is not None:
-        axes.axvline(threshold, color="0.5", lw=0.7, ls="--", zorder=0)
-    axes.set_xlabel(r"friction $\mu$")
-
-
-def _section(axes: Axes, found: Section) -> None:
-    axes.plot(found.height, found.rate, ".", color="k", ms=1.5, mew=0.0)
-    axes.set_xlabel("height over static compression")
-    axes.set_ylabel(r"$\dot{y}$ [m/s]")
+            for way, look in ((sweep.up, UP), (sweep.down[1:], DOWN)):
+                near = tuple(s for s in way if mu.min() - reach <= s.mu <= mu.max() + reach)
+                _way(axes, tuple(s for s in near if s.slides), COLOURS[sweep.ratio], look)
 
 
 def onset_figure(found: Onset) -> Figure:
-    """Sweeps above; below the branch of cycles and the sections of the other motions.
-
-    One motion has its sweeps and its branch side by side.
-    """
+    """A panel a motion that is followed in friction, and one with a branch of cycles."""
     names = list(found.sweeps)
-    has_cycles = isinstance(found.cycles, Cycles)
-    others = [n for n in names if not has_cycles or n != found.cycles.name]  # type: ignore[union-attr]
-    columns = max(len(names), len(others) + has_cycles)
+    panels = len(names) + isinstance(found.cycles, Cycles)
+    columns = min(panels, COLUMNS)
+    rows = -(-panels // columns)
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.4 if columns > 1 else 2.6))
-        grid = figure.subplots(2, columns, squeeze=False) if columns > 1 else figure.subplots(1, 2)
-        grid = grid.reshape(2, columns)
-        for axes, name, letter in zip(grid[0], names, "abc", strict=False):
-            _sweeps(axes, found.sweeps[name], found.thresholds[name])
+        figure = Figure(figsize=(DOUBLE, 0.4 + 2.2 * rows))
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for axes, letter, name in zip(grid.flat, "abcdefgh", names, strict=False):
+            _sweeps(axes, found.sweeps[name])
+            _threshold(axes, found.thresholds[name])
             axes.set_title(f"({letter}) {motion_title(name)}", loc="left", pad=3.0)
-        below = iter(zip(grid[1], "abcdefg"[len(names) :], strict=False))
         if isinstance(found.cycles, Cycles):
-            axes, letter = next(below)
-            own = found.cycles.name
-            _branch(axes, found.cycles, found.sweeps[own], found.thresholds[own])
+            axes, own = grid.flat[len(names)], found.cycles.name
+            _branch(axes, found.cycles, found.sweeps[own])
+            _threshold(axes, found.thresholds[own])
+            letter = "abcdefghi"[len(names)]
             axes.set_title(f"({letter}) {motion_title(own)}, cycles", loc="left", pad=3.0)
+        for axes in grid.flat[panels:]:
+            axes.remove()
+        for axes in grid[:, 0]:
             axes.set_ylabel("peak force over $F_n$")
-        for name in others:
-            axes, letter = next(below)
-            _section(axes, found.sections[name])
-            axes.set_title(f"({letter}) {motion_title(name)}, section", loc="left", pad=3.0)
-        grid[0, 0].set_ylabel("peak force over $F_n$")
+        ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
         handles = [
-            Line2D([], [], color=c, label=rf"$\zeta = {100 * sweep.ratio:g}\,\%$")
-            for sweep, c in zip(next(iter(found.sweeps.values())), COLOURS, strict=False)
+            Line2D([], [], color=COLOURS[r], marker="o", ls="", ms=3.5, label=rf"$\zeta = {100 * r:g}\,\%$")
+            for r in ratios
         ]
         handles += [
             Line2D([], [], color="k", ls="", label=label, **look)  # type: ignore[arg-type]
             for label, look in ((r"$\mu$ raised", UP), (r"$\mu$ lowered", DOWN))
         ]
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))
-        figure.legend(handles=handles, loc="outside upper center", ncols=7)
+        handles.append(
+            Line2D([], [], color="k", marker="o", ls="", ms=3.5, alpha=PALE, label=r"$\dot x > V$")
+        )
+        figure.legend(handles=handles, loc="outside upper center", ncols=8)
     return figure
+
+
+def _range(way: tuple[Step, ...]) -> str:
+    some = [step.mu for step in way if step.goes_on and step.slides]
+    return f"from {min(some):.2g} to {max(some):.2g}" if some else "nowhere"
 
 
 def draw(found: Onset) -> Drawing:
@@ -108,15 +112,15 @@ def draw(found: Onset) -> Drawing:
     parts = []
     for name, sweeps in found.sweeps.items():
         ends = [
-            f"{100 * s.ratio:g} % damping from {min(s.up.changing, default=float('nan')):.2g} up "
-            f"and to {min(s.down.changing, default=float('nan')):.2g} down"
+            f"{100 * s.ratio:g} % damping {_range(s.up)} raised and {_range(s.down)} lowered"
             for s in sweeps
         ]
         parts.append(f"{motion_title(name)} changes contact with {', '.join(ends)}")
     text = (
-        "Peak force over friction, raised and lowered, for several damping ratios: "
-        f"{'; '.join(parts)}. Then a branch of cycles over friction, and sections of "
-        "other motions whenever the leading edge separates."
+        "Peak force over friction, raised and lowered, for some damping ratios, pale where the pad "
+        f"is faster than the surface; while it is slower {'; '.join(parts)}."
     )
+    if isinstance(found.cycles, Cycles):
+        text += f" Then the branch of cycles of {motion_title(found.cycles.name)} over friction."
     made = origin(__name__, found.provenance)
     return Drawing(onset_figure(found), text, "Lasting changes of contact with damping", made)

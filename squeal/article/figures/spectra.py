@@ -17,7 +17,8 @@ def spectra_figure(found: Spectra) -> Figure:
     """A column a scene: levels over time and frequency, and those of the second half."""
     with style():
         figure = Figure(figsize=(DOUBLE, 4.2))
-        grid = figure.subplots(2, len(found.scenes), squeeze=False)
+        count = len(found.scenes)
+        grid = figure.subplots(2, count, squeeze=False)
         for column, (name, one) in enumerate(found.scenes.items()):
             over_time, late = grid[:, column]
             drawn = np.array(one.frequencies) <= LOW
@@ -43,7 +44,7 @@ def spectra_figure(found: Spectra) -> Figure:
             late.set_xlim(0.0, one.late_frequencies[-1])
             late.set_ylim(FAINT - 10.0, 8.0)
             late.set_xlabel("frequency [kHz]")
-            for axes, letter in ((over_time, "ab"[column]), (late, "cd"[column])):
+            for axes, letter in ((over_time, "abcd"[column]), (late, "abcd"[count + column])):
                 axes.set_title(f"({letter}) {title(name)}", loc="left", pad=3.0)
         grid[0, 0].set_ylabel("frequency [kHz]")
         grid[1, 0].set_ylabel("level of the second half [dB]")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from squeal.article.cases import CASES
 from squeal.article.report.latex import (
     Generated,
     in_words,
@@ -12,192 +11,129 @@ from squeal.article.report.latex import (
     tabular,
     typeset,
 )
+from squeal.article.report.sweeps import beside_rest, dampings, going_on, grouped, groups, swept
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset
 from squeal.article.results.spectra import Spectra
 from squeal.files.records import Missing
 
-CONFIDENCE = 0.95  # of the intervals, as `squeal.simulation.batch.neighbours` makes them
 WORDS = {
     "chaotic": "chaotic",
     "no growth": "no exponential growth shown",
-    "finite-time": "undecided: the rate has not settled",
-    "ends": "the model ends: a rate of that time",
+    "undecided": "undecided",
+    "ends": "the model ends: rates of that time",
 }
-ACCURACY = 10.0  # decimal digits of the simulations: deviations that grow by more follow no motion
 
 
 def lasting_table(found: Onset) -> str:
-    """What the scenes' own starts come to with damping."""
-    ratios = sorted({o.ratio for row in found.late.values() for o in row if isinstance(o, Late)})
-    head = ["", *(rf"$\zeta = {percent(ratio)}$" for ratio in ratios)]
+    """The scenes' own starts that do not come to keep their contact with damping."""
+    head = [
+        "",
+        r"$\zeta$",
+        "lost",
+        "peak",
+        r"$\delta/w$",
+        "turns",
+        "hammers",
+        r"$\dot x/V$",
+        "growth, 1/ms",
+    ]
     groups: dict[str, list[list[str]]] = {}
     for name, row in found.late.items():
-        cells = [
-            typeset(one.reason)
-            if isinstance(one, Missing)
-            else "off"
-            if one.off
-            else f"{percent(one.lost, 0)}, {number(one.peak, 3)}"
-            if one.lost
-            else "kept"
-            for one in row
-        ]
-        groups.setdefault(name[:2], []).append([motion_title(name), *cells])
-    return tabular("l" + "r" * len(ratios), head, list(groups.values()))
+        for ratio, one in zip(found.ratios, row, strict=True):
+            first = [motion_title(name), rf"{100.0 * ratio:g}\,\%"]
+            if isinstance(one, Missing):
+                cells = [rf"\multicolumn{{7}}{{l}}{{{typeset(one.reason)}}}"]
+            elif one.off:
+                cells = [r"\multicolumn{7}{l}{off the surface}"]
+            elif one.goes_on:
+                cells = [
+                    percent(one.lost, 0),
+                    number(one.peak, 3),
+                    "--" if one.low is None else f"${one.low:.2f}$ to ${one.high:.2f}$",
+                    str(one.turns),
+                    "yes" if one.hammers else "no",
+                    number(one.slip, 2),
+                    number(one.growth, 2),
+                ]
+            else:
+                continue
+            groups.setdefault(name, []).append(first + cells)
+    return tabular("lrrrrrlrr", head, list(groups.values()))
 
 
 def exponents_table(found: Onset) -> str:
     """Exponents with their intervals, damped ones first."""
-    head = ["motion", "damping", "windows", "exponent, 1/ms", ""]
+    head = ["motion", "damping", "windows", "each start, 1/ms", "mean, 1/ms", ""]
     damped: list[list[str]] = []
     undamped: list[list[str]] = []
     for name, one in found.exponents.items():
         stem, _, free = name.partition(", ")
         row = [motion_title(stem)]
         if isinstance(one, Missing):
-            row += ["", "--", "--", typeset(one.reason)]
+            row += ["", "--", "--", "--", typeset(one.reason)]
         else:
-            value = rf"{number(one.rate, 2)} $\pm$ {number(one.half_width, 2)}"
             damping = percent(one.ratio) if one.ratio else "none"
-            row += [damping, str(one.windows), value, WORDS[one.sign]]
+            each = f"{number(min(one.rates), 2)} to {number(max(one.rates), 2)}"
+            mean = rf"{number(one.rate, 2)} $\pm$ {number(one.half_width, 2)}"
+            row += [damping, str(one.windows), each, mean, WORDS[one.sign]]
         (undamped if free else damped).append(row)
-    return tabular("llrrl", head, [damped, undamped])
+    return tabular("llrrrl", head, [damped, undamped])
 
 
-def _lasting(found: Onset) -> dict[str, str]:
-    """Which motions go on hammering, and what the law has to do with it."""
+def _hammering(found: Onset) -> dict[str, str]:
+    """Which motions go on losing contact, and which of them hammer."""
+    on = list(going_on(found))
+    places = {(name[:2], name[3], one.ratio) for name, one in on if one.hammers}
+    both = {
+        case: [r for r in found.ratios if {("b1", case, r), ("b2", case, r)} <= places]
+        for case in CASES
+    }
+    which = [rf"({case}) at $\zeta =$ {dampings(rs)}" for case, rs in both.items() if rs]
+    verb = "hammer" if which[1:] else "hammers"
+    hammer = f"{in_words(which) or 'no case'} {verb} with both models"
+    beating = [(name, one) for name, one in on if one.hammers]
+    parts = [f"Of these hammer {grouped(beating)}."] if beating else []
+    for group in groups((name, one) for name, one in on if not one.hammers):
+        low = min((o.low for o in group.rows if o.low is not None), default=None)
+        high = max((o.high for o in group.rows if o.high is not None), default=None)
+        span = "" if low is None else rf", with $\delta/w$ from ${low:.2f}$ to ${high:.2f}$"
+        parts.append(f"Losing contact without hammering goes on in {group.words}{span}.")
+    return {
+        "onset.hammer": hammer,
+        "onset.lasts": f"contact goes on changing in {grouped(on)}" if on else "no contact changes",
+        "onset.turns": " ".join(parts),
+    }
 
-    def lasts(name: str) -> bool:
-        row = found.late.get(name, ())
-        at = [o for o in row if isinstance(o, Late) and o.ratio == found.ratio]
-        return any(o.lost > 0.0 and not o.off for o in at)
 
-    on = [name for name in found.late if lasts(name)]
-    words = in_words([motion_title(name) for name in on])
+def _laws(found: Onset) -> dict[str, str]:
+    """What the contact law and the stability of the equilibrium have to do with it."""
+    on = list(going_on(found))
+    rest = {
+        (name, one.ratio)
+        for name, row in found.late.items()
+        for one in row
+        if isinstance(one, Late) and not one.goes_on and not one.off
+    }
     fed = [
-        name.removesuffix("-mean")
-        for name in on
-        if name.endswith("mean") and not lasts(name.replace("mean", "integral"))
+        (name, one)
+        for name, one in on
+        if name.endswith("mean") and (name.replace("mean", "integral"), one.ratio) in rest
     ]
+    stable = beside_rest(found)
     law = (
-        f"In {in_words([motion_title(name) for name in fed])} the printed law alone keeps it "
-        "going: under the integral law the same start comes to rest in contact."
+        f"In {grouped(fed)} the printed law alone keeps it going, which feeds in energy "
+        "(finding~E4): under the integral law the same start comes to keep its contact."
         if fed
         else "No motion goes on under the printed law that does not under the integral law too."
     )
-    kept = [name for name in found.sweeps if found.thresholds[name] is None]
     beside = (
-        f"In {in_words([motion_title(name) for name in kept])} the equilibrium does not flutter at "
-        "any friction of the sweep: contact goes on changing beside an equilibrium that small "
-        "disturbances do not leave, and linear analysis does not announce it."
-        if kept
-        else "In all of them the equilibrium flutters from some friction on."
+        f"The equilibrium of {grouped(stable)} is stable: contact goes on changing beside it, and "
+        "linear analysis does not announce it."
+        if stable
+        else "No motion goes on beside a stable equilibrium."
     )
-    return {
-        "onset.lasts": f"contact goes on changing in {words}" if on else "no contact changes",
-        "onset.law": law,
-        "onset.beside": beside,
-    }
-
-
-def _hysteresis(found: Onset) -> str:
-    """How far apart onset and end are on the way up and down, at the ratio of the study."""
-    parts = []
-    for name, sweeps in found.sweeps.items():
-        (one,) = (sweep for sweep in sweeps if sweep.ratio == found.ratio)
-        up, down = found.lasting[name].begins, found.lasting[name].ends
-        first = min(one.up.changing, default=None)
-        if up is None or down is None:
-            way = in_words([w for w, mu in (("up", up), ("down", down)) if mu is None])
-            passing = (
-                f" (those that begin at $\\mu = {first:.3g}$ die out)"
-                if first and up is None
-                else ""
-            )
-            parts.append(
-                f"in {motion_title(name)} no lasting changes are shown near the end of the way "
-                f"{way}{passing}"
-            )
-            continue
-        which = "with" if up - down > 1.5 * found.step else "without"
-        caused = (
-            ", brought about by the step or the kick, since the equilibrium does not flutter: with "
-            "others they may begin elsewhere or not at all"
-            if found.thresholds[name] is None
-            else ""
-        )
-        parts.append(
-            f"in {motion_title(name)} they begin at $\\mu = {up:.3g}$ on the way up{caused}, and "
-            f"on the way down they last to ${down:.3g}$, {which} hysteresis beyond the steps"
-        )
-    return "; ".join(parts) if parts else "no motion changes its contact on both ways"
-
-
-def _both(found: Onset) -> str:
-    """Whether losing stability and losing contact go together in the scenes that were swept."""
-    without = [n for n in found.sweeps if found.thresholds[n] is None and found.lasting[n].ends]
-    before = [
-        n
-        for n in found.sweeps
-        if (mu := found.thresholds[n]) is not None
-        and (end := found.lasting[n].ends) is not None
-        and end < mu - 1.5 * found.step
-    ]
-    parts = []
-    if without:
-        parts.append(
-            f"{in_words([motion_title(n) for n in without])} goes on losing contact beside an "
-            "equilibrium that does not flutter at all"
-        )
-    if before:
-        parts.append(
-            f"{in_words([motion_title(n) for n in before])} does so below the friction at which "
-            "its equilibrium begins to flutter"
-        )
-    return in_words(parts) or "in the scenes that were followed both begin together"
-
-
-def _cycles(found: Cycles, threshold: float | None) -> str:
-    """Whether the branch of cycles leaves the threshold to smaller or to greater friction."""
-    least = min(found.branch, key=lambda point: point.mu)
-    unstable = any(not point.stable and point.changes for point in found.branch)
-    if threshold is None:
-        return f"The branch reaches down to $\\mu = {least.mu:.4f}$."
-    if found.branch[-1].changes:
-        return (
-            f"The branch was followed to $\\mu = {found.branch[-1].mu:.4f}$ and not to the "
-            f"threshold, $\\mu = {threshold:.4f}$."
-        )
-    if least.mu < threshold - 1e-3 and unstable:
-        return (
-            f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards smaller "
-            f"$\\mu$ and unstable, turns near $\\mu = {least.mu:.3f}$ and is stable from there: "
-            "the onset is subcritical, and between the two rest and the cycle coexist."
-        )
-    return (
-        f"The branch leaves the flutter threshold, $\\mu = {threshold:.4f}$, towards greater "
-        "$\\mu$: the onset is supercritical."
-    )
-
-
-def _shot(found: Onset) -> dict[str, str]:
-    """The cycle at the scene's friction and its branch."""
-    if isinstance(found.cycles, Missing):
-        text = f"No cycle was followed: {typeset(found.cycles.reason).rstrip('.')}."
-        return {"onset.cycle": text, "onset.branch": ""}
-    one, own = found.cycles, found.cycles.own
-    agree = abs(one.decay - own.multiplier) < 1e-3
-    cycle = (
-        f"The motion of {motion_title(one.name)} is a cycle of {number(own.period, 4)}\\,ms with "
-        f"{own.changes} changes of contact, found by shooting; its greatest Floquet multiplier is "
-        f"{number(own.multiplier, 6)} in size, and a disturbance decays by {number(one.decay, 6)} "
-        f"a period in a simulation, {'which agrees' if agree else 'which does not agree'}."
-    )
-    return {
-        "onset.cycle": cycle,
-        "onset.branch": _cycles(one, found.thresholds.get(one.name)),
-    }
+    return {"onset.law": law, "onset.beside": beside if on else ""}
 
 
 def _exponents(found: Onset) -> str:
@@ -211,38 +147,10 @@ def _exponents(found: Onset) -> str:
     words = {
         "chaotic": "chaotic are",
         "no growth": "no exponential growth is shown in",
-        "finite-time": "it is undecided, since the rate has not settled, in",
-        "ends": "no exponent exists, since the motion leaves the model, in",
+        "undecided": "it is undecided in",
+        "ends": "no exponent exists, since a motion leaves the model, in",
     }
-    return "; ".join(f"{words[sign]} {in_words(names)}" for sign, names in by.items())
-
-
-def _second(found: Onset) -> str:
-    """How growth by neighbours compares with that by the variational equations."""
-    both = {
-        name.partition(",")[0]: (one.early, one.variational)
-        for name, one in found.exponents.items()
-        if isinstance(one, Exponent) and one.early is not None and one.variational is not None
-    }
-    if not both:
-        return ""
-    limit = ACCURACY * math.log(10.0)
-    near = {name: pair for name, pair in both.items() if max(pair) < limit}
-    lost = in_words([motion_title(name) for name in both if name not in near])
-    parts = []
-    if near:
-        apart = number(max(abs(a - b) for a, b in near.values()), 2)
-        least, most = (number(f(min(pair) for pair in near.values()), 2) for f in (min, max))
-        parts.append(
-            f"Over the first {found.early} times the logarithm of the growth, {least} to {most}, "
-            f"differs by at most {apart} from that by the variational equations."
-        )
-    if lost:
-        parts.append(
-            f"In {lost} deviations outgrow the accuracy of the simulation before, so that two "
-            "methods do not follow one motion."
-        )
-    return " ".join(parts)
+    return "; ".join(f"{words[sign]} {in_words(by[sign])}" for sign in words if sign in by)
 
 
 def _zero(found: Onset) -> str:
@@ -252,14 +160,14 @@ def _zero(found: Onset) -> str:
     one = found.exponents.get(found.cycles.name)
     if not isinstance(one, Exponent):
         return ""
-    told = (
+    given = (
         "The exponent of a stable cycle is zero; for that of "
-        f"{motion_title(found.cycles.name)} the method gives {number(abs(one.rate), 2)}"
+        f"{motion_title(found.cycles.name)} the method gives {number(one.rate, 2)}"
     )
     if abs(one.rate) <= one.half_width:
-        return f"{told}, within its interval."
+        return rf"{given} $\pm$ {number(one.half_width, 2)}."
     return (
-        f"{told}, beyond its own interval, which holds the scatter between parts of the time and "
+        f"{given}, beyond its own interval, which holds the scatter between starts and "
         "not this error of a finite time."
     )
 
@@ -298,14 +206,15 @@ def _sound(found: Spectra, cycles: Cycles | Missing) -> dict[str, str]:
 
 def generated(found: Onset, spectra: Spectra) -> Generated:
     """Values and tables of the chapter."""
-    values = _lasting(found) | _shot(found) | _sound(spectra, found.cycles)
-    values["onset.hysteresis"] = _hysteresis(found)
-    values["onset.both"] = _both(found)
+    values = _hammering(found) | _laws(found) | _sound(spectra, found.cycles)
+    values |= swept(found)
     values["onset.zero"] = _zero(found)
-    values["onset.confidence"] = percent(CONFIDENCE, 0)
     values["onset.signs"] = _exponents(found) or "none was measured"
-    values["onset.second"] = _second(found)
-    lasting = [one.windows for one in found.exponents.values() if isinstance(one, Exponent)]
-    values["onset.longest"] = str(max(lasting, default=found.windows))
+    values["onset.dampings"] = dampings(found.ratios)
+    values["onset.step"] = number(found.step, 2)
+    values["onset.range"] = f"${found.mu[0]:g}$ to ${found.mu[-1]:g}$"
+    measured = [one for one in found.exponents.values() if isinstance(one, Exponent)]
+    values["onset.longest"] = str(max((one.windows for one in measured), default=0))
+    values["onset.starts"] = str(max((len(one.rates) for one in measured), default=0))
     tables = {"lasting": lasting_table(found), "exponents": exponents_table(found)}
     return values, tables

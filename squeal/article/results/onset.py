@@ -4,85 +4,107 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
 ROUNDING = 1e-4  # of a multiplier
-Sign = Literal["chaotic", "no growth", "finite-time", "ends"]
+Sign = Literal["chaotic", "no growth", "undecided", "ends"]
 
 
-class Late(Record):
-    """A scene's own start after a long time with modal damping of one ratio.
+class Settled(Record):
+    """What a motion has come to after a long time.
 
     lost: share of the time in which some contact is lost, 0 where contact does not change any more;
-    peak: of the first signal over F_n.
+    peak: of the first signal over F_n; hammers: as the statements on hammering measure it; turns:
+    changes of side of delta (model B2), or of the edge that separates (B1); low, high: range of
+    delta/w, None with B1 and off the surface; slip: greatest x_dot over the speed V of the surface,
+    None without V.
     """
 
-    ratio: Share
     lost: Share
     peak: float
+    hammers: bool
+    turns: int
+    low: float | None
+    high: float | None
+    slip: float | None
 
     @property
     def off(self) -> bool:
         """The pad is off the surface all the time."""
         return self.lost == 1.0 and self.peak == 0.0
 
-
-class Way(Record):
-    """Friction raised or lowered in steps; lost, peak: as in `Late`, None where the model ends."""
-
-    mu: tuple[float, ...]
-    lost: tuple[float | None, ...]
-    peak: tuple[float | None, ...]
+    @property
+    def goes_on(self) -> bool:
+        """Contact goes on changing."""
+        return self.lost > 0.0 and not self.off
 
     @property
-    def changing(self) -> tuple[float, ...]:
-        """The values of mu at which contact goes on changing."""
-        return tuple(mu for mu, lost in zip(self.mu, self.lost, strict=True) if lost)
+    def slides(self) -> bool:
+        """The pad stays slower than the surface, as the equations ask."""
+        return self.slip is None or self.slip < 1.0
+
+
+class Late(Settled):
+    """A scene's own start after a long time with modal damping of one ratio.
+
+    growth: greatest real part of the eigenvalues about the equilibrium at the scene's mu in 1/ms,
+    None where contact does not go on changing or without an equilibrium.
+    """
+
+    ratio: Share
+    growth: float | None
+
+
+class Step(Settled):
+    """What a motion has come to at a friction mu."""
+
+    mu: float
 
 
 class Sweep(Record):
-    """Friction raised and lowered at one damping ratio; the motion goes on from step to step.
+    """Friction raised and lowered at one damping ratio; steps at which the model ends are left out.
 
-    up: from the equilibrium, with a small kick at each step; down: from what the scene's own start
-    has settled to at the scene's mu.
+    up: from the equilibrium of each mu, kicked; down: lowered step by step from the greatest mu up
+    to which contact goes on changing on the way up with a pad slower than the surface; beyond: from
+    the greatest mu of all at which it does, empty where that is the same. Both begin with their
+    step of `up` and end where contact does not change any more.
     """
 
     ratio: Share
-    up: Way
-    down: Way
+    up: tuple[Step, ...]
+    down: tuple[Step, ...]
+    beyond: tuple[Step, ...]
 
-
-class Lasting(Record):
-    """Where changes of contact last for many times of the scene more, near the ends of a sweep.
-
-    begins: the least such mu on the way up, ends: on the way down, of the four nearest to the end;
-    None where at none of these.
-    """
-
-    begins: float | None
-    ends: float | None
+    @property
+    def changing(self) -> tuple[Step, ...]:
+        """The steps of the way up at which contact goes on changing."""
+        return tuple(step for step in self.up if step.goes_on)
 
 
 class Exponent(Record):
-    """Largest Lyapunov exponent in 1/ms with the half width of its 95 % interval.
+    """Largest Lyapunov exponents in 1/ms of motions from neighbouring starts.
 
-    sign: ends where the motion leaves the model after `windows` times the scene's time, so that
-    the rate is one of that time and an exponent does not exist; chaotic where all of the interval
-    is above `least`, what deviations that grow in proportion to time would give; finite-time where
-    the rate is above it and has not settled, so that it is no exponent; else no growth is shown.
-    ratio: of damping; early, variational: logarithms of the growth over the first of the times of
-    the scene, by neighbours and by the variational equations, None where not compared.
+    rates: one of each start, the first is the scene's own; half_width: of the interval of their
+    mean, at a level at which all intervals of the study hold together; sign: ends where a motion
+    leaves the model after `windows` times the scene's time, so that exponents do not exist; chaotic
+    where all of the interval is above `least`, what deviations that grow in proportion to time
+    would give; no growth where no rate is, nor any of the interval; else undecided. ratio: of damping.
     """
 
     ratio: Share
-    rate: float
+    rates: tuple[float, ...]
     half_width: float
     least: float
     sign: Sign
     windows: int
-    early: float | None = None
-    variational: float | None = None
+
+    @property
+    def rate(self) -> float:
+        """The mean over the starts."""
+        return float(np.mean(self.rates))
 
 
 class CyclePoint(Record):
@@ -118,30 +140,33 @@ class Cycles(Record):
     branch: tuple[CyclePoint, ...]
 
 
-class Section(Record):
-    """Height (in static compressions of the contact) and its rate (m/s) whenever the leading edge
-    separates."""
-
-    height: tuple[float, ...]
-    rate: tuple[float, ...]
-
-
 class Onset(Result):
-    """late: by name of the motion (as in `squeal.article.results.energy`); sweeps and sections: of
-    those whose contact still changes at the damping `ratio`, lasting: at that ratio; thresholds: at
-    which their equilibria begin to flutter at that ratio, None if they do not; step: of mu;
-    windows: of `late`; early: over which growth is compared by two methods; left_out: why there is
-    nothing, empty if there is."""
+    """Names are those of motions, as in `squeal.article.results.energy`.
+
+    late: own starts under both laws; thresholds: of the scenes under their own law, the friction at
+    which their equilibria begin to flutter at the damping `ratio`, None if they do not at any of
+    `mu`; sweeps: of those that flutter at this ratio, of those whose own start goes on losing
+    contact at others too; windows: of `late`, longer: where contact goes on changing until then;
+    seen: over which motions are looked at then; step_windows: of each step down; confidence: of all intervals together; left_out: why there is
+    nothing, empty if there is.
+    """
 
     late: dict[str, tuple[Late | Missing, ...]]
-    step: float
+    mu: tuple[float, ...]
     sweeps: dict[str, tuple[Sweep, ...]]
-    lasting: dict[str, Lasting]
     thresholds: dict[str, float | None]
-    sections: dict[str, Section]
     exponents: dict[str, Exponent | Missing]
     cycles: Cycles | Missing
     ratio: Share
+    ratios: tuple[float, ...]
     windows: int
-    early: int
+    longer: int
+    seen: int
+    step_windows: int
+    confidence: Share
     left_out: str = ""
+
+    @property
+    def step(self) -> float:
+        """Of mu in the sweeps."""
+        return self.mu[1] - self.mu[0]

@@ -12,7 +12,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.spectra import Heard, Spectra
 from squeal.article.scenes import read_scenes
-from squeal.article.studies.onset import RATIO, damped
+from squeal.article.studies._damped import RATIO, damped
 from squeal.article.studies.starts import lever
 from squeal.errors import ComputationError
 from squeal.numerics.oscillation import line, spectrum

@@ -7,7 +7,6 @@ put back to the first distance, along the deviation that it has then.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,20 +17,6 @@ from squeal.simulation.batch.many import DONE, simulate_many, stack
 SIZE = 1e-6  # of a motion's own size, the first distance
 TOLERANCE = 1e-10
 SETTLING = 0.2  # share of the stretches in which deviations turn to where they grow
-BLOCKS = 8  # of stretches, which count as independent
-QUANTILE = 2.365  # of Student's distribution for their mean: 95 %, seven degrees of freedom
-APART = 2.447  # and for the difference of two halves of four: six degrees
-
-
-class Growth(NamedTuple):
-    """A mean rate of growth in 1/s with the half width of its 95 % interval.
-
-    settled: the first and the second half of what counts do not differ by more than chance.
-    """
-
-    rate: float
-    half_width: float
-    settled: bool
 
 
 def damping_of(models: Sequence[PadModel]) -> np.ndarray:
@@ -88,15 +73,15 @@ def neighbours(
     return logs
 
 
-def growth(logs: np.ndarray, stretch: float) -> Growth:
-    """The mean rate of the columns of `neighbours` together, without their first stretches.
+def growth(logs: np.ndarray, stretch: float) -> tuple[np.ndarray, float]:
+    """Rates (n,) in 1/s of the columns (count, n) of `neighbours`, without their first stretches.
 
-    logs (count, n) with at least ten stretches.
+    They are the slopes of straight lines through the logarithms of the deviations over time, which
+    oscillations disturb less than differences of ends do. Also the slope that deviations have that
+    grow in proportion to time.
     """
-    rates = logs[int(SETTLING * len(logs)) :].mean(axis=1) / stretch
-    blocks = np.array([block.mean() for block in np.array_split(rates, BLOCKS)])
-    half = QUANTILE * blocks.std(ddof=1) / np.sqrt(BLOCKS)
-    halves = blocks.reshape(2, -1)
-    chance = APART * np.sqrt((halves.var(axis=1, ddof=1) / halves.shape[1]).sum())
-    settled = abs(halves[1].mean() - halves[0].mean()) <= chance
-    return Growth(float(rates.mean()), float(half), bool(settled))
+    t = stretch * np.arange(1, len(logs) + 1)
+    late = slice(int(SETTLING * len(logs)), None)
+    away = t[late] - t[late].mean()
+    weights = away / (away @ away)
+    return weights @ np.cumsum(logs, axis=0)[late], float(weights @ np.log(t[late]))

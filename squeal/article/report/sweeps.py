@@ -1,0 +1,240 @@
+"""Sentences on sweeps of friction and the branch of cycles; they ask the results first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from squeal.article.report.latex import in_words, number, typeset
+from squeal.article.results.energy import motion_title
+from squeal.article.results.onset import Cycles, Late, Onset, Step, Sweep
+from squeal.files.records import Missing
+
+
+def titles(names: Iterable[str]) -> str:
+    return in_words([motion_title(name) for name in names])
+
+
+def dampings(ratios: Iterable[float]) -> str:
+    return in_words([f"{100.0 * ratio:g}" for ratio in ratios]) + r"\,\%"
+
+
+def going_on(found: Onset) -> Iterator[tuple[str, Late]]:
+    """The own starts that reach the end and go on losing contact, with their names."""
+    for name, row in found.late.items():
+        yield from ((name, one) for one in row if isinstance(one, Late) and one.goes_on)
+
+
+class Group(NamedTuple):
+    """Motions that share their damping ratios, in words, and what each comes to."""
+
+    words: str
+    rows: list[Late]
+
+
+def groups(some: Iterable[tuple[str, Late]]) -> list[Group]:
+    rows: dict[str, list[Late]] = {}
+    for name, one in some:
+        rows.setdefault(name, []).append(one)
+    names: dict[tuple[float, ...], list[str]] = {}
+    for name, mine in rows.items():
+        names.setdefault(tuple(one.ratio for one in mine), []).append(name)
+    return [
+        Group(
+            rf"{titles(group)} at $\zeta =$ {dampings(ratios)}",
+            [one for name in group for one in rows[name]],
+        )
+        for ratios, group in names.items()
+    ]
+
+
+def grouped(some: Iterable[tuple[str, Late]]) -> str:
+    return in_words([group.words for group in groups(some)])
+
+
+def beside_rest(found: Onset) -> list[tuple[str, Late]]:
+    """Own starts that go on losing contact beside a stable equilibrium."""
+    return [
+        (name, one) for name, one in going_on(found) if one.growth is not None and one.growth <= 0.0
+    ]
+
+
+def _mu(value: float) -> str:
+    return rf"$\mu = {value:.3g}$"
+
+
+def _last(way: tuple[Step, ...]) -> float | None:
+    """The least friction of a way at which contact goes on changing."""
+    return min((step.mu for step in way if step.goes_on), default=None)
+
+
+def _at(found: Onset, name: str) -> Sweep | None:
+    """The sweep at the ratio of the study."""
+    return next((one for one in found.sweeps.get(name, ()) if one.ratio == found.ratio), None)
+
+
+def _lowered(found: Onset, name: str, one: Sweep) -> str:
+    """How far down a motion goes on, against where it begins on the way up."""
+    title = motion_title(name)
+    if not one.changing:
+        return f"In {title} no changes of contact last on the way up."
+    begins, down = one.changing[0].mu, _last(one.down)
+    text = f"In {title} changes of contact that last begin at {_mu(begins)}"
+    if down is None:
+        return f"{text}."
+    which = "without" if abs(begins - down) < 0.5 * found.step else "with"
+    return (
+        f"{text}; lowered from {_mu(one.down[0].mu)} they last to {down:.3g}, {which} hysteresis "
+        "in steps of that width."
+    )
+
+
+def _beyond(found: Onset) -> str:
+    """What the equations give where the pad would be faster than the surface."""
+    parts = []
+    for name, sweeps in found.sweeps.items():
+        own = _at(found, name)
+        if own is None or not own.beyond:
+            continue
+        fast = [step for step in own.changing if not step.slides]
+        times = max(step.slip for step in (*fast, *own.beyond) if step.slip is not None)
+        ends = [
+            (sweep.ratio, min(step.mu for step in sweep.beyond if not step.slides))
+            for sweep in sweeps
+            if sweep.beyond
+        ]
+        words = in_words([rf"{mu:.3g} ($\zeta = {100 * ratio:g}\,\%$)" for ratio, mu in ends])
+        limit = found.thresholds.get(name)
+        below = limit is not None and any(mu < limit for _, mu in ends)
+        words += (
+            ", some of it below the flutter threshold: hysteresis of the equations, and of no pad "
+            "that slides"
+            if below
+            else ""
+        )
+        parts.append(
+            f"In {motion_title(name)} the pad becomes faster than the surface from "
+            f"{_mu(fast[0].mu)} on, up to {times:.2g} times as fast, and the model ends, since "
+            "friction would turn round. The equations as they stand, lowered from the greatest "
+            f"$\\mu$ at which such a motion goes on, keep it to $\\mu =$ {words}."
+        )
+    return " ".join(parts)
+
+
+def _both(found: Onset) -> str:
+    """Whether flutter, lasting losses of contact and hammering begin together, scene by scene."""
+    flutter = {name: mu for name, mu in found.thresholds.items() if mu is not None}
+    range_ = rf"$\mu$ from {found.mu[0]:g} to {found.mu[-1]:g}"
+    if not flutter:
+        return f"no equilibrium of the scenes flutters for {range_}"
+    groups: dict[str, list[str]] = {}
+    for name, mu in flutter.items():
+        one = _at(found, name)
+        changing = [step for step in one.changing if step.slides] if one else []
+        begins = changing[0].mu if changing else None
+        hammers = next((step.mu for step in changing if step.hammers), None)
+        if begins is None:
+            loss = "lasting losses of contact do not begin with it"
+        elif abs(begins - mu) <= found.step:
+            loss = "lasting losses of contact begin with it, to a step"
+        else:
+            loss = f"lasting losses of contact begin at {_mu(begins)}"
+        if hammers is None:
+            beat = "hammering does not begin while the pad slides"
+        elif hammers == begins:
+            beat = "hammering begins with them"
+        else:
+            beat = f"hammering begins at {_mu(hammers)} only"
+        where = f"{motion_title(name)} flutters from {_mu(mu)}"
+        groups.setdefault(f"{loss}, and {beat}", []).append(where)
+    parts = "; ".join(f"{in_words(names)}: {words}" for words, names in groups.items())
+    stable = [
+        (name, one) for name, one in going_on(found) if one.growth is not None and one.growth <= 0
+    ]
+    beside = (
+        f"; {grouped(stable)} goes on losing contact beside a stable equilibrium" if stable else ""
+    )
+    return rf"at $\zeta = {100.0 * found.ratio:g}\,\%$ and {range_}, {parts}{beside}"
+
+
+def _cycles(found: Cycles, threshold: float | None) -> str:
+    """How the branch of cycles begins at the threshold."""
+    least = min(found.branch, key=lambda point: point.mu)
+    end = found.branch[-1]
+    unstable = any(not point.stable and point.changes for point in found.branch)
+    if threshold is None:
+        return f"The branch reaches down to $\\mu = {least.mu:.4f}$."
+    if end.changes:
+        return (
+            f"The branch was followed to $\\mu = {end.mu:.4f}$ and not to the "
+            f"threshold, $\\mu = {threshold:.4f}$."
+        )
+    begins = (
+        f"Where no contact is lost the motion is nearly linear: the branch ends at the flutter "
+        f"threshold, $\\mu = {threshold:.4f}$, with a cycle without changes of contact, a peak of "
+        f"{end.peak:.2g} and a multiplier of {end.multiplier:.3g}. The cycle that loses contact "
+        "begins at this amplitude, which is not small, and"
+    )
+    if least.mu < threshold - 1e-3 and unstable:
+        return (
+            f"{begins} goes towards smaller $\\mu$, unstable; it turns near "
+            f"$\\mu = {least.mu:.3f}$ and is stable from there: between the two rest and the cycle "
+            "coexist."
+        )
+    return f"{begins} goes towards greater $\\mu${'' if unstable else ' and is stable'}."
+
+
+def _shot(found: Onset) -> dict[str, str]:
+    """The cycle at the scene's friction and its branch."""
+    if isinstance(found.cycles, Missing):
+        text = f"No cycle was followed: {typeset(found.cycles.reason).rstrip('.')}."
+        return {"onset.cycle": text, "onset.branch": ""}
+    one, own = found.cycles, found.cycles.own
+    agree = abs(one.decay - own.multiplier) < 1e-3
+    cycle = (
+        f"The motion of {motion_title(one.name)} is a cycle of {number(own.period, 4)}\\,ms with "
+        f"{own.changes} changes of contact, found by shooting; its greatest Floquet multiplier is "
+        f"{number(own.multiplier, 6)} in size, and a small disturbance decays to "
+        f"{number(one.decay, 6)} of itself a period in a simulation, "
+        f"{'which agrees' if agree else 'which does not agree'}."
+    )
+    return {
+        "onset.cycle": cycle,
+        "onset.branch": _cycles(one, found.thresholds.get(one.name)),
+    }
+
+
+def _caption(found: Onset) -> str:
+    """What the panels of the figure of sweeps show."""
+    names = list(found.sweeps)
+    if not names:
+        return "No motion goes on losing contact with damping."
+    forces = {"b1": "the leading edge's force", "b2": "the reaction"}
+    shown = in_words(list(dict.fromkeys(forces[name[:2]] for name in names)))
+    letters = in_words([f"({letter})" for letter, _ in zip("abcdefgh", names, strict=False)])
+    text = (
+        f"{letters}: peak of {shown} over friction, raised from the equilibrium of each $\\mu$ and "
+        "lowered; pale: the pad is faster than the surface, outside of the model"
+    )
+    if any(found.thresholds[name] is not None for name in names):
+        text += rf"; dashed: flutter begins at $\zeta = {100.0 * found.ratio:g}\,\%$"
+    if isinstance(found.cycles, Cycles):
+        own = found.cycles.name
+        letter = "abcdefghi"[len(names)]
+        text += (
+            rf". ({letter}): cycles of {motion_title(own)} at $\zeta =$ {dampings([found.ratio])} "
+            f"by shooting, with the marks of ({'abcdefgh'[names.index(own)]})"
+        )
+    return text + "."
+
+
+def swept(found: Onset) -> dict[str, str]:
+    """The sentences on sweeps and cycles."""
+    sweeps = [(name, one) for name in found.sweeps if (one := _at(found, name))]
+    begin = " ".join(_lowered(found, name, one) for name, one in sweeps)
+    return _shot(found) | {
+        "onset.hysteresis": begin or "No motion changes its contact.",
+        "onset.beyond": _beyond(found),
+        "onset.both": _both(found),
+        "onset.caption": _caption(found),
+    }

@@ -1,0 +1,172 @@
+"""Attractors of damped motions, and undamped motions: exponents, and a branch of cycles."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.special import stdtrit
+
+from squeal.article.results.onset import CyclePoint, Cycles, Exponent, Sign
+from squeal.article.studies._damped import RATIO, damped, window
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
+from squeal.files.records import Missing
+from squeal.model.states import State
+from squeal.model.units import natural_units
+from squeal.scene import Scene
+from squeal.simulation.batch.neighbours import growth, neighbours
+from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.legs import Leg
+from squeal.simulation.observers import Events, Extrema, Observer
+
+SETTLED, LASTING = 40, 400  # windows over which neighbours are compared with and without damping
+STRETCH = 5  # windows from one comparison to the next
+EARLY = 10  # least windows for an exponent
+MEMBERS = 5  # motions from which one is taken
+APART = 1e-3  # of their size: how far apart these motions start
+CONFIDENCE = 0.95  # of the intervals of all exponents together
+GREATEST = 1.0  # mu on the branch of cycles
+BRANCH_STEP = 0.2  # of it, in natural units, periods and mu
+NEAR = 1e-6  # of their size: returns that near are the same
+
+
+class Returns(Observer):
+    """States (6,) and times at which the leading edge separates."""
+
+    def __init__(self) -> None:
+        self.states: list[np.ndarray] = []
+        self.times: list[float] = []
+        self._end = np.zeros(6)
+
+    def leg(self, leg: Leg) -> None:
+        self._end = leg.end
+
+    def change(self, t: float, source: State, target: State) -> None:
+        if source.leading and not target.leading:
+            self.states.append(np.array(self._end))
+            self.times.append(t)
+
+
+def shooting(scene: Scene, ratio: float) -> Shooting:
+    """The scene's damped pad in units of its own start."""
+    units = natural_units(scene.pad_model, scene.initial)
+    return Shooting(units.scaled(damped_model(damped(scene, ratio))), units)
+
+
+def returns(scene: Scene, state: np.ndarray, windows: float) -> Returns:
+    """Where a motion from a state (SI) passes the section of its leading edge, while it lasts."""
+    assert scene.stop is not None
+    pad = shooting(scene, RATIO)
+    watch = Returns()
+    start, stop = pad.units.to_scaled(state), windows * scene.stop / pad.units.time
+    with contextlib.suppress(ComputationError):
+        pad.motion(start, stop, scene.pad.mu, [watch])
+    return watch
+
+
+def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
+    watch, changes = Extrema(pad.model.replace(mu=cycle.mu)), Events()
+    pad.motion(cycle.state, cycle.period, cycle.mu, [watch, changes])
+    peak = watch.result()["extrema"][pad.model.law.plotted[0].name]
+    return CyclePoint(
+        float(cycle.mu),
+        float(1e3 * cycle.period * pad.units.time),
+        len(changes.result()["events"]),
+        peak[1] if peak else 0.0,
+        float(np.abs(cycle.multipliers[0])),
+    )
+
+
+def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
+    """The greatest multiplier of a stable cycle, from the decay of a small disturbance.
+
+    The linear map that takes the disturbance of each period to that of the next, by least squares
+    from a simulation; without its multiplier 1, of a shift in time.
+    """
+    random = np.random.default_rng(0).normal(size=6)
+    state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
+    off = [state - cycle.state]
+    for _ in range(turns):
+        state = pad.motion(state, cycle.period, cycle.mu)
+        off.append(state - cycle.state)
+    values = np.linalg.eigvals(np.linalg.lstsq(off[:-1], off[1:])[0])
+    return float(np.abs(np.delete(values, np.argmin(np.abs(values - 1.0)))).max())
+
+
+def cycles(name: str, scene: Scene, state: np.ndarray) -> Cycles | Missing:
+    """The periodic motion that a state (SI) has settled to, followed in mu."""
+    watch, pad = returns(scene, state, 2), shooting(scene, RATIO)
+    states = np.array(watch.states)
+    size = np.abs(states).max() if len(states) else 0.0
+    for turn in range(1, min(9, len(states))):
+        if np.abs(states[turn] - states[0]).max() < NEAR * size:
+            break
+    else:
+        return Missing("the motion does not return to itself")
+    period = watch.times[turn] - watch.times[0]
+    try:
+        # from between two changes, so that none falls on an end
+        begin = pad.motion(states[0], 0.01 * period, scene.pad.mu)
+        own, _ = pad.solve(np.concatenate([begin, [period, scene.pad.mu]]))
+        first, decays = _point(pad, own), decay(pad, own)
+        branch = (*reversed(_followed(pad, own, 1.0, 10)), first, *_followed(pad, own, -1.0, 40))
+    except ComputationError as error:
+        return Missing(str(error))
+    return Cycles(name, RATIO, first, decays, abs(own.trivial - 1.0), branch)
+
+
+def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[CyclePoint]:
+    """Cycles along the branch, to where contact does not change any more."""
+    points: list[CyclePoint] = []
+    for one in pad.branch(own, towards, BRANCH_STEP, most):
+        if one.mu > GREATEST:
+            break
+        points.append(_point(pad, one))
+        if not points[-1].changes:
+            break
+    return points
+
+
+def exponents(
+    scenes: Mapping[str, Scene], states: Mapping[str, np.ndarray], ratio: float
+) -> dict[str, np.ndarray]:
+    """Growth (stretches, starts) of deviations from motions of one model and formulation, by name,
+    from starts about states (SI)."""
+    models, starts = [], []
+    random = np.random.default_rng(1).normal(size=(MEMBERS, 6))
+    random[0] = 0.0
+    for name, scene in scenes.items():
+        model = damped_model(damped(scene, ratio))
+        size = natural_units(model, states[name]).to_si(np.ones(6))
+        starts += list(states[name] + APART * random * size)
+        models += [model] * MEMBERS
+    count = (SETTLED if ratio else LASTING) // STRETCH
+    logs = neighbours(models, np.array(starts), STRETCH * window(scenes), count)
+    return dict(zip(scenes, np.split(logs, len(scenes), axis=1), strict=True))
+
+
+def exponent(logs: np.ndarray, unit: float, ratio: float, tests: int) -> Exponent | Missing:
+    """Exponents from the growth (stretches, starts) of `neighbours`, one of so many tests; unit:
+    of the windows (s).
+
+    A start is one sample: the interval of the mean comes from the scatter between starts, by
+    Student's distribution, at the level at which `tests` intervals hold together (Bonferroni).
+    """
+    count = int(np.isfinite(logs).all(axis=1).sum())
+    if count * STRETCH < EARLY:
+        return Missing("the model ends")
+    rates, least = growth(logs[:count], STRETCH * unit)
+    n = len(rates)
+    quantile = stdtrit(n - 1, 1.0 - (1.0 - CONFIDENCE) / (2.0 * tests))
+    half = float(quantile * rates.std(ddof=1) / np.sqrt(n))
+    sign: Sign = "undecided"
+    if count < len(logs):
+        sign = "ends"
+    elif rates.mean() - half > least:
+        sign = "chaotic"
+    elif max(rates.max(), rates.mean() + half) <= least:
+        sign = "no growth"
+    per_ms = tuple((rates / 1e3).tolist())
+    return Exponent(ratio, per_ms, half / 1e3, least / 1e3, sign, count * STRETCH)

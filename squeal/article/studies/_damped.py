@@ -1,0 +1,92 @@
+"""Damped motions after a long time: what they have settled to."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squeal.article.claims.measures import Case, case_of
+from squeal.article.claims.rules import by_turns, hammers
+from squeal.article.results.onset import Settled
+from squeal.model.equations import PadModel
+from squeal.scene import Scene
+from squeal.scene.schema import Damping
+from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.batch.neighbours import damping_of
+
+RATIO = 0.005
+TOLERANCE = 1e-10
+
+
+def damped(scene: Scene, ratio: float) -> Scene:
+    """The scene with all modal damping ratios alike."""
+    return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3) if ratio else None)
+
+
+class Motion(NamedTuple):
+    """A motion of a batch: its pad with damping, and the state (6,) it is in (SI)."""
+
+    model: PadModel
+    state: np.ndarray
+
+
+def _many(motions: Sequence[Motion], stop: float, measured: bool) -> Any:
+    models, one = [each.model for each in motions], motions[0].model
+    return simulate_many(
+        one.name,
+        stack([model.pad for model in models]),
+        np.array([each.state for each in motions]),
+        stop,
+        TOLERANCE,
+        one.formulation,
+        measured=measured,
+        damping=damping_of(models),
+        calm=False,
+    )
+
+
+def _settled(case: Case, changes: int, lost: float, line: bool) -> Settled:
+    margin = 0.0
+    if changes:
+        margin = hammers(case).margin if line else by_turns(case)
+    turns = sum(a != b for a, b in zip(case.losses, case.losses[1:], strict=False))
+    # a pad that is off the surface all the time has no peak and no place of the reaction
+    off = np.isnan(case.first.high)
+    return Settled(
+        lost=1.0 if off else lost if changes else 0.0,
+        peak=0.0 if off else case.first.high,
+        hammers=margin > 0.0,
+        turns=case.swings if line else turns,
+        low=case.second.low if line and not off else None,
+        high=case.second.high if line and not off else None,
+        slip=None if np.isnan(case.slip) else case.slip,
+    )
+
+
+def settled(
+    motions: Sequence[Motion], before: float, seen: float
+) -> tuple[list[np.ndarray], list[Settled | None]]:
+    """What motions come to after a time `before` (s), looked at for a time `seen`, and the states
+    (6,) then; None where the model ends. The motions are of one model and formulation."""
+    first = _many(motions, before, False)
+    ends = list(first["final"])
+    found: list[Settled | None] = [None] * len(motions)
+    there = np.flatnonzero(first["outcome"] == DONE).tolist()
+    if there:
+        line = not motions[0].model.law.plotted[1].is_force
+        after = _many([Motion(motions[i].model, ends[i]) for i in there], seen, True)
+        for k, i in enumerate(there):
+            ends[i] = after["final"][k]
+            if after["outcome"][k] == DONE:
+                case = case_of(after, k, motions[i].model.pad.V)
+                lost = 1.0 - float(after["shares"][k, 0])
+                found[i] = _settled(case, int(after["changes"][k]), lost, line)
+    return ends, found
+
+
+def window(scenes: Mapping[str, Scene]) -> float:
+    """The window (s): the time of the scenes."""
+    return max(scene.stop or 0.0 for scene in scenes.values())
