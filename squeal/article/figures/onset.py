@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,16 +15,19 @@ from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = {0.001: "#6A1B7B", 0.005: "#000000", 0.01: "#3498DB", 0.02: "#C8380E"}
-UP, DOWN = {"marker": "^", "ms": 3.5}, {"marker": "v", "ms": 3.5, "mfc": "w"}
+UP: dict[str, Any] = {"marker": "^", "ms": 3.5}
+DOWN: dict[str, Any] = {"marker": "v", "ms": 3.5, "mfc": "w"}
 PALE = 0.3
 COLUMNS = 3
 
 
-def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, object]) -> None:
+def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, Any]) -> None:
     """Peaks of steps; those of a pad faster than the surface are pale."""
     for slides, alpha in ((True, 1.0), (False, PALE)):
         some = [(step.mu, step.peak) for step in way if step.slides == slides and not step.off]
-        axes.plot(*np.array(some).reshape(-1, 2).T, color=colour, ls="", mew=0.6, alpha=alpha, **look)  # type: ignore[arg-type]
+        axes.plot(
+            *np.array(some).reshape(-1, 2).T, color=colour, ls="", mew=0.6, alpha=alpha, **look
+        )
 
 
 def _threshold(axes: Axes, mu: float | None) -> None:
@@ -84,11 +89,19 @@ def onset_figure(found: Onset) -> Figure:
             axes.set_ylabel("peak force over $F_n$")
         ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
         handles = [
-            Line2D([], [], color=COLOURS[r], marker="o", ls="", ms=3.5, label=rf"$\zeta = {100 * r:g}\,\%$")
+            Line2D(
+                [],
+                [],
+                color=COLOURS[r],
+                marker="o",
+                ls="",
+                ms=3.5,
+                label=rf"$\zeta = {100 * r:g}\,\%$",
+            )
             for r in ratios
         ]
         handles += [
-            Line2D([], [], color="k", ls="", label=label, **look)  # type: ignore[arg-type]
+            Line2D([], [], color="k", ls="", label=label, **look)
             for label, look in ((r"$\mu$ raised", UP), (r"$\mu$ lowered", DOWN))
         ]
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))

@@ -196,7 +196,7 @@ def _sound(found: Spectra, cycles: Cycles | Missing) -> dict[str, str]:
             f"The strongest line of {own} lies at {number(one.strongest, 4)}\\,kHz, {pitch}; "
             f"{percent(one.tonal, 0)} of the power lies at its multiples: {tone}."
         )
-        if isinstance(cycles, Cycles) and cycles.name == name:
+        if isinstance(cycles, Cycles) and cycles.name[: len(name)] == name:
             apart = abs(one.strongest * cycles.own.period - 1.0)
             word = "The cycle found by shooting has the same frequency"
             other = "The cycle found by shooting has another frequency"

@@ -91,7 +91,8 @@ class Exponent(Record):
     mean, at a level at which all intervals of the study hold together; sign: ends where a motion
     leaves the model after `windows` times the scene's time, so that exponents do not exist; chaotic
     where all of the interval is above `least`, what deviations that grow in proportion to time
-    would give; no growth where no rate is, nor any of the interval; else undecided. ratio: of damping.
+    would give; no growth where no rate is, nor any of the interval; else undecided. ratio: of
+    damping.
     """
 
     ratio: Share
@@ -147,8 +148,8 @@ class Onset(Result):
     which their equilibria begin to flutter at the damping `ratio`, None if they do not at any of
     `mu`; sweeps: of those that flutter at this ratio, of those whose own start goes on losing
     contact at others too; windows: of `late`, longer: where contact goes on changing until then;
-    seen: over which motions are looked at then; step_windows: of each step down; confidence: of all intervals together; left_out: why there is
-    nothing, empty if there is.
+    seen: over which motions are looked at then; step_windows: of each step down; confidence: of all
+    intervals together; left_out: why there is nothing, empty if there is.
     """
 
     late: dict[str, tuple[Late | Missing, ...]]
