@@ -10,6 +10,8 @@ from squeal.article.extreme import CASES, run_case
 from squeal.article.extreme.cases import scene_of
 from squeal.article.extreme.closed_forms import bounce_error, bounce_period, upright
 from squeal.article.extreme.run import RIGHT, in_units, peak_memory
+from squeal.article.report.extreme import accuracy_table, accuracy_values
+from squeal.article.results.accuracy import SceneAccuracy
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
@@ -111,3 +113,20 @@ def test_other_units_are_the_same_scene():
     assert back.pad.k_c == pytest.approx(scene.pad.k_c, rel=1e-14)
     assert back.initial == pytest.approx(scene.initial, rel=1e-14)
     assert back.stop == pytest.approx(scene.stop, rel=1e-14)
+
+
+def test_horizons_are_shown_where_there_are_any():
+    def one(horizon: float | None) -> SceneAccuracy:
+        return SceneAccuracy(1e-14, 20.0, 300.0, 5.0, horizon, 200, 40, 0.05, 1e-15, 0.003)
+
+    none = {name: one(None) for name in ("b1-a", "b1-b")}
+    assert "horizon" not in accuracy_table(none)
+    assert "no horizon is given: none ends within $5$ times" in horizons(none)
+    some = none | {"b1-b": one(0.009)}
+    assert "& $9$" in accuracy_table(some)
+    assert "but for 1 of 2 motions, whose horizon is at least $3$ times" in horizons(some)
+    assert accuracy_values(some | {"b1-a": one(0.003)})["accuracy.within"] == "not all are"
+
+
+def horizons(scenes: dict[str, SceneAccuracy]) -> str:
+    return accuracy_values(scenes)["accuracy.horizons"]

@@ -23,7 +23,7 @@ from squeal.article.results.spectra import Heard, Spectra
 from squeal.article.studies import _attractors as attractors
 from squeal.article.studies import onset as study
 from squeal.article.studies import spectra
-from squeal.article.studies._damped import Motion, damped, settled
+from squeal.article.studies._damped import RATIO, Motion, damped, settled
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
@@ -31,8 +31,6 @@ from squeal.numerics.oscillation import line
 from squeal.scene import read_scene
 from tests.conftest import HAMMERING as SCENES
 from tests.conftest import needs_heyoka
-
-RATIO = attractors.RATIO
 
 
 def scene_of(name: str):
