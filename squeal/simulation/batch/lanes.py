@@ -27,7 +27,7 @@ from squeal.simulation.integrators.pool import Pool
 WIDE = 1000  # pads on their way at once: calls from Python count little, arrays stay in the cache
 IDLE = 0.125  # share of the lanes that may wait for others
 MOST_STEPS = 1_000_000  # of a pad
-AT_ONCE = 200_000  # steps whose samples are computed together; bounds the memory
+AT_ONCE, MOST_AT_ONCE = 50_000, 1_000  # steps, of all pads and of one, kept before they are read
 _EPS = float(np.finfo(float).eps)
 
 
@@ -88,6 +88,7 @@ class _Run:
         self._pars = np.concatenate([pars, pars[:, -1:]], axis=1)
         self._ids = np.empty(0, dtype=int)
         self._now = np.empty((len(given), 0))
+        self._room = np.empty((AT_ONCE + WIDE + WIDTH) * (len(given) + 1))
         self._limit = np.full(self._count + 1, -1)
         # pads, codes, and rows of the input, at changes of contact
         self._changes = [(np.empty(0, dtype=int), np.empty(0), np.empty((len(given), 0)))]
@@ -113,43 +114,43 @@ class _Run:
 
     def go(self) -> None:
         """Take steps until some lanes are idle and others can take their place, or all are done."""
-        step, ids, now = self._lanes.step, self._ids, self._now
-        pars, inputs = self._pars[: step.nparams].take(ids, axis=1), len(now)
+        step, ids, inputs = self._lanes.step, self._ids, len(self._now)
+        pars = self._pars[: step.nparams].take(ids, axis=1)
         share = 1.0 - IDLE if self._begun < self._count else 0.5
         enough = 1 if len(ids) == WIDTH else share * len(ids)
-        passed = [now]
-        for _ in range(AT_ONCE // len(ids)):
-            after = np.empty((inputs + 1, len(ids)))
-            step(now, pars=pars, outputs=after)
-            met = after[inputs].nonzero()[0]
-            now = after[:inputs]
-            if met.size:
-                self._note(now, after[inputs], met)
-            if self._apart is not None:
-                passed.append(now)
-            if np.count_nonzero(now[LEFT] > 0.0) < enough:
-                break
-        now[LEFT, now[STEPS] > MOST_STEPS] = -1.0
+        most = min(MOST_AT_ONCE, AT_ONCE // len(ids))
+        # of each step the output, whose first rows are the next one's input
+        rows = self._room[: (most + 1) * (inputs + 1) * len(ids)]
+        rows = rows.reshape(most + 1, inputs + 1, len(ids))
+        rows[0, :inputs] = self._now
+        given, lefts = list(rows[:, :inputs]), list(rows[:, LEFT])
+        done = 0
+        while done < most and (done == 0 or np.count_nonzero(lefts[done]) >= enough):
+            step(given[done], pars=pars, outputs=rows[done + 1])
+            done += 1
+        rows = rows[: done + 1]
+        self._note(rows)
         if self._apart is not None:
-            self._sample(passed)
-        self._now = now
+            self._sample(rows[:, :inputs])
+        self._now = given[done].copy()
+        self._now[LEFT, self._now[STEPS] > MOST_STEPS] = -1.0
 
-    def _note(self, now: np.ndarray, codes: np.ndarray, met: np.ndarray) -> None:
-        """Keep the changes of contact; pads that have reached a limit go no further."""
-        code = codes[met]
-        if code.min() < 0.0:
-            ended = code < 0.0
-            self._limit[self._ids[met[ended]]] = -1.0 - code[ended]
-            now[LEFT, met[ended]] = 0.0
-            met, code = met[~ended], code[~ended]
-        self._changes.append((self._ids[met], code, now[:, met]))
+    def _note(self, rows: np.ndarray) -> None:
+        """Keep the changes of contact and the limits."""
+        step, lane = rows[1:, -1].nonzero()
+        code, pads = rows[step + 1, -1, lane], self._ids[lane]
+        ended = code < 0.0
+        self._limit[pads[ended]] = -1.0 - code[ended]
+        changed = ~ended
+        states = rows[step[changed] + 1, :-1, lane[changed]].T
+        self._changes.append((pads[changed], code[changed], states))
 
-    def _sample(self, passed: list[np.ndarray]) -> None:
-        """Keep the samples within steps, from one entry of `passed` to the next."""
+    def _sample(self, rows: np.ndarray) -> None:
+        """Keep the samples within steps, from one entry of `rows` to the next."""
         assert self._apart is not None
-        ids, function = np.tile(self._ids, len(passed) - 1), self._lanes.samples
-        t = np.array([now[TIME] for now in passed])
+        ids, function = np.tile(self._ids, len(rows) - 1), self._lanes.samples
         # how many samples there are up to the begin and the end of each step
+        t = rows[:, TIME]
         reached = (t / self._apart[self._ids] + 1e-9).astype(int) + 1
         begun, done = reached[:-1].ravel(), reached[1:].ravel()
         calls = -(-(done - begun) // SAMPLED)
@@ -158,17 +159,14 @@ class _Run:
             np.arange(len(steps)) - np.repeat(np.cumsum(calls) - calls, calls)
         )
         idle = -len(steps) % WIDTH
-        steps, number = (
-            np.append(steps, np.zeros(idle, int)),
-            np.append(number, done[:1].repeat(idle)),
-        )
+        steps = np.append(steps, np.zeros(idle, int))
+        number = np.append(number, done[:1].repeat(idle))
         which, lane = np.divmod(steps, len(self._ids))
         pads = ids[steps]
-        rows = np.r_[0:6, TOUCHING : TOUCHING + self._lanes.points]
-        apart = self._apart[pads]
-        given = np.concatenate(
-            [np.stack(passed)[which, rows[:, None], lane], [number * apart - t[which, lane], apart]]
-        )
+        given = np.empty((8 + self._lanes.points, len(steps)))
+        given[:6], given[6:-2] = rows[which, :6, lane].T, rows[which, TOUCHING:, lane].T
+        given[-1] = self._apart[pads]
+        given[-2] = number * given[-1] - t[which, lane]
         out = np.empty((6 * SAMPLED, len(steps)))
         function(given, pars=self._pars[: function.nparams].take(pads, axis=1), outputs=out)
         at = self._first[pads] + number

@@ -46,10 +46,10 @@ def order_of(tolerance: float) -> int:
 
 def _step_size(series: list[Series], order: int) -> Any:
     """As heyoka's, from the last two coefficients, relative to the state if that is above one; but
-    by sums of squares, half of which stands for the greatest."""
+    by sums of squares instead of the greatest."""
     size = most(total([s[0] * s[0] for s in series]), 1.0)
     sizes = [
-        hy.log(size / (0.5 * total([s[k] * s[k] for s in series]) + 1e-300)) * (0.5 / k)
+        hy.log(size / (total([s[k] * s[k] for s in series]) + 1e-300)) * (0.5 / k)
         for k in (order - 1, order)
     ]
     return hy.exp(least(*sizes) - (2.0 + 0.7 / (order - 1)))
@@ -115,7 +115,9 @@ def compiled_step(law: ContactLaw, order: int, terms: tuple[str, ...]) -> Any:
         code, met = choose(first, point + 1.0, code), choose(first, p.at, met)
     code, lapse = code * move, h * met * move
 
-    outputs = [*series.at(lapse), given[TIME] + lapse, left - lapse]
+    # a pad that has reached a limit goes no further
+    after = choose(hy.lt(code, hy.expression(0.0)), 0.0, left - lapse)
+    outputs = [*series.at(lapse), given[TIME] + lapse, after]
     outputs += [choose(positive(again), 0.5 * h, LONG), given[STEPS] + going]
     for point, touches in enumerate(on):
         this = positive((code - (point + 0.5)) * ((point + 1.5) - code))

@@ -56,6 +56,7 @@ class Through:
             tol=tolerance,
             t_events=events,
             compact_mode=law.points > OWN_CODE,
+            fast_math=True,
         )
         self._pars, self._state = self.ta.pars, self.ta.state
 
