@@ -107,6 +107,79 @@ def test_results_show_what_matters_in_a_few_lines():
         assert "array(" not in repr(result)
 
 
+api: typing.Any = squeal  # asked for what its types do not allow
+SCENE, BLOCK = api.read_scene(SCENES / "b1-c.yaml"), api.read_scene(SCENES / "b2-c.yaml")
+LINEAR = api.read_scene(SCENES / "b3.yaml")
+MU = api.Axis("mu", 0.0, 1.0, 3)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *(
+            lambda f=f, mu_max=mu_max: f(mu_max)
+            for mu_max in (np.nan, np.inf, 5000, True, "2", None, 0, -1)
+            for f in (
+                lambda mu_max: api.critical_friction(SCENE, mu_max),
+                lambda mu_max: api.critical_friction(LINEAR, mu_max),
+                lambda mu_max: api.advise(SCENE, mu_max=mu_max),
+                lambda mu_max: api.scatter(SCENE, (), 10, mu_max=mu_max),
+            )
+        ),
+        *(lambda mus=mus: api.sweep_mu(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf])),
+        *(lambda axes=axes: api.stability_map(SCENE, axes) for axes in (None, (MU,), "ab")),
+        *(lambda end=end: api.critical_points(system, end) for end in ("2", np.nan, -1, True)),
+        lambda: api.crossings(system, 1.0, mu_min="0"),
+        *(lambda mu=mu: api.friction_loop(system, mu) for mu in (0, "1")),
+        *(lambda mus=mus: api.track(system, mus) for mus in (-1.0, [np.nan], "2", [])),
+        lambda: api.sweep_modes(None, 0.0, 1.0),
+        *(lambda end=end: api.sweep_modes(SCENE, 0.0, end) for end in ("1", np.inf, 0)),
+        lambda: api.sweep_modes(SCENE, 0.5, 0.4),
+        lambda: api.mode_shapes(SCENE),
+        lambda: SCENE.replace(damping={"ratios": [0.1] * 3}),
+        lambda: SCENE.replace(pad=3),
+        lambda: SCENE.replace(pad=3, mu=0.1),
+        lambda: BLOCK.replace(formulation="mean"),
+        *(
+            lambda read=read: read(None)
+            for read in (api.read_scene, api.read_plain, api.read_system)
+        ),
+        lambda: api.Axis("mu", 0.0, 1.0, 3, part=(2, 9)),
+        lambda: api.Axis("mu", 0.0, 1.0, 3, part=(2, 2)),
+        lambda: api.Axis("mu", 0.0, 1.0, 3, part=1),
+        lambda: api.Damping(matrix=np.eye(2)),
+    ],
+)
+def test_wrong_arguments_are_refused_in_a_sentence(wrong):
+    with pytest.raises(InputError) as caught:
+        wrong()
+    assert "it must be " in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "thresholds" not in str(caught.value)
+
+
+def test_arguments_at_the_ends_of_what_is_allowed_pass():
+    assert api.critical_friction(LINEAR, 1000).mu_end == 1000.0
+    assert api.critical_friction(LINEAR, np.float32(0.5)).mu_end == 0.5
+    assert [mu for mu, _ in api.sweep_mu(LINEAR, (mu / 4 for mu in (2, 0)))] == [0.5, 0.0]
+    assert api.stability_map(LINEAR, [MU, api.Axis("h", 0.01, 0.02, 2)]).codes.shape == (3, 2)
+    assert api.Axis("mu", 0.0, 3.0, 3, part=(2, 3)).values == pytest.approx([2.5])
+    assert api.track(system, np.array([0.1])).values.shape == (1, 4)
+
+
+def test_damping_takes_arrays_and_holds_tuples():
+    given = api.Damping(matrix=np.eye(3))
+    assert given == api.Damping(matrix=((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)))
+    assert hash(api.Damping(ratios=np.full(3, 0.1))) == hash(api.Damping(ratios=(0.1,) * 3))
+
+
+def test_matrices_of_a_result_are_not_written_to():
+    analysis = api.analyse(SCENE)
+    for X in (analysis.matrices.M, analysis.matrices.C, analysis.matrices.K):
+        with pytest.raises(ValueError, match="read-only"):
+            X[0, 0] = 1.0
+
+
 def test_scenes_are_made_changed_and_asked_in_python():
     pad = squeal.Pad(
         m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,

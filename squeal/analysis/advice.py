@@ -157,7 +157,7 @@ def advise(
     each parameter. Raises InputError, and ComputationError if the pad as it is has no equilibrium
     without friction.
     """
-    check_subject(subject, "advise")
+    check_subject(subject, "advise", mu_max)
     named = dict(tolerances or {})
     for name in named:
         check_name(subject, name, "tolerance")

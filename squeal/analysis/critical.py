@@ -10,6 +10,8 @@ import numpy as np
 from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import damped_model
+from squeal.files.arguments import takes
+from squeal.files.values import Number
 from squeal.model.linear import about_origin
 from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
@@ -24,6 +26,7 @@ from squeal.stability import (
     verdict,
 )
 
+MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation
 
 
@@ -73,11 +76,13 @@ class CriticalFriction:
 
 
 @takes_scene
+@takes(mu_max=MU_MAX)
 def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
-    the last entry. Raises ComputationError if there is no equilibrium without friction.
+    the last entry. Raises InputError for a mu_max that is not `MU_MAX`, ComputationError if there
+    is no equilibrium without friction.
     """
     system, path = branch_system(scene, mu_max)
     if path is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
+from squeal.files.arguments import Several, takes
 from squeal.files.place import Place
+from squeal.files.values import Number
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
@@ -121,14 +124,14 @@ def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:
 
 
 @takes_scene
-def sweep_mu(scene: Scene, mus: list[float]) -> list[tuple[float, Analysis | None]]:
+@takes(mus=Several(Number(low=0.0, low_allowed=True), "a sequence of numbers of at least 0"))
+def sweep_mu(scene: Scene, mus: Iterable[float]) -> list[tuple[float, Analysis | None]]:
     """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
 
     Raises InputError for no mu at all or one below 0, ComputationError if there is no equilibrium
     without friction.
     """
-    if not len(mus) or not min(mus) >= 0.0:
-        raise Place("sweep_mu: mus").must_be(mus, "a sequence of numbers of at least 0")
+    mus = list(mus)
     model = damped_model(scene)
     if model.linear:
         return [(mu, _about_origin(model.replace(mu=mu))) for mu in mus]

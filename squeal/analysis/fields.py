@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.analysis.maps import Axis, codes_at
+from squeal.analysis.critical import MU_MAX
+from squeal.analysis.maps import AXES, Axis, codes_at
 from squeal.analysis.points import Points, normalised, points_at
 from squeal.errors import InputError
-from squeal.scene import Scene
+from squeal.files.arguments import takes
+from squeal.scene import Scene, takes_scene
 from squeal.stability import VERDICTS
 
 LEVELS = 64  # of mu at which the verdicts of all points are taken; windows between are not seen
@@ -43,6 +45,8 @@ class Field:
         return QUANTITIES[self.quantity][1]
 
 
+@takes_scene
+@takes(axes=AXES, mu_max=MU_MAX)
 def field(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float = 2.0) -> Field:
     """One of `QUANTITIES` over two parameters, which replace the scene's.
 

@@ -17,6 +17,7 @@ import numpy as np
 from squeal.analysis.points import Names, normalised, points_at
 from squeal.analysis.sensitivity import parameters
 from squeal.equilibrium.admissible import LIMITED
+from squeal.files.arguments import Instance, Several, takes
 from squeal.files.place import Place
 from squeal.files.values import Number, Whole
 from squeal.model.equations import PadModel
@@ -28,9 +29,8 @@ from squeal.stability import VERDICTS, damped_verdicts, sum_verdicts, undamped_v
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 NAMES = (*VERDICTS, "beyond a fold")
-
-
 COUNT = Whole(1, 100_000)
+PART = "two whole numbers, the first below the second, from 0 to n"
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,12 @@ class Axis:
     part: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
-        check_axis(self.name, self.low, self.high, self.n, Place("Axis"), self.log)
+        at = Place("Axis")
+        check_axis(self.name, self.low, self.high, self.n, at, self.log)
+        if self.part is not None:
+            first, stop = Several(Whole(0, self.n), PART, 2).read(self.part, at / "part")
+            if not first < stop:
+                raise (at / "part").must_be(self.part, PART)
 
     @property
     def values(self) -> np.ndarray:
@@ -205,7 +210,11 @@ def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
         raise at.refuse(f"{names[-1]} is the first parameter too; take another one")
 
 
+AXES = Several(Instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
+
+
 @takes_scene
+@takes(axes=AXES)
 def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -> StabilityMap:
     """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
 

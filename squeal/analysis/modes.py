@@ -13,6 +13,8 @@ from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.errors import InputError
+from squeal.files.arguments import Instance, takes
+from squeal.files.values import Number
 from squeal.scene import Scene
 from squeal.stability import (
     Crossing,
@@ -22,6 +24,7 @@ from squeal.stability import (
     track,
     verdict,
 )
+from squeal.stability.matrices import check_system
 
 PAD_COORDINATES = ("x", "y", "theta")
 FINE, COARSE = 201, 81  # values of mu that a sweep looks at, of small and of larger systems
@@ -41,6 +44,7 @@ class ModeShape:
     shape: np.ndarray = field(repr=False)
 
 
+@takes(spectrum=Instance(Spectrum, "a Spectrum, such as that of an Analysis"))
 def mode_shapes(spectrum: Spectrum, levers: Sequence[float] = ()) -> tuple[ModeShape, ...]:
     """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
 
@@ -85,17 +89,20 @@ class ModeSweep:
     contacts: tuple[tuple[float, str], ...]
 
 
+@takes(low=Number(low=0.0, low_allowed=True), high=Number(low=0.0))
 def sweep_modes(subject: Scene | System, low: float, high: float, name: str = "mu") -> ModeSweep:
     """Follow the modes of a scene (along its branch from mu = 0) or system from low to high.
 
     Raises InputError unless 0 <= low < high, ComputationError if a scene has no equilibrium
     without friction, or its branch ends before `low`.
     """
-    if not 0.0 <= low < high < math.inf:
+    if not low < high:
         raise InputError(
             f"sweep_modes: low {low:g} and high {high:g} are not allowed; it must be "
             "0 <= low < high"
         )
+    if not isinstance(subject, Scene):
+        check_system(subject, "sweep_modes", "a Scene or ")
     path = None
     if isinstance(subject, Scene):
         system, path = branch_system(subject, high)

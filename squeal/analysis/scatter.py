@@ -167,7 +167,7 @@ def scatter(
     many processes. Raises InputError for a spread that does not fit the scene or system,
     ComputationError if no sample has an equilibrium without friction.
     """
-    check_subject(subject, "scatter")
+    check_subject(subject, "scatter", mu_max)
     mu = own_value(subject)
     draws = _draws(subject, spreads, count, seed)
     tasks = [(subject, draws[i : i + CHUNK], mu_max) for i in range(0, count, CHUNK)]

@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from squeal.analysis.scatter import Spread
+from squeal.files.arguments import FILE as PATH
+from squeal.files.arguments import takes
 from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
@@ -74,6 +76,7 @@ class SpreadFile:
     seed: int = SEED
 
 
+@takes(path=PATH)
 def read_spreads(path: Path) -> SpreadFile:
     """The file, completely checked but for its parameters, which a scene or system has to have.
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
+
 import control
 import numpy as np
 from control import StateSpace
 
-from squeal.analysis.eigenvalues import analyse, held_system
-from squeal.errors import ComputationError
+from squeal.analysis.eigenvalues import Analysis, analyse, held_system
+from squeal.errors import ComputationError, InputWarning
 from squeal.scene import Scene, takes_scene
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
@@ -23,15 +25,24 @@ def _first_order(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> tuple[np.ndarra
     return A, np.vstack([np.zeros((n, n)), inverse])
 
 
+def _analysed(scene: Scene, mu: float | None) -> Analysis:
+    """The analysis at mu; its warnings, for which a state space has no place, are given at once."""
+    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    for words in analysis.warnings:
+        warnings.warn(words, InputWarning, stacklevel=4)
+    return analysis
+
+
 @takes_scene
 def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     """A scene's pad about its sliding equilibrium at a friction mu, its own if left out.
 
     Inputs are a force along and normal to the surface (N) and a moment (N m) on the pad, outputs
-    are x, y (m) and theta (rad) from the equilibrium; the poles are the eigenvalues. Raises
-    InputError for a mu that is not allowed, ComputationError if no steady sliding exists.
+    are x, y (m) and theta (rad) from the equilibrium; the poles are the eigenvalues. Warns
+    (InputWarning) of what speaks against the equilibrium. Raises InputError for a mu that is not
+    allowed, ComputationError if no steady sliding exists.
     """
-    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    analysis = _analysed(scene, mu)
     A, B = _first_order(analysis.matrices.M, analysis.matrices.C, analysis.matrices.K)
     names = {
         "states": list(STATES),
@@ -50,12 +61,13 @@ def friction_plant(scene: Scene, mu: float | None = None) -> StateSpace:
     are a force against x (N) and a moment against theta (N m), outputs the normal reaction (N) and
     the moment (N m) of friction of coefficient 1, both from the equilibrium; where friction acts at
     two levels, as at the edges of a tilted pad, the moment is no multiple of the force. Friction is
-    negative feedback of mu in both channels: the poles are then the eigenvalues.
+    negative feedback of mu in both channels: the poles are then the eigenvalues. Warns as
+    `state_space` does.
 
     Raises ComputationError where friction is no such gain, as with a coefficient that falls with
     speed.
     """
-    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    analysis = _analysed(scene, mu)
     system = held_system(scene, analysis)
     M, C, K0 = map(np.asarray, system(0.0))
     _, C1, K1 = map(np.asarray, system(1.0))

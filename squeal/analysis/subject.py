@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from squeal.analysis.critical import CriticalFriction, critical_friction, critical_parameter
+from squeal.analysis.critical import (
+    MU_MAX,
+    CriticalFriction,
+    critical_friction,
+    critical_parameter,
+)
 from squeal.analysis.sensitivity import parameters
 from squeal.errors import InputError
+from squeal.files.place import Place
+from squeal.files.values import Number
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene
 from squeal.stability.matrices import Matrices, System
@@ -14,8 +21,11 @@ Subject = Scene | TermSystem
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 
 
-def check_subject(subject: object, asked: str) -> None:
-    """Refuse what has no parameters to vary, or is too large. Raises InputError naming `asked`."""
+def check_subject(subject: object, asked: str, mu_max: float) -> None:
+    """Refuse what has no parameters to vary, or is too large, and ranges up to a wrong end.
+
+    Raises InputError naming `asked`.
+    """
     if isinstance(subject, TermSystem):
         if subject.n > LARGEST:
             raise InputError(
@@ -32,6 +42,12 @@ def check_subject(subject: object, asked: str) -> None:
             f"{asked}: {type(subject).__name__} is not allowed; it must be a Scene or a system "
             "with named parameters"
         )
+    upper_end_of(subject).read(mu_max, Place(asked, "mu_max"))
+
+
+def upper_end_of(subject: object) -> Number:
+    """Up to where thresholds may be sought: a friction, or a parameter of a system in its unit."""
+    return MU_MAX if isinstance(subject, Scene) else Number(low=0.0)
 
 
 def named_values(subject: Subject) -> dict[str, float]:

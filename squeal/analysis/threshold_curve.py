@@ -14,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, Axis, Found, codes_at
+from squeal.analysis.maps import AXES, BEYOND_FOLD, Axis, Found, codes_at
 from squeal.analysis.threshold import Kind, Threshold
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError, InputError
+from squeal.files.arguments import takes
 from squeal.model.linear import linearise
 from squeal.model.states import State
 from squeal.numerics.newton import newton
@@ -156,6 +157,7 @@ def _bisected(
 
 
 @takes_scene
+@takes(axes=AXES)
 def threshold_curves(
     scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
 ) -> tuple[ThresholdCurve, ...]:

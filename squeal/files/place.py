@@ -39,5 +39,6 @@ class Place:
 
 def shown(value: Any) -> str:
     """A short printable form of a refused value."""
-    text = _SHORT.repr(value) if isinstance(value, (str, list, dict, set, tuple)) else str(value)
+    plain = isinstance(value, (str, list, dict, set, tuple))
+    text = _SHORT.repr(value) if plain else " ".join(str(value).split())
     return text if len(text) <= 60 else text[:57] + "..."

@@ -28,6 +28,7 @@ _NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
 
 
 def _fits(value: Any) -> bool:
+    value = float(value) if isinstance(value, np.floating) else value  # of few digits: no overflow
     return bool(-sys.float_info.max <= value <= sys.float_info.max)
 
 

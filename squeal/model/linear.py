@@ -14,11 +14,15 @@ from squeal.model.states import State
 
 @dataclass(frozen=True)
 class Linearisation:
-    """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units."""
+    """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units, unwritable."""
 
     M: np.ndarray
     C: np.ndarray
     K: np.ndarray
+
+    def __post_init__(self) -> None:
+        for X in (self.M, self.C, self.K):
+            X.flags.writeable = False
 
 
 def linearise(model: PadModel, q: Any, state: State) -> Linearisation:

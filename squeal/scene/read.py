@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+from squeal.files.arguments import FILE, takes
 from squeal.files.document import read_document
 from squeal.files.place import Place
 from squeal.scene.schema import Scene, check_simulation
 
 
+@takes(path=FILE)
 def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query") -> Scene:
     """Read and validate a scene file.
 

@@ -10,6 +10,9 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
+import numpy as np
+
+from squeal.files.arguments import Instance
 from squeal.files.place import Place, shown
 from squeal.files.values import Row, warn_of_degrees
 from squeal.model.contact import CONSISTENT, CONTACT_MODELS, MODELS, Formulation
@@ -35,7 +38,7 @@ class Damping:
 
     matrix: rows of C (3, 3) in (x, y, theta), SI units; ratios: damping ratios of the three modes
     without friction, by rising frequency; rayleigh: alpha (1/s) and beta (s) of alpha M + beta K,
-    K that without friction. Raises InputError for anything else.
+    K that without friction. Arrays become tuples. Raises InputError for anything else.
     """
 
     matrix: tuple[tuple[float, ...], ...] | None = None
@@ -43,11 +46,24 @@ class Damping:
     rayleigh: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        DAMPING.read(self.to_dict(), Place("Damping"))
+        given = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in self.to_dict().items()
+        }
+        for name, value in DAMPING.read(given, Place("Damping")).items():
+            object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
         """As it stands in a scene file."""
         return {name: value for name, value in vars(self).items() if value is not None}
+
+
+# fields of a scene that are records
+RECORDS = {
+    "pad": Instance(Pad, "a Pad"),
+    "formulation": Instance(Formulation, "a Formulation"),
+    "damping": Instance((Damping, type(None)), "a Damping"),
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,6 +90,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         at = Place("Scene")
+        for name, kind in RECORDS.items():
+            kind.read(getattr(self, name), at / name)
         Row(len(COORDINATES)).read(self.initial, at / "initial")
         check_document(self.to_dict(), at)
 
@@ -133,7 +151,7 @@ class Scene:
             if name not in fields:
                 allowed = ", ".join([*PARAMETERS, *sorted(fields)])
                 raise (Place("Scene") / name).refuse(f"unknown key; allowed are {allowed}")
-        pad = changes.pop("pad", self.pad)
+        pad = RECORDS["pad"].read(changes.pop("pad", self.pad), Place("Scene") / "pad")
         return dataclasses.replace(self, pad=pad.replace(**of_pad), **changes)
 
     def __repr__(self) -> str:

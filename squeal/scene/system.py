@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputError
+from squeal.files.arguments import FILE, takes
 from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
@@ -91,6 +92,7 @@ def _polynomial(coefficients: tuple[Array, ...], mu: float) -> Array:
     return result
 
 
+@takes(path=FILE)
 def read_plain(path: Path | str) -> PlainSystem:
     """The system that a YAML file describes, completely checked.
 

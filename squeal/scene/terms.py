@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputError
+from squeal.files.arguments import FILE, takes
 from squeal.files.coordinates import Coordinates, read_coordinates
 from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
@@ -164,6 +165,7 @@ def is_general(document: dict[str, Any]) -> bool:
     return "M" in document and (not rows or any(key in document for key in OWN))
 
 
+@takes(path=FILE)
 def read_system(path: Path | str) -> SystemFile:
     """The system that a file of the general form describes, its matrices read and checked.
 

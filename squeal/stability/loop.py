@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from squeal.errors import ComputationError
 from squeal.stability.gains import LoopThreshold, loop_thresholds
 from squeal.stability.judgement import verdict
-from squeal.stability.matrices import Array, Reduced, System, check_system, reduce
+from squeal.stability.matrices import Array, Reduced, System, check_range, check_system, reduce
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -117,6 +117,7 @@ def friction_loop(
     for a factor.
     """
     check_system(system, "friction_loop")
+    check_range("friction_loop", 0.0, mu_max)
     M, C, K0 = _arrays(system, 0.0)
     at = [_arrays(system, x * mu_max) for x in (1.0, 0.37)]
     K1 = (at[0][2] - K0) / mu_max

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,13 +33,43 @@ class Batched:
 EPS = float(np.finfo(float).eps)
 
 
-def check_system(system: object, asked: str) -> None:
-    """Refuse what is no function of one parameter. Raises InputError naming the function asked."""
+def check_system(system: object, asked: str, other: str = "") -> None:
+    """Refuse what is no function of one parameter. Raises InputError naming the function asked.
+
+    `other` is what may stand in its place, such as "a Scene or ".
+    """
     if not callable(system):
         raise InputError(
-            f"{asked}: {type(system).__name__} is not allowed; it must be a system, a function of "
-            "one parameter that gives M, C and K"
+            f"{asked}: {type(system).__name__} is not allowed; it must be {other}a system, a "
+            "function of one parameter that gives M, C and K"
         )
+
+
+def check_range(asked: str, low: object, high: object) -> None:
+    """Refuse a range whose ends are no finite numbers, or the upper not above the lower.
+
+    Raises InputError.
+    """
+    real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
+    if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
+        raise InputError(
+            f"{asked}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
+            "finite numbers"
+        )
+
+
+def values_of(asked: str, mus: object) -> list[float]:
+    """Finite numbers, one at least, from a sequence. Raises InputError."""
+    try:
+        found = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        found = []
+    if not found or not all(map(math.isfinite, found)):
+        raise InputError(
+            f"{asked}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
+            "number"
+        )
+    return found
 
 
 @dataclass(frozen=True)

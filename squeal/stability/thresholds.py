@@ -17,7 +17,7 @@ from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.growth import GROWING
-from squeal.stability.matrices import System, check_system
+from squeal.stability.matrices import System, check_range, check_system
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -33,6 +33,7 @@ def thresholds(
     InputError for an empty range and whatever `system` raises.
     """
     check_system(system, "thresholds")
+    check_range("thresholds", mu_min, mu_max)
     try:
         survey = Survey(system, mu_max, breakpoints, mu_min)
         return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
@@ -45,6 +46,7 @@ def critical_points(
 ) -> list[CriticalPoint]:
     """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
     check_system(system, "critical_points")
+    check_range("critical_points", mu_min, mu_max)
     return thresholds(system, mu_max, breakpoints, mu_min).points
 
 
@@ -58,6 +60,7 @@ def crossings(
     come from one, cross nothing.
     """
     check_system(system, "crossings")
+    check_range("crossings", mu_min, mu_max)
     return thresholds(system, mu_max, breakpoints, mu_min).crossings
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
-from squeal.stability.matrices import Array, System, check_system
+from squeal.stability.matrices import Array, System, check_system, values_of
 
 SURE = 0.9  # a likeness below this halves the step
 KEEP = 0.7  # below this (shapes mixed, at a crossing) the reference shape stays as it was
@@ -89,12 +89,10 @@ def track(system: System, mus: Iterable[float], halvings: int = DEPTH) -> Tracke
     criterion of shape and velocity and by the distance of the eigenvalues. Where the match is
     not clear the step is halved, up to `halvings` times. Modes which cross keep their shapes;
     modes which veer keep their branch if the steps are no longer than the veering.
-    Raises what `system` does.
+    Raises InputError for what is no sequence of numbers, and what `system` does.
     """
     check_system(system, "track")
-    steps = [float(mu) for mu in mus]
-    if not steps:
-        raise ValueError("mus: at least one value is required")
+    steps = values_of("track", mus)
     tracker = _Tracker(system)
     first = tracker.states(steps[0])
     rows = [(_Place(steps[0], *first, np.zeros(len(first[0]), dtype=bool)), np.ones(len(first[0])))]

@@ -112,11 +112,11 @@ def test_a_scene_s_sweep_is_that_of_its_branch():
 
 @pytest.mark.parametrize(("low", "high"), [(-0.1, 1.0), (0.5, 0.5), (0.0, math.inf)])
 def test_a_range_that_is_none_is_refused(low, high):
-    with pytest.raises(InputError, match=r"sweep_modes: low .* it must be 0 <= low < high"):
+    with pytest.raises(InputError, match=r"sweep_modes: (low|high).* it must be "):
         sweep_modes(coupled, low, high)
 
 
 @pytest.mark.parametrize("mus", [[], [0.1, -0.1]])
 def test_a_sweep_takes_friction_of_at_least_zero(mus):
-    with pytest.raises(InputError, match=r"sweep_mu: mus: .* a sequence of numbers of at least 0"):
+    with pytest.raises(InputError, match=r"sweep_mu: mus: .* numbers? of at least 0"):
         sweep_mu(read_scene(SCENES / "b3.yaml"), mus)

@@ -1,13 +1,16 @@
 """State spaces of pads: poles are eigenvalues, static gain is compliance, friction is a gain."""
 
+import warnings
+
 import control
 import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.state_space import friction_plant, state_space
-from squeal.errors import ComputationError, InputError
-from squeal.scene import Damping, read_scene
+from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.model.pad import Pad
+from squeal.scene import Damping, Scene, read_scene
 from squeal.stability import complex_eigenvalues
 from tests.conftest import SCENES
 
@@ -33,6 +36,25 @@ def test_poles_and_compliance(stem, mu):
     assert np.allclose(plant.dcgain() @ found.matrices.K, np.eye(3), atol=1e-9)
     assert plant.input_labels == ["force x", "force y", "moment"]
     assert plant.output_labels == ["x", "y", "theta"]
+
+
+@pytest.mark.parametrize("plant", [state_space, friction_plant])
+def test_a_plant_beyond_the_fold_is_warned_of(plant):
+    pad = Pad(
+        m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,
+        alpha1=np.pi / 2, alpha2=np.pi, mu=0.4, F_n=4500.0,
+    )  # fmt: skip
+    scene = Scene("B1", pad)
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        plant(scene)
+        assert not given
+        plant(scene, 4.8)
+    expected = analyse(scene.replace(mu=4.8)).warnings
+    assert expected[0].startswith("the equilibrium lies beyond a fold")
+    assert [str(each.message) for each in given] == list(expected)
+    assert {each.category for each in given} == {InputWarning}
+    assert {each.filename for each in given} == {__file__}
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b1-b", "b2-a", "b2-c"])
