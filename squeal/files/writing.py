@@ -63,14 +63,10 @@ def write_text(path: Path, text: str) -> None:
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """A CSV file with a header line; None and NaN become empty fields."""
 
-    def cell(value: Any) -> Any:
-        value = plain(value)
-        return "" if value is None else repr(value) if isinstance(value, float) else value
-
     def write(stream: IO[str]) -> None:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(header)
-        table.writerows([cell(value) for value in row] for row in rows)
+        table.writerows(map(plain, row) for row in rows)
 
     write_whole(path, write)
 
