@@ -8,13 +8,16 @@ and what each way to the roots costs.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import multiprocessing
+import resource
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,58 +162,95 @@ def snapshot_basis(scaled: ScaledSystem, count: int) -> Basis:
     return basis
 
 
+@dataclass(frozen=True)
+class Cost:
+    """Vectors, CPU seconds once and for each speed, largest error, roots missed; memory in GB."""
+
+    size: int
+    once: float
+    each: float
+    error: float
+    missed: int
+    memory: float = 0.0
+
+
+def apart(call: Callable[[], Cost]) -> Cost:
+    """A cost in a process of its own, with the memory that it took beyond what was there."""
+    context = multiprocessing.get_context("fork")
+    receive, send = context.Pipe(duplex=False)
+
+    def work() -> None:
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        cost = call()
+        after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        send.send(dataclasses.replace(cost, memory=(after - before) / 1e6))
+
+    child = context.Process(target=work)
+    child.start()
+    send.close()
+    try:
+        return cast("Cost", receive.recv())
+    finally:
+        child.join()
+
+
 def cost_table(system: TermSystem) -> None:
-    """Seconds, size, error over all speeds and roots missed for each way to the roots."""
+    """Size, seconds, memory, error over all speeds and roots missed for each way to the roots."""
     scaled = ScaledSystem(system)
     exact = {
         float(w): modes_in(scaled.at({"W": float(w)}), REGION, left=False, certify=False).values
         for w in SPEEDS
     }
-    print("\ncost, CPU seconds on one thread, 13 speeds from 2 pi to 8 pi")
-    print(f"{'way':34s}{'size':>6s}{'once':>8s}{'each':>8s}{'error':>10s}{'missed':>8s}")
 
-    def show(way: str, size: int, once: float, each: float, worst: float, missed: int) -> None:
-        print(f"{way:34s}{size:6d}{once:8.2f}{each:8.3f}{worst:10.1g}{missed:8d}")
+    def missed(w: float, found: ComplexArray) -> int:
+        distance = np.abs(exact[w][:, None] - found[None, :]).min(axis=1)
+        return int(np.sum(distance > 1e-3 * np.abs(exact[w])))
 
-    def judged(values: Callable[[float], ComplexArray]) -> tuple[float, float, int]:
+    def judged(size: int, once: float, values: Callable[[float], ComplexArray]) -> Cost:
         run = timed(lambda: {w: values(w) for w in exact})
         worst = max(errors(e, run.value[w]) for w, e in exact.items())
-        missed = sum(
-            int(np.sum(np.abs(e[:, None] - run.value[w][None, :]).min(axis=1) > 1e-3 * np.abs(e)))
-            for w, e in exact.items()
-        )
-        return run.seconds / len(exact), worst, missed
+        lost = sum(missed(w, run.value[w]) for w in exact)
+        return Cost(size, once, run.seconds / len(exact), worst, lost)
 
-    direct = timed(lambda: modes_in(scaled.at(), REGION))
-    show("region, certified", scaled.n, 0.0, direct.seconds, 0.0, 0)
-    hand = timed(lambda: by_hand(scaled))
-    at = exact[min(exact, key=lambda w: abs(w - SPEED))]
-    missed = int(np.sum(np.abs(at[:, None] - hand.value[None, :]).min(axis=1) > 1e-3 * abs(at)))
-    show("eigs by hand, 60 roots, one shift", scaled.n, 0.0, hand.seconds, float("nan"), missed)
-    modal = timed(lambda: np.linalg.qr(real_modes(scaled, DIMENSIONS[-1]))[0])
-    show(
-        "real modes",
-        DIMENSIONS[-1],
-        modal.seconds,
-        *judged(lambda w: projected(scaled, modal.value, w)),
-    )
-    for count in SNAPSHOTS:
-        run = timed(functools.partial(snapshot_basis, scaled, count))
+    def direct() -> Cost:
+        return Cost(scaled.n, 0.0, timed(lambda: modes_in(scaled.at(), REGION)).seconds, 0.0, 0)
+
+    def hand() -> Cost:
+        run = timed(lambda: by_hand(scaled))
+        at = min(exact, key=lambda w: abs(w - SPEED))
+        return Cost(scaled.n, 0.0, run.seconds, errors(exact[at], run.value), missed(at, run.value))
+
+    def modal() -> Cost:
+        run = timed(lambda: np.linalg.qr(real_modes(scaled, DIMENSIONS[-1]))[0])
+        return judged(DIMENSIONS[-1], run.seconds, lambda w: projected(scaled, run.value, w))
+
+    def right(count: int) -> Cost:
+        run = timed(lambda: snapshot_basis(scaled, count))
         reduced = run.value.system()
-        show(
-            f"right modes at {count} speeds",
-            run.value.size,
-            run.seconds,
-            *judged(lambda w, r=reduced: dense_values(*r.at({"W": w}))),  # type: ignore[misc]
-        )
-    own = timed(lambda: reduce_system(scaled, REGION, [{"W": float(w)} for w in SPEEDS]))
-    reduction = own.value
-    show(
-        f"right and left, where worst ({len(reduction.samples)})",
-        reduction.size,
-        own.seconds,
-        *judged(lambda w: reduction.values(REGION, {"W": w})),
+        return judged(run.value.size, run.seconds, lambda w: dense_values(*reduced.at({"W": w})))
+
+    def own() -> Cost:
+        run = timed(lambda: reduce_system(scaled, REGION, [{"W": float(w)} for w in SPEEDS]))
+        return judged(run.value.size, run.seconds, lambda w: run.value.values(REGION, {"W": w}))
+
+    ways: dict[str, Callable[[], Cost]] = {
+        "region, certified": direct,
+        "eigs by hand, 60 roots, one shift": hand,
+        "real modes": modal,
+        **{f"right modes at {k} speeds": functools.partial(right, k) for k in SNAPSHOTS},
+        "right and left, where worst": own,
+    }
+    print("\ncost, CPU seconds on one thread and GB, 13 speeds from 2 pi to 8 pi")
+    print(
+        f"{'way':34s}{'size':>6s}{'once':>8s}{'each':>8s}{'memory':>8s}{'error':>10s}{'missed':>8s}"
     )
+    for way, call in ways.items():
+        c = apart(call)
+        print(
+            f"{way:34s}{c.size:6d}{c.once:8.2f}{c.each:8.3f}{c.memory:8.2f}{c.error:10.1g}"
+            f"{c.missed:8d}",
+            flush=True,
+        )
 
 
 def main() -> int:
