@@ -19,7 +19,7 @@ from squeal.stability.following.steps import hermite_cubic
 from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
 from squeal.stability.sparse.dense import dense_roots
 from squeal.stability.sparse.factor import one_thread
-from squeal.stability.sparse.quadratic import ComplexArray
+from squeal.stability.sparse.quadratic import ComplexArray, combined
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.sparse.region import Rectangle
 
@@ -207,10 +207,11 @@ def crossings_along(
             place, state, k = refined
             omega = abs(state.roots[k].imag)
             real = omega <= along.real
-            vectors = basis @ state.right[:, k], basis @ state.left[:, k]
+            pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
+            right, left = combined(basis, pair).T
             try:
                 found = axis_crossing(
-                    scaled, name, place, 0.0 if real else omega, *vectors, changes
+                    scaled, name, place, 0.0 if real else omega, right, left, changes
                 )
             except ComputationError as error:
                 unconfirmed.append(str(error))

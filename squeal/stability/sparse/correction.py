@@ -16,7 +16,7 @@ from squeal.stability.sparse.dense import dense_roots
 from squeal.stability.sparse.factor import Factor, factorise_at
 from squeal.stability.sparse.krylov import Krylov
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
+from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined
 from squeal.stability.sparse.region import Rectangle
 
 CORRECTED = 2e-9  # backward error of right and left modes, with which this ends
@@ -69,7 +69,7 @@ def _corrected(problem: Quadratic, factor: Factor, V: Array, region: Rectangle) 
     for _ in range(ROUNDS):
         M, C, K = space.parts
         ritz = dense_roots(M, C, K, region, left=True)
-        x, y = space.vectors(ritz.right), space.vectors(ritz.left.conj())
+        x, y = combined(space.V, ritz.right), combined(space.V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = [np.linalg.norm(rest, axis=0) / problem.size(ritz.values) for rest in rests]
         bad = [error > CORRECTED for error in errors]
@@ -91,11 +91,6 @@ class _Space:
         self._right, self._left = ((p.M, p.C, p.K) for p in (problem, other))
         self.V = V
         self.parts = [V.T @ (A @ V) for A in self._right]
-
-    def vectors(self, inner: ComplexArray) -> ComplexArray:
-        """V inner (n, m), without a complex copy of V."""
-        real, imaginary = np.split(self.V @ np.hstack([inner.real, inner.imag]), 2, axis=1)
-        return np.asarray(real + 1j * imaginary)
 
     def enlarge(self, columns: ComplexArray) -> None:
         """Add columns (n, m)."""

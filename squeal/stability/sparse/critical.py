@@ -71,16 +71,11 @@ class _Bordered:
         c: ComplexArray,
         other: _Bordered | None = None,
     ):
-        from scipy.sparse import block_array, csc_array
-
         self.problem, self.value, n = problem, value, problem.n
         self.size = sum(s * abs(value) ** k for s, k in zip(problem.norms, (2, 1, 0), strict=True))
         scale = 2.0 ** round(math.log2(self.size)) if other is None else other.scale
         self.scale: float = scale
-        column, row = csc_array(scale * b[:, None]), csc_array(scale * c.conj()[None, :])
-        whole = block_array(
-            [[problem.at(value).astype(complex), column], [row, None]], format="csc"
-        )
+        whole = _with_border(problem.at(value), scale * b, scale * c.conj())
         end = np.zeros(n + 1, dtype=complex)
         end[n] = scale
         right: ComplexArray | None = None
@@ -97,6 +92,21 @@ class _Bordered:
     def slope(self, matrix: Any) -> complex:
         """dg for a change `matrix` of P."""
         return complex(-(self.w @ (matrix @ self.x)))
+
+
+def _with_border(P: Any, column: ComplexArray, row: ComplexArray) -> Any:
+    """[[P, column], [row, 0]] of a CSC array P (n, n)."""
+    from scipy.sparse import csc_array
+
+    n, counts = P.shape[0], np.diff(P.indptr)
+    starts = P.indptr + np.arange(n + 1)  # each column has one entry more
+    inside = np.arange(P.nnz) + np.repeat(np.arange(n), counts)
+    data = np.empty(P.nnz + 2 * n, dtype=complex)
+    rows = np.empty(P.nnz + 2 * n, dtype=P.indices.dtype)
+    data[inside], rows[inside] = P.data, P.indices
+    data[starts[1:] - 1], rows[starts[1:] - 1] = row, n
+    data[starts[n] :], rows[starts[n] :] = column, np.arange(n)
+    return csc_array((data, rows, np.append(starts, P.nnz + 2 * n)), shape=(n + 1, n + 1))
 
 
 def _refined(

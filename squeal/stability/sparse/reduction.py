@@ -18,7 +18,7 @@ from squeal.stability.sparse.dense import dense_roots, dense_values
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.modes import Progress, modes_in
-from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, norm_of
+from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined, norm_of
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
 from squeal.stability.terms import Term, TermSystem
@@ -106,8 +106,13 @@ class Basis:
         blocks = [A for part in PARTS for A in self._matrices[part]]
         norms = []
         for k in range(0, vectors.shape[1], COLUMNS):
-            x = self.vectors @ vectors[:, k : k + COLUMNS]
-            terms = (A @ (x * w) for A, w in zip(blocks, weights[:, k : k + COLUMNS], strict=True))
+            columns = slice(k, k + COLUMNS)
+            x = combined(self.vectors, vectors[:, columns])
+            parts = np.hstack([x.real, x.imag])
+            images = (np.split(A @ parts, 2, axis=1) for A in blocks)
+            terms = (
+                (y + 1j * z) * w for (y, z), w in zip(images, weights[:, columns], strict=True)
+            )
             norms.append(np.linalg.norm(sum(terms), axis=0))
         return np.concatenate(norms)
 
@@ -198,9 +203,11 @@ def reduce_system(
             if samples:
                 system = basis.system()
                 roots = [dense_roots(*system.at(changes), region) for changes in values]
-                worst, where = _worst(basis, roots, values)
-                known = where in samples or len(samples) == SAMPLES
-                if worst <= tolerance or not grown or known:
+                worst, where = _worst(basis, roots, values, tolerance)
+                if where in samples or len(samples) == SAMPLES or not grown:
+                    worst, where = _worst(basis, roots, values)
+                    break
+                if worst <= tolerance:
                     break
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
             grown = basis.extend(
@@ -269,10 +276,13 @@ def _snapshots(
     return np.array(columns).T if columns else np.zeros((problem.n, 0), dtype=complex)
 
 
-def _worst(basis: Basis, roots: Sequence[Roots], values: Sequence[Changes]) -> tuple[float, int]:
+def _worst(
+    basis: Basis, roots: Sequence[Roots], values: Sequence[Changes], tolerance: float = np.inf
+) -> tuple[float, int]:
     """The largest backward error of a root in the full problem, and the index of its value.
 
-    Random vectors estimate all of them; those that may be the largest are computed.
+    Random vectors estimate all of them, within a factor of two; those that may be the largest are
+    computed, unless the estimate leaves no doubt that the largest exceeds the tolerance.
     """
     weights, size, vectors, which = [], [], [], []
     for k, (found, changes) in enumerate(zip(roots, values, strict=True)):
@@ -285,6 +295,8 @@ def _worst(basis: Basis, roots: Sequence[Roots], values: Sequence[Changes]) -> t
         return 0.0, 0
     w, s, z = np.hstack(weights), np.concatenate(size), np.hstack(vectors)
     estimates = _residuals(basis.sketch(), w, s, z)
+    if estimates.max() > 2 * tolerance:
+        return float(estimates.max()), which[int(np.argmax(estimates))]
     large = np.flatnonzero(estimates > NEARLY * estimates.max())
     errors = basis.residuals(w[:, large], z[:, large]) / s[large]
     first = int(np.argmax(errors))
