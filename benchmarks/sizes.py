@@ -60,9 +60,16 @@ class Size:
         return self.basis + self.sweep + self.thresholds
 
 
-def measured(rows: int, certify: bool) -> Size:
-    """One size."""
+def measured(rows: int, certify: bool, check: bool) -> Size:
+    """One size; steps are told on the error stream as they end."""
     clock = time.process_time
+
+    def ended(step: str, start: float) -> float:
+        seconds = clock() - start
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(f"{problem.n} rows: {step} {seconds:.1f} s, {memory:.2f} GB", file=sys.stderr)
+        return seconds
+
     brake = solid_brake(rows)
     scaled = ScaledSystem(brake.system)
     problem, region = scaled.at(), band(*BAND)
@@ -70,24 +77,24 @@ def measured(rows: int, certify: bool) -> Size:
     with one_thread():
         start = clock()
         factorise(problem.at(region.centre))
-        factored = clock() - start
+        factored = ended("factor", start)
         start = clock()
         if certify and not lowest_modes(problem, 20).certified:
             raise SystemExit(f"{problem.n} rows: the modes are not certified")
-        certified = clock() - start
+        certified = ended("certified", start) if certify else float("nan")
         start = clock()
         reduction = reduce_system(scaled, region, [{"mu": x} for x in mu[::2] + mu[-1:]])
-        basis = clock() - start
+        basis = ended("basis", start)
         start = clock()
         for x in mu:
             reduction.modes(region, {"mu": x})
-        sweep = clock() - start
+        sweep = ended("sweep", start)
         start = clock()
         found = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
-        thresholds = clock() - start
+        thresholds = ended("thresholds", start)
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        value, growth = 0.0, 0.0
-        for x in CHECKED:
+        value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
+        for x in CHECKED if check else ():
             full = modes_in(scaled.at({"mu": x}), region, left=False, certify=False).values
             near = reduction.modes(region, {"mu": x}).values
             off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
@@ -96,7 +103,7 @@ def measured(rows: int, certify: bool) -> Size:
     return Size(
         problem.n,
         factored,
-        certified if certify else float("nan"),
+        certified,
         basis,
         sweep,
         thresholds,
@@ -139,11 +146,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.sizes", description=__doc__)
     parser.add_argument("rows", type=int, nargs="*", default=ROWS)
     parser.add_argument("--no-count", action="store_true", help="leave the certified modes out")
+    parser.add_argument("--no-check", action="store_true", help="... the full problem's roots too")
     parser.add_argument("--figure", type=Path, help="draw them")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:
-        print(json.dumps(asdict(measured(given.rows[0], not given.no_count))))
+        print(json.dumps(asdict(measured(given.rows[0], not given.no_count, not given.no_check))))
         return 0
     sizes: list[Size] = []
     names = list(Size.__dataclass_fields__)
@@ -151,7 +159,7 @@ def main() -> int:
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     for rows in given.rows:
         command = [sys.executable, "-m", "benchmarks.sizes", str(rows), "--one"]
-        command += ["--no-count"] * given.no_count
+        command += ["--no-count"] * given.no_count + ["--no-check"] * given.no_check
         run = subprocess.run(command, stdout=subprocess.PIPE, env=environment, check=True)
         sizes.append(Size(**json.loads(run.stdout)))
         print("".join(f"{x:11.3g}" for x in asdict(sizes[-1]).values()), flush=True)
