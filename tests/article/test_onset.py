@@ -230,7 +230,7 @@ FAST = {
         ({}, "hammer", "no case hammers with both models"),
         ({"hammers": True}, "hammer", r"(c) at $\zeta =$ 0.5\,\% hammers with both models"),
         ({"hammers": True}, "turns", r"Of these hammer B1 (c) and B2 (c), printed law"),
-        ({}, "turns", r"without hammering goes on in B2 (c), printed law"),
+        ({}, "turns", r"on and on without hammering in B2 (c), printed law"),
         ({}, "turns", r"with $\delta/w$ from $-1.00$ to $0.50$"),
         ({}, "law", "printed law alone"),
         ({"law": False}, "law", "No motion goes on"),

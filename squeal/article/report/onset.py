@@ -94,11 +94,14 @@ def _hammering(found: Onset) -> dict[str, str]:
     hammer = f"{in_words(which) or 'no case'} {verb} with both models"
     beating = [(name, one) for name, one in on if one.hammers]
     parts = [f"Of these hammer {grouped(beating)}."] if beating else []
+    others = []
     for group in groups((name, one) for name, one in on if not one.hammers):
         low = min((o.low for o in group.rows if o.low is not None), default=None)
         high = max((o.high for o in group.rows if o.high is not None), default=None)
         span = "" if low is None else rf", with $\delta/w$ from ${low:.2f}$ to ${high:.2f}$"
-        parts.append(f"Losing contact without hammering goes on in {group.words}{span}.")
+        others.append(f"{group.words}{span}")
+    if others:
+        parts.append(f"Contact is lost on and on without hammering in {'; and in '.join(others)}.")
     return {
         "onset.hammer": hammer,
         "onset.lasts": f"contact goes on changing in {grouped(on)}" if on else "no contact changes",
@@ -214,7 +217,9 @@ def generated(found: Onset, spectra: Spectra) -> Generated:
     values["onset.step"] = number(found.step, 2)
     values["onset.range"] = f"${found.mu[0]:g}$ to ${found.mu[-1]:g}$"
     measured = [one for one in found.exponents.values() if isinstance(one, Exponent)]
-    values["onset.longest"] = str(max((one.windows for one in measured), default=0))
+    longest = max(measured, key=lambda one: one.windows, default=None)
+    values["onset.least"] = number(longest.least if longest else None, 2)
+    values["onset.longest"] = str(longest.windows if longest else 0)
     values["onset.starts"] = str(max((len(one.rates) for one in measured), default=0))
     tables = {"lasting": lasting_table(found), "exponents": exponents_table(found)}
     return values, tables

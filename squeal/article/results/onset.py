@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -164,7 +164,7 @@ class Onset(Result):
     longer: int
     seen: int
     step_windows: int
-    confidence: Share
+    confidence: Annotated[float, ".0%"]
     left_out: str = ""
 
     @property
