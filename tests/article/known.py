@@ -172,10 +172,8 @@ def result(name: str) -> Result:
         given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "onset":
         both = ("b1-d", "b2-c-mean", "b2-c-integral")
-        given = {
-            field: by(field, both)
-            for field in ("late", "sweeps", "lasting", "sections", "exponents")
-        }
+        given = {field: by(field, both) for field in ("late", "sweeps", "exponents")}
+        given["mu"] = (0.4, 0.5, 0.6)
         given["ratio"] = given["sweeps"]["b1-d"][0].ratio
         given["thresholds"] = {"b1-d": 0.7, "b2-c-mean": None, "b2-c-integral": 0.7}
         given["cycles"] = filled(typing.get_args(types_of["cycles"])[0], name="b1-d")

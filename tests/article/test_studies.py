@@ -23,7 +23,7 @@ RESULTS = squeal.article.results.__name__
 
 def modules(package):
     (folder,) = package.__path__
-    return {file.stem for file in Path(folder).glob("*.py") if not file.stem.startswith("__")}
+    return {file.stem for file in Path(folder).glob("*.py") if not file.stem.startswith("_")}
 
 
 def test_study_result_and_table_have_the_same_names():

@@ -14,7 +14,7 @@ from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
-COLOURS = {0.001: "#6A1B7B", 0.005: "#000000", 0.01: "#3498DB", 0.02: "#C8380E"}
+COLOURS = ("#000000", "#3498DB", "#C8380E", "#6A1B7B")
 UP: dict[str, Any] = {"marker": "^", "ms": 3.5}
 DOWN: dict[str, Any] = {"marker": "v", "ms": 3.5, "mfc": "w"}
 PALE = 0.3
@@ -30,16 +30,22 @@ def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, Any]) -
         )
 
 
+def _colours(found: Onset) -> dict[float, str]:
+    """Of the damping ratios that are drawn."""
+    ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
+    return dict(zip(ratios, COLOURS, strict=False))
+
+
 def _threshold(axes: Axes, mu: float | None) -> None:
     if mu is not None:
         axes.axvline(mu, color="0.5", lw=0.7, ls="--", zorder=0)
     axes.set_xlabel(r"friction $\mu$")
 
 
-def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...]) -> None:
+def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], colours: dict[float, str]) -> None:
     for sweep in sweeps:
-        _way(axes, sweep.up, COLOURS[sweep.ratio], UP)
-        _way(axes, sweep.down[1:] + sweep.beyond[1:], COLOURS[sweep.ratio], DOWN)
+        _way(axes, sweep.up, colours[sweep.ratio], UP)
+        _way(axes, sweep.down[1:] + sweep.beyond[1:], colours[sweep.ratio], DOWN)
     low, high = axes.get_ylim()
     if high > 5.0 * max(low, 0.1):
         axes.set_yscale("log")
@@ -48,7 +54,7 @@ def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...]) -> None:
         axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _branch(axes: Axes, found: Cycles, sweeps: tuple[Sweep, ...]) -> None:
+def _branch(axes: Axes, found: Cycles, sweep: Sweep | None, colour: str) -> None:
     mu = np.array([point.mu for point in found.branch])
     peak = np.array([point.peak for point in found.branch])
     stable = np.array([point.stable for point in found.branch])
@@ -57,11 +63,9 @@ def _branch(axes: Axes, found: Cycles, sweeps: tuple[Sweep, ...]) -> None:
     axes.plot(mu, np.where(joined, peak, np.nan), "-", color="k", label="cycle, stable")
     axes.plot(mu, np.where(stable, np.nan, peak), "--", color="k", label="cycle, unstable")
     reach = 0.1 * np.ptp(mu)
-    for sweep in sweeps:
-        if sweep.ratio == found.ratio:
-            for way, look in ((sweep.up, UP), (sweep.down[1:], DOWN)):
-                near = tuple(s for s in way if mu.min() - reach <= s.mu <= mu.max() + reach)
-                _way(axes, tuple(s for s in near if s.slides), COLOURS[sweep.ratio], look)
+    for way, look in ((sweep.up, UP), (sweep.down[1:], DOWN)) if sweep else ():
+        near = (step for step in way if mu.min() - reach <= step.mu <= mu.max() + reach)
+        _way(axes, tuple(step for step in near if step.slides), colour, look)
 
 
 def onset_figure(found: Onset) -> Figure:
@@ -70,16 +74,19 @@ def onset_figure(found: Onset) -> Figure:
     panels = len(names) + isinstance(found.cycles, Cycles)
     columns = min(panels, COLUMNS)
     rows = -(-panels // columns)
+    colours = _colours(found)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.4 + 2.2 * rows))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, letter, name in zip(grid.flat, "abcdefgh", names, strict=False):
-            _sweeps(axes, found.sweeps[name])
+            _sweeps(axes, found.sweeps[name], colours)
             _threshold(axes, found.thresholds[name])
             axes.set_title(f"({letter}) {motion_title(name)}", loc="left", pad=3.0)
         if isinstance(found.cycles, Cycles):
             axes, own = grid.flat[len(names)], found.cycles.name
-            _branch(axes, found.cycles, found.sweeps[own])
+            ratio = found.cycles.ratio
+            sweep = next((one for one in found.sweeps[own] if one.ratio == ratio), None)
+            _branch(axes, found.cycles, sweep, colours.get(ratio, "k"))
             _threshold(axes, found.thresholds[own])
             letter = "abcdefghi"[len(names)]
             axes.set_title(f"({letter}) {motion_title(own)}, cycles", loc="left", pad=3.0)
@@ -87,18 +94,9 @@ def onset_figure(found: Onset) -> Figure:
             axes.remove()
         for axes in grid[:, 0]:
             axes.set_ylabel("peak force over $F_n$")
-        ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
         handles = [
-            Line2D(
-                [],
-                [],
-                color=COLOURS[r],
-                marker="o",
-                ls="",
-                ms=3.5,
-                label=rf"$\zeta = {100 * r:g}\,\%$",
-            )
-            for r in ratios
+            Line2D([], [], color=c, marker="o", ls="", ms=3.5, label=rf"$\zeta = {100 * r:g}\,\%$")
+            for r, c in colours.items()
         ]
         handles += [
             Line2D([], [], color="k", ls="", label=label, **look)

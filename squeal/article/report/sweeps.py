@@ -94,15 +94,14 @@ def _beyond(found: Onset) -> str:
     parts = []
     for name, sweeps in found.sweeps.items():
         own = _at(found, name)
-        if own is None or not own.beyond:
+        fast = [step for step in own.changing if not step.slides] if own else []
+        if own is None or not fast:
             continue
-        fast = [step for step in own.changing if not step.slides]
         times = max(step.slip for step in (*fast, *own.beyond) if step.slip is not None)
-        ends = [
-            (sweep.ratio, min(step.mu for step in sweep.beyond if not step.slides))
-            for sweep in sweeps
-            if sweep.beyond
-        ]
+        least = {
+            sweep.ratio: [step.mu for step in sweep.beyond if not step.slides] for sweep in sweeps
+        }
+        ends = [(ratio, min(mu)) for ratio, mu in least.items() if mu]
         words = in_words([rf"{mu:.3g} ($\zeta = {100 * ratio:g}\,\%$)" for ratio, mu in ends])
         limit = found.thresholds.get(name)
         below = limit is not None and any(mu < limit for _, mu in ends)
