@@ -90,8 +90,9 @@ class _Run:
         self._now = np.empty((len(given), 0))
         self._room = np.empty((AT_ONCE + WIDE + WIDTH) * (len(given) + 1))
         self._limit = np.full(self._count + 1, -1)
-        # pads, codes, and rows of the input, at changes of contact
-        self._changes = [(np.empty(0, dtype=int), np.empty(0), np.empty((len(given), 0)))]
+        # pads, codes and times of the changes of contact, and with samples all rows of the input
+        self._changes = [(np.empty(0, dtype=int), np.empty(0), np.empty(0))]
+        self._states_then = [np.empty((len(given), 0))]
         self._first = np.concatenate([[0], np.cumsum(samples)])
         self._states = np.repeat(given[:6].T, samples, axis=0)
         # time between the samples of each pad
@@ -142,8 +143,10 @@ class _Run:
         ended = code < 0.0
         self._limit[pads[ended]] = -1.0 - code[ended]
         changed = ~ended
-        states = rows[step[changed] + 1, :-1, lane[changed]].T
-        self._changes.append((pads[changed], code[changed], states))
+        then = step[changed] + 1, lane[changed]
+        self._changes.append((pads[changed], code[changed], rows[then[0], TIME, then[1]]))
+        if self._apart is not None:
+            self._states_then.append(rows[then[0], :-1, then[1]].T)
 
     def _sample(self, rows: np.ndarray) -> None:
         """Keep the samples within steps, from one entry of `rows` to the next."""
@@ -177,9 +180,10 @@ class _Run:
     def course(self, touching: np.ndarray, stop: np.ndarray) -> Course:
         """What the motions were."""
         last, limit = self._last[:, :-1], self._limit[:-1]
-        lane, code, state = (np.concatenate(p, axis=-1) for p in zip(*self._changes, strict=True))
-        order = np.argsort(lane, kind="stable")
-        state = state[:, order]
+        lane, code, t = (np.concatenate(p) for p in zip(*self._changes, strict=True))
+        order = np.argsort(lane.astype(np.min_scalar_type(self._count)), kind="stable")
+        then = np.concatenate(self._states_then, axis=1)
+        then = then[:, order] if then.size else then
         return Course(
             first=self._first,
             states=self._states,
@@ -188,9 +192,9 @@ class _Run:
             end=last[:6],
             lane=lane[order],
             point=code[order].astype(int) - 1,
-            t=state[TIME],
-            on=state[TOUCHING:].astype(int),
-            state=state[:6],
+            t=t[order],
+            on=then[TOUCHING:].astype(int),
+            state=then[:6],
             steps=last[STEPS].astype(int),
             limit=limit,
             limit_t=np.where(limit < 0, np.nan, last[TIME]),

@@ -39,8 +39,9 @@ class Motion:
 class Course:
     """Motions of many pads, in order, each with samples of its own number.
 
-    See `Motion`; changes are in the order of the pads; states (m, 6): the samples of one pad after
-    the other, those of pad i from first[i] to first[i + 1].
+    See `Motion`; changes are in the order of the pads, without `on` and `state` where there are no
+    samples; states (m, 6): the samples of one pad after the other, those of pad i from first[i] to
+    first[i + 1].
     """
 
     stop: np.ndarray

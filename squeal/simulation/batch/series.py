@@ -79,6 +79,11 @@ def _square(a: Series, first: int, k: int) -> Number:
     return total([2.0 * pairs if not isinstance(pairs, float) else 0.0, middle])
 
 
+def _slope(a: Series) -> Series:
+    """The series k a[k]."""
+    return Series(lambda k: a[k] * float(k))
+
+
 class SeriesFunctions:
     """The functions of series that the equations of motion use."""
 
@@ -87,12 +92,14 @@ class SeriesFunctions:
 
     def _turn(self, a: Series) -> tuple[Series, Series]:
         if id(a) not in self._turned:
+            slope = _slope(a)
 
             def rule(start: Any, other: Callable[[], Series], sign: float) -> Series:
                 def coefficient(k: int) -> Number:
                     if k == 0:
                         return start(a[0])
-                    return total([(sign * j / k) * a[j] * other()[k - j] for j in range(1, k + 1)])
+                    parts = [slope[j] * other()[k - j] for j in range(1, k + 1)]
+                    return total(parts) * (sign / k)
 
                 return Series(coefficient)
 
@@ -113,11 +120,12 @@ class SeriesFunctions:
     def exp(a: Series) -> Series:
         """Exponential."""
         found: Series
+        slope = _slope(a)
 
         def coefficient(k: int) -> Number:
             if k == 0:
                 return hy.exp(a[0])
-            return total([(j / k) * a[j] * found[k - j] for j in range(1, k + 1)])
+            return total([slope[j] * found[k - j] for j in range(1, k + 1)]) * (1.0 / k)
 
         found = Series(coefficient)
         return found
