@@ -149,7 +149,7 @@ def test_sentences_on_ensembles_follow_the_file():
 
     assert "Each search ends on an island" in told(with_seeds(width=0.1), "islands")
     assert "spread nearly as far" in told(with_seeds(width=0.8), "islands")
-    assert "repeated, down to 3" in told(with_seeds(distinct=3), "islands")
+    assert "repeated, until 3 are left" in told(with_seeds(distinct=3), "islands")
     assert "repeated" not in told(stored(), "islands")
     assert "none of them found it" in told(with_seeds(nearest=3.5), "rival")
     assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")

@@ -1,4 +1,4 @@
-"""Where the numbers of the pads lie that the last populations hold: a corner plot of two laws."""
+"""Where the numbers of the pads lie that the last populations hold: one law on either side."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ def draw(found: Ensembles) -> Drawing:
     """The figure, ready to be saved."""
     searched = next(iter(found.ranges.values()))
     names = list(searched)
-    ends = {name: [f"{end:g}" for end in searched[name].searched] for name in SHOWN}
+    ends = {
+        name: [f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in searched[name].searched]
+        for name in SHOWN
+    }
     points = {law: np.array(rows) for law, rows in found.samples.items()}
     size = len(SHOWN)
     with style():
-        figure = Figure(figsize=(DOUBLE, DOUBLE))
+        figure = Figure(figsize=(DOUBLE, 0.9 * DOUBLE))
         grid = figure.subplots(size, size, squeeze=False)
         for row, below in enumerate(SHOWN):
             for column, across in enumerate(SHOWN):
                 axes = grid[row, column]
-                if column > row:
-                    axes.set_axis_off()
-                    continue
                 x, y = names.index(across), names.index(below)
-                for (law, values), colour in zip(points.items(), COLOURS, strict=True):
+                for side, (law, values) in zip((-1, 1), points.items(), strict=True):
+                    colour = COLOURS[side > 0]
                     if row == column:
                         axes.hist(
                             values[:, x],
@@ -38,8 +39,8 @@ def draw(found: Ensembles) -> Drawing:
                             color=colour,
                             label=law if row == 0 else None,
                         )
-                    else:
-                        axes.plot(values[:, x], values[:, y], ".", color=colour, ms=1.5, mew=0)
+                    elif side == np.sign(column - row):  # one law below the diagonal, one above
+                        axes.plot(values[:, x], values[:, y], ".", color=colour, ms=4.0, mew=0)
                         axes.set_ylim(0.0, 1.0)
                 axes.set_xlim(0.0, 1.0)
                 axes.set_yticks([])
@@ -49,14 +50,15 @@ def draw(found: Ensembles) -> Drawing:
                 if column == 0 and row:
                     axes.set_yticks([0.0, 1.0], ends[below])
                     axes.set_ylabel(SYMBOLS[below], labelpad=1.0)
-        figure.legend(loc="upper right", bbox_to_anchor=(0.98, 0.98))
+        figure.legend(loc="outside upper center", ncols=2)
     widths = {
         law: ", ".join(f"{name} {100 * ranges[name].width:.0f} %" for name in SHOWN)
         for law, ranges in found.ranges.items()
     }
     words = "; ".join(f"{law}: {text}" for law, text in widths.items())
     text = (
-        "Corner plot of the numbers of the pads in the last populations of two laws. Width of the "
+        "The numbers of the pads in the last populations of two laws, pair by pair: one law below "
+        "the diagonal, the other above, and histograms of both on it. Width of the "
         f"middle nine tenths over the searched range, {words}."
     )
     title = "Numbers of the pads that keep most"

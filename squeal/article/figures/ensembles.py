@@ -34,6 +34,7 @@ def _counts(axes: Axes, found: Ensembles) -> None:
         axes.plot([], [], marker, color=colour, ms=size, mew=1.4, ls="none", label=label)
     axes.axhline(found.total.informative - 1, color="k", lw=0.6, ls=":")
     axes.set_ylim(0, found.total.informative + 0.5)
+    axes.yaxis.get_major_locator().set_params(integer=True)
     axes.set_ylabel("informative statements kept")
     axes.set_xticks(range(len(found.ensembles)), [])
     axes.set_xlim(-0.5, len(found.ensembles) - 0.5)

@@ -98,7 +98,7 @@ def pad_table(found: Ensembles) -> str:
     """The chosen pad under both laws."""
     windows = ", ".join(map(str, found.windows))
     head = ["law", f"informative over {windows}", "all", "not kept", "least $V$"]
-    head[-1] += f" at {number(found.load, 2)}\\,N"
+    head[-1] += f" at {number(found.load)}\\,N"
     head.append("steady")
     rows = [
         [
@@ -182,8 +182,8 @@ def _islands(found: Ensembles) -> str:
     few = sum(s.distinct < s.stored for s in seeds)
     poorest = min(s.distinct for s in seeds)
     repeats = (
-        f" In {few} of {len(seeds)} of them pads are repeated, down to {poorest} different ones of "
-        f"{seeds[0].stored}."
+        f" In {few} of {len(seeds)} of them pads are repeated, until "
+        f"{'one is' if poorest == 1 else f'{poorest} are'} left of {seeds[0].stored}."
         if few
         else ""
     )

@@ -129,7 +129,7 @@ def beside(found: Ensembles, pad: Pad) -> str:
     speed = found.speed
     slid = "B12-sliding" in before
     told = (
-        f"At the speed of the ensembles, {number(speed, 2)}\\,m/s at {number(found.load, 2)}\\,N, "
+        f"At the speed of the ensembles, {number(speed, 2)}\\,m/s at {number(found.load)}\\,N, "
         f"its sliding {'stops' if slid else 'goes on'} (it would need "
         f"{number(pad.least_speed, 2)}\\,m/s at this load), so that it keeps {short.everything} "
         f"statements, {short.informative} of them informative"

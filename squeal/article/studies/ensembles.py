@@ -220,7 +220,9 @@ def check(kept: Kept) -> Check:
         known = np.isfinite(again)
         other = known & ((again > 0.0) != (stored[some] > 0.0))
         if other.any():
-            fine = judge(decode(flat[some]), f, phase=PHASE / DENSER).margins
+            fine = np.full(again.shape, np.nan)
+            pads = np.flatnonzero(other.any(axis=1))
+            fine[pads] = judge(decode(flat[some[pads]]), f, phase=PHASE / DENSER).margins
             as_now += int(((fine > 0.0) == (again > 0.0))[other].sum())
             different += [
                 f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, "
@@ -229,8 +231,8 @@ def check(kept: Kept) -> Check:
             ]
         total += int(known.sum())
         judged |= known.any(axis=0)
-    pads, unjudged = CHECKED * len(FORMULATIONS), names(~judged)
-    return Check(pads, total, len(different), tuple(different), DENSER, as_now, unjudged)
+    count, unjudged = CHECKED * len(FORMULATIONS), names(~judged)
+    return Check(count, total, len(different), tuple(different), DENSER, as_now, unjudged)
 
 
 def study(files: Sequence[Path]) -> Ensembles:
