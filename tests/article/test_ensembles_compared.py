@@ -211,8 +211,9 @@ def test_the_probability_of_as_many():
 def test_the_distance_is_the_one_that_the_stored_searches_went_by():
     kept = read_kept(ROOT / ENSEMBLES)
     for number in range(len(FORMULATIONS)):
-        far = sampled_distances(kept, number).max(axis=1)
-        assert np.all(far <= kept.levels[number, :, -1] * (1.0 + 1e-5))
+        # pads fill the level that they stay within
+        far = sampled_distances(kept, number).max(axis=1) / kept.levels[number, :, -1]
+        assert np.all((far > 0.998) & (far < 1.0 + 1e-5))
 
 
 def test_stored_pads_keep_what_follows_from_other_statements():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from squeal.article.results.ensembles import Ensembles
 from squeal.plots.style import DOUBLE, Drawing, origin, style
@@ -34,7 +35,7 @@ def _counts(axes: Axes, found: Ensembles) -> None:
         axes.plot([], [], marker, color=colour, ms=size, mew=1.4, ls="none", label=label)
     axes.axhline(found.total.informative - 1, color="k", lw=0.6, ls=":")
     axes.set_ylim(0, found.total.informative + 0.5)
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel("informative statements kept")
     axes.set_xticks(range(len(found.ensembles)), [])
     axes.set_xlim(-0.5, len(found.ensembles) - 0.5)
