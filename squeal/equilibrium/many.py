@@ -117,8 +117,8 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches, and
     the least potential energy of the admissible ones, if there are any, decides, as it does for a
-    single pad. Of such other laws' pads that then rest nowhere admissible `LOST` are searched for
-    one by one; more are left as they are.
+    single pad. Of pads that then rest nowhere, with other laws nowhere admissible, `LOST` are
+    searched for one by one; more are left as they are.
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
@@ -149,9 +149,10 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
             least[better], meant[better] = energy[at], fits[at]
             z[:, doubtful[better]], side[doubtful[better]] = trial[:, at], met[at]
     side[doubtful[~np.isfinite(least)]] = 0.0
-    # those that rest nowhere so far, then those that rest too far off
-    lost = doubtful[np.argsort(np.isfinite(least) + 2 * meant, kind="stable")][: np.sum(~meant)]
-    for i in () if statics.model.law.restoring else lost[:LOST]:
+    # those that rest nowhere so far, then of other laws those that rest too far off
+    left = ~np.isfinite(least) if statics.model.law.restoring else ~meant
+    lost = doubtful[np.argsort(np.isfinite(least) + 2 * meant, kind="stable")][: np.sum(left)]
+    for i in lost[:LOST]:
         place = _far(subset(statics.model, names, i), names)
         if place is not None:
             one = dataclasses.replace(statics, model=subset(statics.model, names, np.array([i])))

@@ -11,6 +11,7 @@ from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
 from squeal.errors import ComputationError, InputError
 from squeal.files.place import Place
 from squeal.model.contact import Formulation
+from squeal.model.pad import Pad
 from squeal.scene import Scene, read_scene
 from squeal.scene.schema import Damping
 from tests.conftest import SCENES
@@ -53,6 +54,23 @@ def test_masses_and_friction_that_vary(damping):
         for j, m in enumerate(axes[1].values):
             pad = scene.pad.replace(mu=float(mu), m=float(m))
             assert NAMES[codes[i, j]] == verdict_at(scene, pad), (mu, m)
+
+
+def test_pads_that_rest_far_from_where_they_are_put():
+    # short springs turn this pad by 50 degrees: no place that the load reaches is an equilibrium
+    pad = Pad(
+        m=1.16, w=0.0249, h=0.0155, k1=2.93e7, k2=6.4e6, L1=0.0575, L2=0.0858, alpha1=1.7,
+        alpha2=2.15, mu=0.67, F_n=164.0, x0=-0.05, y0=1.4e-5, k_c=1.37e8,
+    )  # fmt: skip
+    scene = Scene("B2", pad, Formulation("mean", "frame"))
+    found = stability_map(scene, (Axis("mu", 0.0, 0.8, 3), Axis("k2", 6.3e6, 6.5e6, 2)))
+    expected = [
+        [verdict_at(scene, pad.replace(mu=float(mu), k2=float(k2))) for k2 in (6.35e6, 6.45e6)]
+        for mu in found.axes[0].values
+    ]
+    assert [[NAMES[code] for code in row] for row in found.codes] == expected
+    assert {name for row in expected for name in row} == {"flutter"}
+    assert not found.admissible.any()
 
 
 def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
