@@ -6,6 +6,7 @@ They are written with a system file that names them, so that every query takes t
 from __future__ import annotations
 
 import argparse
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import check_memory
 from squeal.analysis.systems.writing import write_system
 from squeal.commands.base import Answer, Parser
-from squeal.commands.numbers import spaced
+from squeal.commands.numbers import few, spaced
 from squeal.commands.system_options import (
     progress_of,
     refuse_options,
@@ -23,8 +24,10 @@ from squeal.commands.system_options import (
     wanted_of,
     work_options,
 )
+from squeal.commands.systems import basis_row
 from squeal.commands.tables import table
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
+from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import Term, TermSystem
 
 FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
@@ -60,6 +63,7 @@ def run(given: argparse.Namespace) -> Answer:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"--output {folder}: is not empty; a new or empty folder is allowed")
     file = system_of(given)
+    reduction: Reduction | None = None
     if file is None:
         refuse_options(given, ("method", "band", "region", "sweep"))
         plain = given.source.system()
@@ -68,7 +72,8 @@ def run(given: argparse.Namespace) -> Answer:
     else:
         system, inputs = file.system, [given.source.file, *file.inputs]
         if given.method not in (None, "full"):
-            system = _reduced(given, system)
+            reduction = _reduced(given, system)
+            system = reduction.system
         elif which := next((n for n in ("band", "region", "sweep") if getattr(given, n)), None):
             raise InputError(
                 f"--{which} {getattr(given, which)}: is of a reduced system; --method reduced or "
@@ -76,7 +81,12 @@ def run(given: argparse.Namespace) -> Answer:
             )
     rows = write_system(folder, system, given.format)
     return Answer(
-        lambda: {"folder": str(folder), "rows": system.n, "files": rows},
+        lambda: {
+            "folder": str(folder),
+            "rows": system.n,
+            "files": rows,
+            "basis": basis_row(reduction),
+        },
         lambda: "\n".join(
             [
                 f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}",
@@ -89,13 +99,14 @@ def run(given: argparse.Namespace) -> Answer:
 
 def _of_scene(given: argparse.Namespace) -> TermSystem:
     """The linearisation of a pad at its friction."""
-    found = analyse(given.source.scene()).matrices
+    scene = given.source.scene()
+    found = analyse(scene).matrices
     damping = (Term(found.C),) if np.any(found.C) else ()
-    name = Path(given.source.name).stem
-    return TermSystem((Term(found.M),), damping, (Term(found.K),), {}, "mu", name)
+    name, mu = Path(given.source.name).stem, scene.pad.mu
+    return TermSystem((Term(found.M),), damping, (Term(found.K),), {"mu": mu}, "mu", name)
 
 
-def _reduced(given: argparse.Namespace, system: TermSystem) -> TermSystem:
+def _reduced(given: argparse.Namespace, system: TermSystem) -> Reduction:
     if given.method not in ("reduced", "modal"):
         raise InputError(
             f"--method {given.method}: is not allowed; it must be one of full, reduced, modal"
@@ -106,6 +117,13 @@ def _reduced(given: argparse.Namespace, system: TermSystem) -> TermSystem:
     check_memory(system, given.memory)
     own = system.parameters[system.parameter]
     values = spaced(given.sweep, "--sweep") if given.sweep else [own]
-    changes = [{system.parameter: v} for v in values[:: max(1, len(values) // VALUES)]]
+    changes = [{system.parameter: v} for v in few(values, VALUES)]
     reduction, _ = reduced_for(system, wanted, changes, given.method, progress_of(given))
-    return reduction.system
+    if reduction.spurious:
+        warnings.warn(
+            f"the reduced system has {reduction.spurious} roots in the band that the full one has "
+            "not, over all values checked",
+            InputWarning,
+            stacklevel=2,
+        )
+    return reduction

@@ -47,3 +47,10 @@ def band_of(given: str, option: str = "--band") -> tuple[float, float]:
     words = "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000"
     low, high = numbers(given, option, 2, words, lambda low, high: 0.0 <= low < high)
     return low, high
+
+
+def few(values: list[float], most: int) -> list[float]:
+    """At most so many of the values, both ends included."""
+    if len(values) <= most:
+        return values
+    return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.systems.chart import Chart, Side, system_chart
+from squeal.analysis.systems.wanted import Wanted
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.system_options import check_work, progress_of, wanted_of
-from squeal.commands.systems import basis_row, identity
+from squeal.commands.systems import basis_row, basis_text, identity
 from squeal.commands.tables import table
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint
@@ -57,7 +58,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         values = (sides[0].values, sides[1].values)
         draw_chart(given.figure, system.name, names, values, found.codes)
     inputs = [given.source.file, *file.inputs]
-    return Answer(lambda: _data(found), lambda: _text(found), inputs)
+    return Answer(lambda: _data(found), lambda: _text(found, wanted_of(given)), inputs)
 
 
 def _side(given: str | None, option: str, system: TermSystem, n: int) -> Side:
@@ -85,17 +86,13 @@ def _data(found: Chart) -> dict[str, Any]:
     }
 
 
-def _text(found: Chart) -> str:
+def _text(found: Chart, wanted: Wanted) -> str:
     first, second = found.sides
     head = f"{first.name} x {second.name}, {first.n} x {second.n} points"
     rows = [(f"  {name}", f"{100 * share:.3f} %") for name, share in found.share.items()]
     parts = [f"share of the area: {head}", table(rows)]
     if found.reduction is not None:
-        r = found.reduction
-        parts.append(
-            f"basis of {r.size} vectors, {len(r.samples)} full solutions; worst residual in the "
-            f"full problem {r.worst:.2g}"
-        )
+        parts.append(basis_text(found.reduction, wanted))
     return "\n".join(parts)
 
 

@@ -21,7 +21,7 @@ from squeal.commands.system_options import (
     wanted_of,
     warn_if_constant,
 )
-from squeal.commands.systems import basis_row, identity
+from squeal.commands.systems import basis_row, basis_text, identity
 from squeal.commands.tables import elided, number
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint
@@ -105,6 +105,8 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
     if found.certified is not None:
         agrees = "agrees" if found.certified else "does NOT agree"
         parts.append(f"a count of growing roots between the crossings {agrees}")
+    if found.reduction is not None:
+        parts.append(basis_text(found.reduction, wanted))
     parts.append(f"searched from {p} = {found.low:.9g} to {found.high:.9g}")
     return "\n".join(parts)
 

@@ -22,7 +22,7 @@ from squeal.analysis.systems.sweeps import (
 )
 from squeal.analysis.systems.wanted import Wanted, extent, is_small
 from squeal.commands.base import Answer
-from squeal.commands.numbers import spaced
+from squeal.commands.numbers import few, spaced
 from squeal.commands.sweep import plain_shape_rows
 from squeal.commands.system_options import (
     check_work,
@@ -45,6 +45,7 @@ from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 
+CHECKED = 25  # values of a sweep at which its basis is checked
 SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 
 
@@ -112,7 +113,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             system,
             roots,
             swept,
-            words,
+            wanted,
             unstable_text(
                 chosen(grow), chosen, len(grow), system.parameter, f" among {words}" if part else ""
             ),
@@ -151,20 +152,12 @@ def _swept(
             journal.add(row.to_dict())
         journal.close()
         return _Sweep(rows)
-    changes = [{name: v} for v in _few(values)]
+    changes = [{name: v} for v in few(values, CHECKED)]
     checkpoint = Checkpoint(given.table, head)
     reduction, region = reduced_for(system, wanted, changes, method, progress, checkpoint)
     rows = list(reduced_rows(reduction, region, name, values))
     checkpoint.close()
     return _Sweep(rows, reduction)
-
-
-def _few(values: list[float], most: int = 25) -> list[float]:
-    """At most so many of the values, both ends included: where the basis is checked."""
-    if len(values) <= most:
-        return values
-    picked = np.linspace(0, len(values) - 1, most).round().astype(int)
-    return [values[int(i)] for i in picked]
 
 
 def identity(system: TermSystem) -> dict[str, Any]:
@@ -205,7 +198,8 @@ def sweep_row(row: SweepRow) -> dict[str, Any]:
     for one, residual in zip(listed, row.residuals.tolist(), strict=True):
         if not np.isnan(residual):
             one["residual"] = residual
-    return {"mu": row.value, "eigenvalues": listed, "verdict": row.verdict}
+    found = {"mu": row.value, "eigenvalues": listed, "verdict": row.verdict}
+    return found | {"spurious": row.spurious}
 
 
 def basis_row(reduction: Reduction | None) -> dict[str, Any] | None:
@@ -217,6 +211,8 @@ def basis_row(reduction: Reduction | None) -> dict[str, Any] | None:
         "size": reduction.size,
         "samples": [dict(changes) for changes in reduction.samples],
         "residual": reduction.worst,
+        "converged": reduction.converged,
+        "spurious": reduction.spurious,
     }
 
 
@@ -239,9 +235,10 @@ def _text(
     system: TermSystem,
     roots: SystemRoots,
     swept: _Sweep,
-    words: str,
+    wanted: Wanted,
     unstable: str,
 ) -> str:
+    words = looked_at(roots, wanted)
     own = ", ".join(f"{name} = {number(v)}" for name, v in system.parameters.items())
     parts = [f"{system.name}: {system.n} degrees of freedom, {own}"]
     if file.origins:
@@ -258,7 +255,9 @@ def _text(
     parts += [f"verdict{about}: {in_words(roots.criterion)}", unstable]
     parts.append(certificate(roots, words))
     if swept.rows:
-        parts.append(f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter))
+        parts.append(
+            f"sweep of {system.parameter}\n" + _sweep_text(swept, system.parameter, wanted)
+        )
     return "\n\n".join(parts)
 
 
@@ -289,7 +288,7 @@ def root_table(roots: SystemRoots) -> str:
     return elided(rows, "--json")
 
 
-def _sweep_text(swept: _Sweep, parameter: str) -> str:
+def _sweep_text(swept: _Sweep, parameter: str, wanted: Wanted) -> str:
     rows = [(f"  {parameter}", "roots", "growing, Hz", "largest real, 1/s", "verdict")]
     for row in swept.rows:
         noise = 1e-9 * np.abs(row.roots)
@@ -300,12 +299,22 @@ def _sweep_text(swept: _Sweep, parameter: str) -> str:
     told = elided(rows, "--json or --csv")
     if swept.reduction is None:
         return told
-    r = swept.reduction
-    at = ", ".join(f"{v:.6g}" for changes in r.samples for v in changes.values()) or "none"
-    return (
-        f"{told}\nbasis of {r.size} vectors ({r.method}), full solutions at {parameter} = {at}; "
-        f"worst residual in the full problem {r.worst:.2g}"
+    return f"{told}\n{basis_text(swept.reduction, wanted)}"
+
+
+def basis_text(r: Reduction, wanted: Wanted) -> str:
+    """A reduced system for people."""
+    samples = [", ".join(f"{v:.6g}" for v in changes.values()) for changes in r.samples]
+    at = " at " + ", ".join(samples) if samples and len(r.samples[0]) == 1 else ""
+    found = (
+        f"basis of {r.size} vectors ({r.method}), {len(samples)} full solutions{at}; worst "
+        f"residual in the full problem {r.worst:.2g}"
     )
+    if r.spurious:
+        found += f"; {r.spurious} roots that the full problem has not are left out"
+    if wanted.band is not None and wanted.rectangle is not None:
+        found += f"\nroots that grow by more than {wanted.rectangle.high_real:.4g} 1/s are left out"
+    return found
 
 
 def _write(

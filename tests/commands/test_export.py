@@ -6,6 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array, random_array
 
 from squeal.files.matrices import read_matrix
+from squeal.scene import read_scene
 from squeal.scene.terms import read_system
 from tests import large
 from tests.commands.calls import answer, assert_refused, run
@@ -24,6 +25,7 @@ def test_a_pad_comes_back(suffix, tmp_path, capsys):
     pad = answer(capsys, "eigenvalues", SCENES / "b1-c.yaml")
     file = read_system(folder / "system.yaml")
     M, _, K = file.system.at()
+    assert file.system.parameters == {"mu": read_scene(SCENES / "b1-c.yaml").pad.mu}
     assert np.array_equal(M, pad["M"])
     assert np.array_equal(K, pad["K"])
     assert np.allclose(_values(answer(capsys, "eigenvalues", folder / "system.yaml")), _values(pad))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.roots import SPLIT, system_roots
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.files.journal import Checkpoint
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import ordered
@@ -19,6 +20,7 @@ from squeal.stability.sparse.dense import dense_values
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.modes import lowest_modes
 from squeal.stability.sparse.reduction import (
+    TOLERANCE,
     Begun,
     Reduction,
     reduce_system,
@@ -41,12 +43,14 @@ class SweepRow:
     """Roots (m,) at one value of the parameter, by rising frequency, and the verdict on them.
 
     `residuals` are backward errors in the full problem; NaN where they were not computed.
+    `spurious` roots of a reduced system are none of the full one and left out.
     """
 
     value: float
     roots: NDArray[np.complex128] = field(repr=False)
     residuals: NDArray[np.float64] = field(repr=False)
     verdict: str
+    spurious: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """As journals of interrupted sweeps hold it."""
@@ -108,21 +112,29 @@ def reduced_for(
     """The reduced system that serves some values of the parameters, and the region it serves.
 
     A `checkpoint` keeps what there is after each full solution, and a second run goes on from it.
+    Warns if the full problem is not met to the tolerance.
     """
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
         return reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n)), region
-    if checkpoint is None:
-        return reduce_system(scaled, region, values, progress=progress), region
-    kept, begun = checkpoint.load(), None
+    kept, begun = checkpoint.load() if checkpoint else None, None
     if kept:
         begun = Begun(kept["vectors"], tuple(map(int, kept["samples"])))
 
     def keep(now: Begun) -> None:
-        checkpoint.save(vectors=now.vectors, samples=np.array(now.samples))
+        if checkpoint:
+            checkpoint.save(vectors=now.vectors, samples=np.array(now.samples))
 
     found = reduce_system(scaled, region, values, progress=progress, begun=begun, keep=keep)
+    if not found.converged:
+        warnings.warn(
+            f"{len(found.samples)} full solutions do not suffice for the reduced system: a root "
+            f"has a residual of {found.worst:.2g} in the full problem, {TOLERANCE:g} is wanted; a "
+            "narrower band or range is required",
+            InputWarning,
+            stacklevel=2,
+        )
     return found, region
 
 
@@ -136,7 +148,8 @@ def reduced_rows(
             found = reduction.modes(region, {name: value})
             order = ordered(found.values)
             roots = found.values[order]
-            yield SweepRow(value, roots, found.residuals[order], verdict_of(roots, noise))
+            verdict = verdict_of(roots, noise)
+            yield SweepRow(value, roots, found.residuals[order], verdict, found.spurious)
 
 
 def full_rows(

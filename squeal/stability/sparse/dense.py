@@ -63,6 +63,13 @@ def dense_roots(
     """The roots inside a region with unit right vectors and, if wanted, left ones (else NaN)."""
     values = dense_values(M, C, K)
     values = values[region.contains(values)]
+    return roots_at(M, C, K, values, left)
+
+
+def roots_at(
+    M: Matrix, C: Matrix | None, K: Matrix, values: ComplexArray, left: bool = False
+) -> Roots:
+    """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN)."""
     values = values[np.lexsort((values.real, values.imag))]
     C = np.zeros_like(M) if C is None else C
     right = np.full((len(M), len(values)), np.nan, dtype=complex)

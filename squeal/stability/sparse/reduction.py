@@ -14,10 +14,10 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.stability.sparse.correction import corrected_modes, enlarged
-from squeal.stability.sparse.dense import dense_roots, dense_values
+from squeal.stability.sparse.dense import dense_roots, dense_values, roots_at
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import Progress, modes_in
+from squeal.stability.sparse.modes import Modes, Progress, modes_in
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined, norm_of
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
@@ -30,6 +30,8 @@ SKETCH = 48  # random vectors that estimate a residual within a factor of two
 NEARLY = 0.25  # of the largest estimate: what exceeds this may be the largest residual
 COLUMNS = 32  # of which a residual is computed at a time
 SAMPLES = 20  # full solutions before a reduction is given up
+SPURIOUS = 1e-5  # backward error of what is no root of the full problem
+GROWS = 1e-6  # of |lambda|: growth whose root is held against the full problem in any case
 
 Changes = Mapping[str, float]
 
@@ -38,12 +40,14 @@ Changes = Mapping[str, float]
 class ReducedModes:
     """Roots (m,) of the reduced system in a region, with backward errors in the full one.
 
-    The errors are estimates from random vectors, within a factor of two.
+    The errors are estimates from random vectors, within a factor of two. `spurious` others were
+    left out: roots of the reduced system alone.
     """
 
     values: ComplexArray
     vectors: ComplexArray = field(repr=False)  # (d, m), of unit length
     residuals: Array
+    spurious: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,24 +147,44 @@ class Reduction:
     samples: tuple[Changes, ...]  # where the full problem was solved
     worst: float  # largest backward error in the full problem of a root, over all values
     method: str  # reduced (complex modes) or modal (real modes)
+    spurious: int = 0  # roots of the reduced system alone at the samples, over all of them
 
     @property
     def size(self) -> int:
         """Number of vectors d."""
         return self.basis.size
 
+    @property
+    def converged(self) -> bool:
+        """True if all roots at all values meet the full problem to the tolerance."""
+        return self.worst <= TOLERANCE
+
     def modes(self, region: Rectangle, changes: Changes | None = None) -> ReducedModes:
         """The roots in a region at the parameters, some of them changed."""
         p = changes or {}
-        roots = dense_roots(*self.system.at(p), region)
-        weights = self.basis.weights(roots.values, p)
-        residuals = _residuals(self.basis.sketch(), *weights, roots.right)
-        return ReducedModes(roots.values, roots.right, residuals)
+        return self._genuine(dense_roots(*self.system.at(p), region), p)
 
     def values(self, region: Rectangle, changes: Changes | None = None) -> ComplexArray:
         """The roots in a region without vectors and errors: the least work."""
-        found = dense_values(*self.system.at(changes or {}))
-        return found[region.contains(found)]
+        if self.spurious:
+            return self.modes(region, changes).values
+        p = changes or {}
+        M, C, K = self.system.at(p)
+        found = dense_values(M, C, K)
+        found = found[region.contains(found)]
+        grows = found.real > GROWS * np.abs(found)
+        if self.method == "modal" or not np.any(grows):
+            return found
+        kept = self._genuine(roots_at(M, C, K, found[grows]), p).values
+        return np.concatenate([found[~grows], kept])
+
+    def _genuine(self, roots: Roots, changes: Changes) -> ReducedModes:
+        """Roots with their errors, without those that are none of the full problem."""
+        weights = self.basis.weights(roots.values, changes)
+        residuals = _residuals(self.basis.sketch(), *weights, roots.right)
+        good = residuals <= (np.inf if self.method == "modal" else SPURIOUS)
+        left_out = int(np.sum(~good))
+        return ReducedModes(roots.values[good], roots.right[:, good], residuals[good], left_out)
 
     def shapes(self, vectors: ComplexArray) -> ComplexArray:
         """Mode shapes (n, m) in the full system's coordinates of reduced vectors (d, m)."""
@@ -186,10 +210,11 @@ def reduce_system(
     """A reduced system whose roots in a region meet a tolerance at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
-    parameters) start the basis; the value where a root's residual in the full problem is worst
-    adds its own, until all are below `tolerance` (a backward error) or a sample brings nothing
-    new. `keep` is given what there is after each sample, and `begun` goes on from there. Raises
-    InputError for no values, ComputationError if the region holds no root.
+    parameters) start the basis; of the other values that where a root's residual in the full
+    problem is worst adds its own, until all are below `tolerance` (a backward error). Where the
+    full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
+    if 20 samples do not suffice. `keep` is given what there is after each sample, and `begun` goes
+    on from there. Raises InputError for no values, ComputationError if the region holds no root.
     """
     if not values:
         raise InputError("at least one value of the parameters is required")
@@ -197,28 +222,34 @@ def reduce_system(
     samples: list[int] = []
     if begun is not None:
         basis.vectors, samples = begun.vectors, list(begun.samples)
-    where, grown = len(values) // 2, 1
+    where, proved = len(values) // 2, set[int]()
     with one_thread():
         while True:
             if samples:
                 system = basis.system()
                 roots = [dense_roots(*system.at(changes), region) for changes in values]
-                worst, where = _worst(basis, roots, values, tolerance)
-                if where in samples or len(samples) == SAMPLES or not grown:
-                    worst, where = _worst(basis, roots, values)
-                    break
+                errors = _Errors(basis, roots, values, samples)
+                if doubtful := errors.with_spurious - proved:
+                    where = doubtful.pop()
+                    progress(f"counting the roots at {_named(values[where])}")
+                    basis.extend(_certified(scaled.at(values[where]), region, progress))
+                    proved.add(where)
+                    continue
+                worst, where = errors.largest(~errors.spurious, tolerance)
                 if worst <= tolerance:
                     break
+                others, where = errors.largest(~errors.sampled, tolerance)
+                if others <= tolerance or len(samples) == SAMPLES:
+                    worst, _ = errors.largest(~errors.spurious)
+                    break
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
-            grown = basis.extend(
-                _snapshots(scaled.at(values[where]), wide, basis.vectors, progress)
-            )
+            basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
             samples.append(where)
             if basis.size == 0:
                 raise ComputationError("the region holds no root that a basis could start from")
             keep(Begun(basis.vectors, tuple(samples)))
     at = tuple(values[k] for k in samples)
-    return Reduction(system, basis, at, worst, "reduced")
+    return Reduction(system, basis, at, worst, "reduced", int(np.sum(errors.spurious)))
 
 
 def reduce_to_real_modes(
@@ -249,7 +280,8 @@ def reduce_to_real_modes(
         basis.extend(vectors / np.linalg.norm(vectors, axis=0))
         system = basis.system()
         roots = [dense_roots(*system.at(changes), region) for changes in values]
-        worst, _ = _worst(basis, roots, values)
+        errors = _Errors(basis, roots, values, ())
+        worst, _ = errors.largest(~errors.sampled)
     return Reduction(system, basis, (), worst, "modal")
 
 
@@ -270,37 +302,63 @@ def _snapshots(
     near = corrected_modes(problem, region, known, progress)
     if near is not None:
         return np.hstack([near.right, near.left])
-    full = modes_in(problem, region, certify=False, progress=progress)
+    return _vectors(problem, modes_in(problem, region, certify=False, progress=progress))
+
+
+def _certified(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
+    """The same from a search that a count has confirmed."""
+    return _vectors(problem, modes_in(problem, region, progress=progress))
+
+
+def _vectors(problem: Quadratic, full: Modes) -> ComplexArray:
     columns = [v / problem.scale for e in full.eigenvalues for v in (e.right, e.left)]
     columns = [c for c in columns if not np.isnan(c[0])]
     return np.array(columns).T if columns else np.zeros((problem.n, 0), dtype=complex)
 
 
-def _worst(
-    basis: Basis, roots: Sequence[Roots], values: Sequence[Changes], tolerance: float = np.inf
-) -> tuple[float, int]:
-    """The largest backward error of a root in the full problem, and the index of its value.
+class _Errors:
+    """Backward errors in the full problem of the roots at all values, side by side.
 
     Random vectors estimate all of them, within a factor of two; those that may be the largest are
-    computed, unless the estimate leaves no doubt that the largest exceeds the tolerance.
+    computed, unless the estimate leaves no doubt that the largest exceeds a tolerance.
     """
-    weights, size, vectors, which = [], [], [], []
-    for k, (found, changes) in enumerate(zip(roots, values, strict=True)):
-        at = basis.weights(found.values, changes)
-        weights.append(at[0])
-        size.append(at[1])
-        vectors.append(found.right)
-        which += [k] * len(found.values)
-    if not which:
-        return 0.0, 0
-    w, s, z = np.hstack(weights), np.concatenate(size), np.hstack(vectors)
-    estimates = _residuals(basis.sketch(), w, s, z)
-    if estimates.max() > 2 * tolerance:
-        return float(estimates.max()), which[int(np.argmax(estimates))]
-    large = np.flatnonzero(estimates > NEARLY * estimates.max())
-    errors = basis.residuals(w[:, large], z[:, large]) / s[large]
-    first = int(np.argmax(errors))
-    return float(errors[first]), which[large[first]]
+
+    def __init__(
+        self,
+        basis: Basis,
+        roots: Sequence[Roots],
+        values: Sequence[Changes],
+        samples: Sequence[int],
+    ) -> None:
+        at = [basis.weights(r.values, p) for r, p in zip(roots, values, strict=True)]
+        self._basis = basis
+        self._weights = np.hstack([weights for weights, _ in at])
+        self._size = np.concatenate([size for _, size in at])
+        self._vectors = np.hstack([r.right for r in roots])
+        self._which = np.repeat(np.arange(len(values)), [len(r.values) for r in roots])
+        self._estimates = _residuals(basis.sketch(), self._weights, self._size, self._vectors)
+        self.sampled = np.isin(self._which, samples)
+        self.spurious = self.sampled & (self._estimates > SPURIOUS)
+
+    @property
+    def with_spurious(self) -> set[int]:
+        """Indices of the samples at which the reduced system has roots of its own."""
+        return set(self._which[self.spurious].tolist())
+
+    def largest(self, wanted: np.ndarray, tolerance: float = np.inf) -> tuple[float, int]:
+        """The largest error of wanted roots, a mask (m,), and the index of its value; 0 without
+        one."""
+        if not np.any(wanted):
+            return 0.0, 0
+        estimates = np.where(wanted, self._estimates, 0.0)
+        first = int(np.argmax(estimates))
+        if estimates[first] > 2 * tolerance:
+            return float(estimates[first]), int(self._which[first])
+        large = np.flatnonzero(wanted & (estimates >= NEARLY * estimates[first]))
+        rests = self._basis.residuals(self._weights[:, large], self._vectors[:, large])
+        errors = rests / self._size[large]
+        first = int(np.argmax(errors))
+        return float(errors[first]), int(self._which[large[first]])
 
 
 def _named(changes: Changes) -> str:

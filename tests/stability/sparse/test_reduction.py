@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
-from squeal.errors import InputError
+from squeal.analysis.systems.sweeps import reduced_for
+from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError, InputWarning
 from squeal.numerics.formula import Formula
 from squeal.stability.sparse import reduction as reduction_of
 from squeal.stability.sparse.dense import dense_roots, dense_values
@@ -156,3 +159,47 @@ def test_refusals(scaled):
         reduce_system(scaled, REGION, [])
     with pytest.raises(InputError, match="modes are not allowed"):
         reduce_to_real_modes(scaled, REGION, VALUES, scaled.n + 1)
+
+
+def coupled(n):
+    """Random coupling that sets in late: the basis of mu = 0.5 says little of mu = 1."""
+    rng = np.random.default_rng(3)
+    w = np.sort(rng.uniform(50.0, 3000.0, n))
+    G = 4e6 / 15 * rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.2)
+    K = (Term(csc_array(np.diag(w**2))), Term(csc_array(G), Formula("mu**8")))
+    return TermSystem((Term(csc_array(np.eye(n))),), (), K, {"mu": 0.0})
+
+
+LATE, BAND = coupled(150), Rectangle(-700.0, 700.0, 300.0, 500.0)
+RANGE = [{"mu": mu} for mu in (0.0, 0.5, 1.0)]
+
+
+def dense(mu):
+    K = LATE.at({"mu": mu})[2].toarray()
+    roots = np.sqrt(np.linalg.eigvals(-K).astype(complex))
+    roots = np.concatenate([roots, -roots])
+    return roots[BAND.contains(roots)]
+
+
+def test_values_whose_roots_are_off_are_sampled_and_other_roots_left_out():
+    """Roots that the reduced system alone has hide no value that was not solved."""
+    late = ScaledSystem(LATE)
+    reduction = reduce_system(late, BAND, RANGE)
+    assert reduction.converged
+    assert {"mu": 1.0} in reduction.samples
+    assert reduction.size < late.n
+    assert reduction.spurious > 0
+    for changes in RANGE:
+        found, expected = reduction.modes(BAND, changes), dense(changes["mu"])
+        assert len(found.values) == len(expected) == len(reduction.values(BAND, changes))
+        distance = np.abs(found.values[:, None] - expected[None, :]).min(axis=0)
+        assert distance.max() < 1e-6 * np.abs(expected).max()
+        assert found.spurious > 0
+
+
+def test_a_reduction_without_enough_samples_says_so(monkeypatch):
+    monkeypatch.setattr(reduction_of, "SAMPLES", 1)
+    assert not reduce_system(ScaledSystem(LATE), BAND, RANGE).converged
+    wanted = Wanted(region=BAND)
+    with pytest.warns(InputWarning, match="1 full solutions do not suffice"):
+        reduced_for(LATE, wanted, RANGE)
