@@ -7,9 +7,10 @@ solids have many rows, and is taken there if it is installed.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+import weakref
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,17 +68,28 @@ class _SuperLU:
 
 
 class _Mumps:
-    def __init__(self, matrix: Any, context: Any) -> None:
+    """The ordering is a fifth to a half of the work and depends on the pattern alone: the factor
+    that was dropped last leaves its own to the next one of its pattern and type."""
+
+    _dropped: ClassVar[list[tuple[Any, Any]]] = []  # the matrix and the context, at most one
+
+    def __init__(self, matrix: Any, new: Callable[[], Any]) -> None:
+        known = None
+        while self._dropped:  # what does not serve is freed before more is taken
+            other, known = self._dropped.pop()
+            known = known if _alike(matrix, other) else None
+        context = new() if known is None else known
         context.set_matrix(matrix)
         self._mumps = context.mumps_instance
         self._mumps.icntl[33] = 1  # the determinant too
         self._context, self._type = context, matrix.dtype
         try:
-            context.factor(ordering="metis", pivot_tol=PIVOT)
+            context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=known is not None)
         except RuntimeError as error:
             if self._mumps.infog[1] in SINGULAR:
                 raise ZeroDivisionError from None
             raise ComputationError(f"a sparse factorisation failed: {error}") from None
+        weakref.finalize(self, self._dropped.append, (matrix, context)).atexit = False
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         self._mumps.icntl[9] = 2 if transposed else 1
@@ -93,6 +105,14 @@ class _Mumps:
         if self._type.kind == "c":
             mantissa += 1j * self._mumps.rinfog[13]
         return complex(np.log(mantissa)) + float(np.log(2.0)) * self._mumps.infog[34]
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """True for CSC matrices of one pattern and type."""
+    return one.dtype == other.dtype and all(
+        a is b or np.array_equal(a, b)
+        for a, b in ((one.indptr, other.indptr), (one.indices, other.indices))
+    )
 
 
 class _Full:
@@ -142,17 +162,17 @@ def factorise(matrix: Any, single: bool = False) -> Factor:
         matrix = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
     if matrix.nnz > FULL * matrix.shape[0] ** 2:
         return _Full(matrix)
-    context = _context() if matrix.shape[0] >= MUMPS_ROWS else None
-    return _SuperLU(matrix) if context is None else _Mumps(matrix, context)
+    new = _contexts() if matrix.shape[0] >= MUMPS_ROWS else None
+    return _SuperLU(matrix) if new is None else _Mumps(matrix, new)
 
 
-def _context() -> Any:
-    """Room for a factorisation by MUMPS, None where python-mumps is not installed."""
+def _contexts() -> Any:
+    """What makes room for a factorisation by MUMPS, None where python-mumps is not installed."""
     try:
         from mumps import Context  # a package of another interface has the same name
     except ImportError:
         return None
-    return Context()
+    return Context
 
 
 def factorise_at(
