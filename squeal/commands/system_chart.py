@@ -6,9 +6,7 @@ import argparse
 import dataclasses
 from typing import Any
 
-import numpy as np
-
-from squeal.analysis.systems.chart import Chart, Side, system_chart
+from squeal.analysis.systems.chart import NAMES, Chart, Side, system_chart
 from squeal.analysis.systems.wanted import Wanted
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers, whole
@@ -19,7 +17,6 @@ from squeal.errors import InputError
 from squeal.files.journal import Checkpoint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
-from squeal.stability import VERDICTS
 from squeal.stability.terms import TermSystem
 
 POINTS = 41  # a side, if left out
@@ -81,7 +78,7 @@ def _data(found: Chart) -> dict[str, Any]:
         "share": found.share,
         "n": found.sides[0].n,
         "axes": [{"name": s.name, "low": s.low, "high": s.high} for s in found.sides],
-        "verdicts": [[VERDICTS[k] for k in row] for row in found.codes],
+        "verdicts": [[NAMES[k] for k in row] for row in found.codes],
         "basis": basis_row(found.reduction),
     }
 
@@ -99,10 +96,9 @@ def _text(found: Chart, wanted: Wanted) -> str:
 def _write(given: argparse.Namespace, found: Chart) -> None:
     first, second = found.sides
     rows = (
-        (float(a), float(b), VERDICTS[found.codes[i, j]], float(found.growth[i, j]))
+        (float(a), float(b), NAMES[found.codes[i, j]], float(found.growth[i, j]))
         for i, a in enumerate(first.values)
         for j, b in enumerate(second.values)
-        if np.isfinite(found.growth[i, j])
     )
     heads = {first.name: "", second.name: "", "verdict": "", "largest_real": "1/s"}
     write_table(given.table, heads, rows)

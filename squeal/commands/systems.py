@@ -344,6 +344,12 @@ def write_sweep(path: Path, parameter: str, rows: list[SweepRow]) -> None:
     listed = (
         (row.value, float(root.real), float(root.imag), float(residual), row.verdict)
         for row in rows
-        for root, residual in zip(row.roots, row.residuals, strict=True)
+        for root, residual in zip(*_or_nothing(row), strict=True)
     )
     write_table(path, units, listed)
+
+
+def _or_nothing(row: SweepRow) -> tuple[np.ndarray, np.ndarray]:
+    """The roots at a value and their residuals; one of NaN where there is none."""
+    nothing = np.array([complex(np.nan, np.nan)]), np.array([np.nan])
+    return (row.roots, row.residuals) if len(row.roots) else nothing

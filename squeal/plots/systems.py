@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from squeal.analysis.systems.chart import NAMES
 from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
-from squeal.stability import VERDICTS
 
 _MODULE = "squeal.plots.systems"
 NAMED = 6  # growing frequencies that are named in a figure
@@ -118,7 +118,7 @@ def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Row]) -> None
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     for axes in axes_list:
         for low, high, row in zip(edges, edges[1:], rows, strict=False):
-            colour = VERDICT_COLOURS[VERDICTS.index(row.verdict)]
+            colour = VERDICT_COLOURS[NAMES.index(row.verdict)]
             axes.axvspan(low, high, color=colour, alpha=0.2, linewidth=0)
 
 
@@ -148,14 +148,12 @@ def chart_figure(
     figure = Figure(figsize=(SINGLE, 3.0))
     axes = figure.add_subplot()
     x, y = (_edges(values) for values in sides)
-    colours = ListedColormap(VERDICT_COLOURS[: len(VERDICTS)])
-    axes.pcolormesh(
-        x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(VERDICTS) - 0.5, rasterized=True
-    )
+    colours = ListedColormap(VERDICT_COLOURS[: len(NAMES)])
+    axes.pcolormesh(x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(NAMES) - 0.5, rasterized=True)
     axes.set_xlabel(names[0])
     axes.set_ylabel(names[1])
-    seen = [k for k in range(len(VERDICTS)) if np.any(codes == k)]
-    patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=VERDICTS[k]) for k in seen]
+    seen = [k for k in range(len(NAMES)) if np.any(codes == k)]
+    patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=NAMES[k]) for k in seen]
     figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
     return figure
 
@@ -175,7 +173,7 @@ def draw_chart(
     """Save a stability chart as PDF, SVG or PNG."""
     shares = ", ".join(
         f"{verdict} on {100 * np.mean(codes == k):.1f} %"
-        for k, verdict in enumerate(VERDICTS)
+        for k, verdict in enumerate(NAMES)
         if np.any(codes == k)
     )
     text = f"Stability chart of {name} over {names[0]} and {names[1]}: {shares} of the points."

@@ -70,3 +70,47 @@ def test_a_region_says_what_it_looked_at(folder, capsys):
     path = folder[0] / "diverges.yaml"
     _, out, _ = run(capsys, "eigenvalues", path, "--region", "-1:1:10:60")
     assert "no unstable mode among -1 < Re < 1, 10 < Im < 60\n" in out
+
+
+@pytest.fixture
+def flutters(tmp_path):
+    """Two rows, flutter at some 100 Hz for mu > 0 and little damping s."""
+    path = tmp_path / "fl.yaml"
+    path.write_text(
+        "M: [[1, 0], [0, 1]]\nparameters: {mu: 1.0, s: 1.0}\n"
+        "K: [{matrix: [[4.0e5, 0], [0, 4.0e5]]}, {matrix: [[0, 4.0e5], [-4.0e5, 0]], factor: mu}]\n"
+        "C: {matrix: [[1, 0], [0, 1]], factor: s}\n"
+    )
+    return path
+
+
+def test_a_band_without_roots_has_a_verdict_of_its_own(flutters, folder, capsys):
+    for path in (flutters, folder[0] / "flutters.yaml"):
+        found = answer(capsys, "eigenvalues", path, "--band", "1681:1683")
+        assert (found["eigenvalues"], found["verdict"]) == ([], "no root")
+    path = flutters
+    options = ("--sweep", "0:1:2", "--band", "1000:2000", "--csv", path.with_suffix(".csv"))
+    found = answer(capsys, "eigenvalues", path, *options, "--png", path.with_suffix(".png"))
+    assert [row["verdict"] for row in found["sweep"]] == ["no root"] * 2
+    lines = path.with_suffix(".csv").read_text().splitlines()[1:]
+    assert lines == ["0.0,,,,no root", "1.0,,,,no root"]
+
+
+def test_a_chart_tells_points_without_roots(flutters, capsys):
+    """In 90 to 105 Hz lies the pair at mu = 0 (100.7 Hz), which leaves it upwards."""
+    table = flutters.with_suffix(".csv")
+    options = ("--first", "mu:0:2", "--second", "s:0.5:2", "--n", "4", "--csv", table)
+    picture = flutters.with_suffix(".png")
+    found = answer(capsys, "map", flutters, "--band", "90:105", *options, "--png", picture)
+    verdicts = found["verdicts"]
+    hertz = [np.sqrt(np.sqrt(16e10 * (1 + mu**2)) / 2 + 2e5) / 2 / np.pi for mu in MIDDLES]
+    assert [row[0] == "no root" for row in verdicts] == [f > 105 for f in hertz]
+    assert found["share"]["no root"] == np.mean([row == ["no root"] * 4 for row in verdicts]) > 0
+    assert sum(found["share"].values()) == pytest.approx(1.0)
+    rows = table.read_text().splitlines()[1:]
+    assert len(rows) == 16
+    assert rows[-1].endswith(",no root,")
+    assert picture.exists()
+
+
+MIDDLES = (0.25, 0.75, 1.25, 1.75)

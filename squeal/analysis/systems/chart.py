@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.systems.roots import NO_ROOT
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import InputError
@@ -16,6 +17,7 @@ from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 
+NAMES = (*VERDICTS, NO_ROOT)
 SAMPLES = 5  # values a side at which a reduced system has to be good
 
 
@@ -36,7 +38,8 @@ class Side:
 
 @dataclass(frozen=True)
 class Chart:
-    """Verdict codes (n1, n2), indices into VERDICTS, and the largest growth rates (1/s)."""
+    """Verdict codes (n1, n2), indices into NAMES, and the largest growth rates (1/s; NaN
+    without a root)."""
 
     sides: tuple[Side, Side]
     codes: NDArray[np.int8] = field(repr=False)
@@ -46,7 +49,7 @@ class Chart:
     @property
     def share(self) -> dict[str, float]:
         """Share of the points for each verdict."""
-        return {name: float(np.mean(self.codes == k)) for k, name in enumerate(VERDICTS)}
+        return {name: float(np.mean(self.codes == k)) for k, name in enumerate(NAMES)}
 
 
 def system_chart(
@@ -90,6 +93,6 @@ def system_chart(
                     roots = reduction.values(region, changes)
                 else:
                     roots = roots_of_all(system, wanted, changes)
-                codes[i, j] = VERDICTS.index(verdict_of(roots, noise))
+                codes[i, j] = NAMES.index(verdict_of(roots, noise))
                 growth[i, j] = roots.real.max() if len(roots) else np.nan
     return Chart(sides, codes, growth, reduction)

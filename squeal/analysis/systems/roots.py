@@ -25,6 +25,7 @@ from squeal.stability.sparse.scaled import ScaledSystem, quadratic
 from squeal.stability.sparse.spectrum import dense_spectrum
 from squeal.stability.terms import Matrix, TermSystem
 
+NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
@@ -113,7 +114,7 @@ def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
     """Verdict on some roots and what decided it; a root within its rounding error of the axis
     lies on it."""
     if not values:
-        return "stable", "no root in the region"
+        return NO_ROOT, f"{NO_ROOT} in the region"
     noise = [margin(e) for e in values]
     growth = [e.value.real if e.value.real > n else 0.0 for e, n in zip(values, noise, strict=True)]
     k = int(np.argmax(growth))
@@ -174,7 +175,7 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
     inside = rectangle.contains(np.array([e.value for e in values]))
     kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
     count = _counted(quadratic(M, C, K), rectangle, values)
-    if words[0] not in ("stable", "marginal"):
+    if not kept or words[0] not in ("stable", "marginal"):
         words = judged(kept)
     return SystemRoots(kept, rectangle, count, *words)
 
