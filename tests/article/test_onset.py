@@ -225,6 +225,7 @@ FAST = {
     ("given", "key", "words"),
     [
         ({}, "lasts", "B2 (c), printed law at"),
+        ({"law": False}, "lasts", "changing in B2 (c) under both laws at"),
         ({"lasts": False, "law": True}, "lasts", "no contact changes"),
         ({"peak": 0.0, "law": True}, "lasts", "no contact changes"),
         ({}, "hammer", "no case hammers with both models"),

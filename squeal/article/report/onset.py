@@ -125,8 +125,8 @@ def _laws(found: Onset) -> dict[str, str]:
     ]
     stable = beside_rest(found)
     law = (
-        f"In {grouped(fed)} the printed law alone keeps it going, which feeds in energy "
-        "(finding~E4): under the integral law the same start comes to keep its contact."
+        f"In {grouped(fed)} the printed law alone, which has no potential (finding~E4), keeps it "
+        "going: under the integral law the same start comes to keep its contact."
         if fed
         else "No motion goes on under the printed law that does not under the integral law too."
     )

@@ -6,13 +6,22 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from squeal.article.report.latex import in_words, number, typeset
-from squeal.article.results.energy import motion_title
+from squeal.article.results.energy import LAWS, motion_title
 from squeal.article.results.onset import Cycles, Late, Onset, Step, Sweep
 from squeal.files.records import Missing
 
 
 def titles(names: Iterable[str]) -> str:
-    return in_words([motion_title(name) for name in names])
+    """Motions in a sentence, those under both laws together."""
+    given = list(names)
+    words: list[str] = []
+    for name in given:
+        stem, law = name[:4], name[5:]
+        if not law or not {f"{stem}-{one}" for one in LAWS} <= set(given):
+            words.append(motion_title(name))
+        elif law == next(iter(LAWS)):
+            words.append(f"{motion_title(stem)} under both laws")
+    return in_words(words)
 
 
 def dampings(ratios: Iterable[float]) -> str:
