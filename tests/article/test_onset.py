@@ -139,6 +139,8 @@ def step(mu: float, lost: float = 0.4, slip: float = 0.5, hammers: bool = False)
         ({0: step(0.1), 1: step(0.2), 2: step(0.3, lost=0.0)}, [1]),
         ({0: step(0.1), 1: step(0.2, slip=2.0), 2: step(0.3), 3: step(0.4, slip=2.0)}, [0, 3]),
         ({0: step(0.1, slip=2.0)}, [0]),
+        ({0: step(0.1), 1: step(0.2, slip=2.0), 2: step(0.3, lost=0.0), 3: step(0.4)}, [0, 1]),
+        ({0: step(0.1), 2: step(0.3)}, [0]),
         ({0: step(0.1, lost=0.0)}, []),
     ],
 )

@@ -124,7 +124,7 @@ def _beyond(found: Onset) -> str:
             f"In {motion_title(name)} the pad becomes faster than the surface from "
             f"{_mu(fast[0].mu)} on, up to {times:.2g} times as fast, and the model ends, since "
             "friction would turn round. The equations as they stand, lowered from the greatest "
-            f"$\\mu$ at which such a motion goes on, keep it to $\\mu =$ {words}."
+            f"$\\mu$ up to which motion so goes on, keep it to $\\mu =$ {words}."
         )
     return " ".join(parts)
 

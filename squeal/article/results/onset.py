@@ -69,8 +69,8 @@ class Sweep(Record):
 
     up: from the equilibrium of each mu, kicked; down: lowered step by step from the greatest mu up
     to which contact goes on changing on the way up with a pad slower than the surface; beyond: from
-    the greatest mu of all at which it does, empty where that is the same. Both begin with their
-    step of `up` and end where contact does not change any more.
+    the greatest mu up to which it goes on at all, empty where the pad is slower there. Both begin
+    with their step of `up` and end where contact does not change any more.
     """
 
     ratio: Share

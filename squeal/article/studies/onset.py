@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -143,11 +144,16 @@ def sweeps(
 
 def _tops(up: Mapping[int, Step]) -> list[int]:
     """Places in `MU` from which a motion is lowered: the greatest up to which it goes on with a pad
-    slower than the surface, and the greatest at which it goes on with one that is faster."""
-    going = [i for i, step in up.items() if step.goes_on]
-    fast = [i for i in going if not up[i].slides]
-    slow = [i for i in going if i < min(fast, default=len(MU))]
-    return [max(places) for places in (slow, fast) if places]
+    slower than the surface, and the greatest up to which it goes on at all, if it is faster there.
+
+    Only an unbroken run of steps counts: beyond a gap what goes on is a matter of chance.
+    """
+    run: list[int] = []
+    for i in sorted(up):
+        if up[i].goes_on and (not run or run[-1] == i - 1):
+            run.append(i)
+    slow = list(itertools.takewhile(lambda i: up[i].slides, run))
+    return [places[-1] for places in (slow, run[len(slow) :]) if places]
 
 
 def lowered(
