@@ -15,12 +15,15 @@ from squeal.stability.matrices import (
     Reduced,
     System,
     first_order,
+    rank_of,
     reduce,
     reduce_stack,
+    unit_diagonal,
     zero_roots,
 )
 
 ComplexArray = NDArray[np.complex128]
+HIDDEN = 1e-3  # of the slowest root's square: rounding that hides it
 MOST_SHOWN = 6  # frequencies in a representation
 
 
@@ -175,6 +178,20 @@ def squared_frequencies(reduced: Reduced) -> tuple[ComplexArray, ComplexArray, C
     real = np.abs(values.imag) <= axis_noise(reduced.A, values, condition, reduced.rounding)
     values[real] = values.real[real]
     return values, right, left, condition
+
+
+def hidden(reduced: Reduced, K: Array) -> bool:
+    """True if rounding of A or B, far greater than what moves slow modes, leaves those too few
+    digits: where a mass is light, a spring stiff or a damper strong beside the others."""
+    sizes = np.linalg.svd(reduced.A, compute_uv=False)
+    square = sizes[0]
+    if reduced.B is not None:
+        square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
+    error = 2 * reduced.n * reduced.rounding
+    present = sizes[sizes > error * sizes[0]]
+    if len(present) != rank_of(np.linalg.svd(unit_diagonal(K), compute_uv=False)):
+        return True
+    return bool(len(present) and error * square > HIDDEN * present[-1])
 
 
 def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> list[float]:

@@ -11,7 +11,7 @@ from squeal.stability.cubic import Cubic, cubic_of
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
 from squeal.stability.growth import GROWING, SMALL, Growth, fastest_rates, growth_of
 from squeal.stability.judgement import judge_reduced
-from squeal.stability.matrices import Batched, Matrices, Reduced, System, reduce
+from squeal.stability.matrices import Batched, LightMassError, Matrices, Reduced, System, reduce
 from squeal.stability.terms import is_sparse
 
 
@@ -94,6 +94,8 @@ def _reduced(matrices: Matrices) -> Reduced:
         raise UnsuitedError
     try:
         reduced = reduce(M, C, K)
+    except LightMassError:
+        raise
     except InputError:
         if np.linalg.matrix_rank(np.asarray(M, dtype=float)) == len(np.asarray(M)):
             raise UnsuitedError from None  # a regular M that is not symmetric

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,18 @@ class Batched:
 
 
 EPS = float(np.finfo(float).eps)
+ILL = 1e-6  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
+REQUIRED = "a well-conditioned matrix is required"
+
+
+class LightMassError(InputError):
+    """M is singular, or so nearly that its inverse would cost the digits of other modes."""
+
+
+def rank_of(singular: Array, size: float | None = None) -> int:
+    """How many falling singular values are more than rounding of a matrix of that size (2-norm)."""
+    largest = size if size is not None else float(singular[0]) if len(singular) else 0.0
+    return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
 
 def check_system(system: object, asked: str, other: str = "") -> None:
@@ -184,20 +197,48 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
     """T with T' M T = 1, and the relative size of the errors that it brings."""
     M = np.frombuffer(mass).reshape(n, n)
     diagonal = np.diag(M)
-    if np.any(diagonal <= 0.0):
+    if np.any(diagonal < 0.0):
         raise InputError("M: its diagonal must be positive (M symmetric, positive definite)")
+    if np.any(diagonal == 0.0):
+        light_motions(M)
+        row = int(np.argmin(diagonal)) + 1
+        raise LightMassError(f"M: row {row} has no mass; {REQUIRED}")
     scale = 1.0 / np.sqrt(diagonal)
     unit = M * np.outer(scale, scale)
     if np.abs(unit - unit.T).max() > 1e-12:
         raise InputError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
         return np.diag(scale), 4 * EPS
-    try:
-        inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
-    except np.linalg.LinAlgError:
-        raise InputError("M: a positive definite matrix is required") from None
+    least, *_, greatest = np.linalg.eigvalsh(unit)
+    if least < -4 * EPS * n * greatest:
+        raise InputError("M: a positive definite matrix is required")
+    if least < ILL * greatest:
+        size = max(least / greatest, 0.0)
+        raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
+    inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = scale[:, None] * inverse.T
     return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
+
+
+def unit_diagonal(M: Any) -> Any:
+    """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then."""
+    size = np.sqrt(np.abs(np.diag(M)))
+    size = 1.0 / np.where(size > 0, size, 1.0)
+    return M * np.outer(size, size)
+
+
+def light_motions(M: Array) -> tuple[Array, Array]:
+    """Rising masses (n,), 0 where they are rounding, of motions, the columns of T: T' M T diagonal.
+
+    Raises InputError unless M is symmetric, positive semidefinite.
+    """
+    size = np.sqrt(np.abs(np.diag(M)))
+    scale = 1.0 / np.where(size > 0, size, 1.0)
+    masses, vectors = np.linalg.eigh(unit_diagonal(M))
+    least = 4 * EPS * len(M) * masses[-1]
+    if masses[0] < -least:
+        raise InputError("M: a positive definite matrix is required")
+    return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 
 def first_order(A: Array, B: Array) -> tuple[Array, Array]:

@@ -17,7 +17,8 @@ from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.growth import GROWING
-from squeal.stability.matrices import System, check_range, check_system
+from squeal.stability.light import Slow
+from squeal.stability.matrices import LightMassError, System, check_range, check_system
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -34,6 +35,16 @@ def thresholds(
     """
     check_system(system, "thresholds")
     check_range("thresholds", mu_min, mu_max)
+    try:
+        return _thresholds(system, mu_max, breakpoints, mu_min)
+    except LightMassError:
+        slow = Slow(system, mu_min)
+        return slow.widened(_thresholds(slow, mu_max, breakpoints, mu_min))
+
+
+def _thresholds(
+    system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
+) -> Thresholds:
     try:
         survey = Survey(system, mu_max, breakpoints, mu_min)
         return Thresholds(_verdict_changes(survey), _axis_crossings(survey))

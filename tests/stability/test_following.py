@@ -151,5 +151,6 @@ def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
     terms = (Term(mixed @ K0), Term(mixed @ K1, Formula("mu")))
     found = thresholds(TermSystem((Term(mixed),), (), terms), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx([0.5], rel=1e-10)
+    mixed[3] = mixed[2]
     with pytest.raises(InputError, match="regular"):
-        thresholds(lambda mu: (np.diag([1.0, 1, 1, 0]), None, K0 + mu * K1), 2.0)
+        thresholds(lambda mu: (mixed, None, K0 + mu * K1), 2.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +17,7 @@ from squeal.files.journal import Checkpoint
 from squeal.stability import CriticalPoint, Crossing, thresholds
 from squeal.stability.dampings import dense
 from squeal.stability.following.search import search
+from squeal.stability.matrices import ILL, unit_diagonal
 from squeal.stability.sparse.along import crossings_along
 from squeal.stability.sparse.count import count_roots
 from squeal.stability.sparse.factor import one_thread
@@ -28,6 +29,7 @@ from squeal.stability.terms import TermSystem
 STEPS = 13  # values at which a reduced system has to be good
 START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
+BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
 GROWING = ("flutter", "divergence")
 
 
@@ -93,7 +95,7 @@ def system_thresholds(
 
 def _regular(system: TermSystem, low: float) -> bool:
     """True if M may be inverted, so that all roots can be followed."""
-    return bool(np.linalg.cond(dense(system(low)[0])) < 1e12)
+    return bool(ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0)
 
 
 def _in_band(frequency: float, wanted: Wanted) -> bool:
@@ -126,7 +128,9 @@ def _large(
     checkpoint: Checkpoint | None,
 ) -> SystemThresholds:
     name = system.parameter
-    values = [low + (high - low) * k / (STEPS - 1) for k in range(STEPS)]
+    # inner values that thresholds do not like to lie at
+    inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
+    values = [low, *(low + x * (high - low) for x in inner), high]
     changes = [{name: v} for v in values]
     reduction, region = reduced_for(
         system, wanted, changes, progress=progress, checkpoint=checkpoint
@@ -143,11 +147,11 @@ def _large(
     else:
         rows = _undamped(reduction, region, low, high)
     crossings, states = _placed(reduction, region, rows, low, high)
+    unconfirmed += tuple(_unexplained(reduction, region, crossings, states, values))
     certified = None
     if system.n <= COUNTED_ROWS:
-        certified = not unconfirmed and all(
-            _counted(reduction, region, p, progress) for p, _ in states
-        )
+        certified = not unconfirmed and reduction.worst <= ACCEPTED
+        certified = certified and all(_counted(reduction, region, p, progress) for p, _ in states)
     points = _points(crossings, [verdict for _, verdict in states])
     return SystemThresholds(
         low, high, states[0][1], points, crossings, certified, unconfirmed, reduction
@@ -201,6 +205,24 @@ def _placed(
             )
         )
     return tuple(placed), states
+
+
+def _unexplained(
+    reduction: Reduction,
+    region: Rectangle,
+    crossings: Sequence[Crossing],
+    states: Sequence[tuple[float, str]],
+    values: Sequence[float],
+) -> Iterator[str]:
+    """Sentences on values at which something else grows than between the crossings around."""
+    name, noise = reduction.system.parameter, noise_of(reduction.system)
+    margin = BESIDE * (values[-1] - values[0])
+    for value in values:
+        if all(abs(value - c.mu) > margin for c in crossings):
+            place = sum(c.mu < value for c in crossings)
+            seen = verdict_of(reduction.values(region, {name: value}), noise)
+            if _kind(seen) != _kind(states[place][1]):
+                yield f"{seen} at {name} = {value:.6g} follows from no threshold that was located"
 
 
 def _kind(verdict: str) -> str:

@@ -12,8 +12,8 @@ from squeal.analysis.systems.wanted import MODES, Progress, Wanted, is_small, qu
 from squeal.errors import ComputationError, InputError
 from squeal.stability import UnstableMode, complex_eigenvalues, judge
 from squeal.stability.dampings import dense
-from squeal.stability.eigen import Eigenvalue
-from squeal.stability.matrices import EPS
+from squeal.stability.eigen import Eigenvalue, hidden
+from squeal.stability.matrices import EPS, reduce
 from squeal.stability.sparse.count import count_roots
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.growth import growth_bound
@@ -27,6 +27,7 @@ from squeal.stability.terms import Matrix, TermSystem
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
+ACCEPTED = 1e-6  # backward error of a root
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
@@ -50,8 +51,10 @@ class SystemRoots:
 
     @property
     def certified(self) -> bool:
-        """True if the count proves that no root of the region is missing."""
-        return self.count == len(self.eigenvalues) + len(self.others)
+        """True if the count proves that no root of the region is missing, and each one solves the
+        equations."""
+        every = (*self.eigenvalues, *self.others)
+        return self.count == len(every) and all(e.residual <= ACCEPTED for e in every)
 
     def lowest(self, modes: int) -> SystemRoots:
         """The first of them, which the count still proves to be the first."""
@@ -154,10 +157,9 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
     assert K is not None
     spectrum = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
-        try:
-            spectrum = complex_eigenvalues(M, C, K)
-        except InputError:  # M is singular or not symmetric: the pencil is solved
-            spectrum = None
+        with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
+            if not hidden(reduce(M, C, K), K):
+                spectrum = complex_eigenvalues(M, C, K)
     if spectrum is not None:
         values, verdict = spectrum.eigenvalues, judge(M, C, K)
         words = (verdict.verdict, str(verdict))

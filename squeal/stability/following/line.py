@@ -16,7 +16,17 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.stability.growth import Growth, counted
-from squeal.stability.matrices import EPS, Array, System, checked, first_order, reduce
+from squeal.stability.matrices import (
+    EPS,
+    ILL,
+    Array,
+    LightMassError,
+    System,
+    checked,
+    first_order,
+    reduce,
+    unit_diagonal,
+)
 from squeal.stability.terms import TermSystem, is_sparse
 
 ComplexArray = NDArray[np.complex128]
@@ -190,12 +200,14 @@ def _normalising(M: Array) -> tuple[Any, Any, float]:
     """L, R with L M R = 1 (L = R' if M is symmetric, positive definite) and rounding errors."""
     try:
         reduced = reduce(M, None, np.zeros_like(M))
+    except LightMassError:
+        raise
     except InputError:
         condition = float(np.linalg.cond(M))
-        if condition * EPS > 1e-3:
+        if not ILL * np.linalg.cond(unit_diagonal(M)) < 1.0:
             raise InputError(
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
-                "mass a band is"
+                "mass a band is (--band)"
             ) from None
         return np.linalg.inv(M), np.eye(len(M)), EPS * condition
     return reduced.T.T, reduced.T, reduced.rounding

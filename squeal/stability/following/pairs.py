@@ -16,7 +16,7 @@ from squeal.stability.following.line import Line, norm
 from squeal.stability.matrices import EPS
 
 ROUNDS = 60  # of block inverse iteration, at most
-CONVERGED = 64 * EPS  # of |A|: a residual of the subspace that leaves only its square as error
+CONVERGED = 64 * EPS  # of |A|: residual of a subspace that has converged
 STALLED = 0.9  # of the residual before: more is left by a round that helps no more
 SURE = 4.0  # standard deviations of rounding that a noise holds
 NUDGE = 1e-7  # of the shift, so that the factorised matrix is regular
@@ -61,17 +61,20 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
         shift = shift.real
         right, left = np.asarray(right.real), np.asarray(left.real)
     factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
-    X, off = _subspace(A, size, right, lambda X: lu_solve(factor, X, check_finite=False))
-    Y, rest = _subspace(A.T, size, left, lambda Y: lu_solve(factor, Y, trans=2, check_finite=False))
+    X = _subspace(A, size, right, lambda X: lu_solve(factor, X, check_finite=False))
+    Y = _subspace(A.T, size, left, lambda Y: lu_solve(factor, Y, trans=2, check_finite=False))
     across = Y.conj().T @ X
     inverse = np.linalg.inv(across)
     small = inverse @ (Y.conj().T @ (A @ X))
     slope = inverse @ (Y.conj().T @ (derivative @ X))
     mean, mean_slope = np.trace(small) / 2, np.trace(slope) / 2
     N, S = small - mean * np.eye(2), slope - mean_slope * np.eye(2)
-    # independent roundings in the entries of A, and the nearest matrix with such a subspace
+    # independent roundings in the entries of A, and what the subspaces miss, to second order
     entries = np.sqrt(np.abs(inverse @ Y.conj().T) ** 2 @ (A**2 @ np.abs(X) ** 2))
-    error = SURE * max(rounding, EPS) * entries + np.linalg.norm(inverse, 2) * min(off, rest)
+    beside = lu_solve(factor, A @ X - X @ small, check_finite=False)
+    beside = beside - X @ (inverse @ (Y.conj().T @ beside))
+    missed = np.abs(inverse @ (Y.conj().T @ (A @ beside)))
+    error = SURE * max(rounding, EPS) * entries + missed
     return Pair(
         p,
         complex(mean),
@@ -87,17 +90,14 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
 
 def _subspace(
     A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray]
-) -> tuple[NDArray, float]:
-    """The invariant subspace (N, 2) that inverse iteration turns `start` to, and its residual, 0 if
-    it has converged."""
+) -> NDArray:
+    """The invariant subspace (N, 2) that inverse iteration turns `start` to."""
     X, before = start, np.inf
     for _ in range(ROUNDS):
         X = np.linalg.qr(solve(X))[0]
         image = A @ X
         rest = float(np.linalg.norm(image - X @ (X.conj().T @ image)))
-        if rest <= CONVERGED * size:
-            return X, 0.0
-        if rest > STALLED * before:
+        if rest <= CONVERGED * size or rest > STALLED * before:
             break
         before = rest
-    return X, rest
+    return X

@@ -7,12 +7,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from squeal.stability.matrices import ILL, unit_diagonal
 from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.pencil import pencil_roots
 from squeal.stability.sparse.quadratic import ComplexArray, norm_of
 from squeal.stability.sparse.region import Region
+from squeal.stability.sparse.scaled import quadratic
 from squeal.stability.terms import Matrix
-
-REGULAR = 1e-10  # reciprocal condition of M below which the generalised problem is solved
 
 
 def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
@@ -20,28 +21,21 @@ def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
 
     Without damping those on the imaginary axis are exactly there.
     """
+    if 1.0 / np.linalg.cond(unit_diagonal(M)) <= ILL:
+        problem = quadratic(M, C, K)
+        return pencil_roots(*(X.toarray() for X in (problem.M, problem.C, problem.K))).values
     n = len(M)
-    if (C is None or not C.any()) and 1.0 / np.linalg.cond(M, 1) > REGULAR:
+    if C is None or not C.any():
         A = _normalised(M, K)
         solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
         squares = -solve(A).astype(complex)
         half = np.sqrt(squares)
         return np.concatenate([half, -half])
-    C = np.zeros_like(M) if C is None else C
     rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
     eye, zero = np.eye(n), np.zeros((n, n))
-    if 1.0 / np.linalg.cond(M, 1) > REGULAR:
-        lower = np.linalg.solve(M, np.hstack([-K / rate**2, -C / rate]))
-        first_order = np.vstack([np.hstack([zero, eye]), lower])
-        return np.asarray(np.linalg.eigvals(first_order) * rate, dtype=complex)
-    from scipy.linalg import eig
-
-    size = norm_of(K)
-    left = np.block([[zero, eye], [-K / size, -C * (rate / size)]])
-    right = np.block([[eye, zero], [zero, M * (rate**2 / size)]])
-    alpha, beta = eig(left, right, right=False, homogeneous_eigvals=True)
-    finite = np.abs(beta) > 1e-12 * np.abs(alpha)
-    return np.asarray(alpha[finite] / beta[finite] * rate, dtype=complex)
+    lower = np.linalg.solve(M, np.hstack([-K / rate**2, -C / rate]))
+    first_order = np.vstack([np.hstack([zero, eye]), lower])
+    return np.asarray(np.linalg.eigvals(first_order) * rate, dtype=complex)
 
 
 def _normalised(M: Matrix, K: Matrix) -> Matrix:
