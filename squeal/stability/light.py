@@ -85,13 +85,15 @@ class Slow:
         condition = float(np.linalg.cond(unit_diagonal(K22)))
         if not condition < CONDITION or np.linalg.slogdet(K22)[0] != self.sign:
             raise InputError(REFUSED)
-        self.growth = max(self.growth, len(self.M) * condition)
         X = np.linalg.solve(K22, K21)
         for _ in range(ROUNDS):
             inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
             before, X = X, np.linalg.solve(K22, K21 + inertia)
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
-                return K11 - K12 @ X
+                terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
+                lost = float(np.abs(terms).max() / np.abs(rest).max())
+                self.growth = max(self.growth, len(self.M) * condition * lost)
+                return rest
         raise InputError(REFUSED)
 
     def widened(self, found: Thresholds) -> Thresholds:
@@ -100,6 +102,8 @@ class Slow:
         def wide(mu: float, interval: tuple[float, float]) -> tuple[float, float]:
             return mu + self.growth * (interval[0] - mu), mu + self.growth * (interval[1] - mu)
 
+        if found.certified is not None:  # followed, with this rounding
+            return found
         return Thresholds(
             [replace(p, interval=wide(p.mu, p.interval)) for p in found.points],
             [replace(c, interval=wide(c.mu, c.interval)) for c in found.crossings],

@@ -150,8 +150,9 @@ def _large(
     unconfirmed += tuple(_unexplained(reduction, region, crossings, states, values))
     certified = None
     if system.n <= COUNTED_ROWS:
-        certified = not unconfirmed and reduction.worst <= ACCEPTED
-        certified = certified and all(_counted(reduction, region, p, progress) for p, _ in states)
+        certified = not unconfirmed and all(
+            _counted(reduction, region, p, progress) for p, _ in states
+        )
     points = _points(crossings, [verdict for _, verdict in states])
     return SystemThresholds(
         low, high, states[0][1], points, crossings, certified, unconfirmed, reduction

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.stability.growth import Growth, counted
+from squeal.stability.light import Slow
 from squeal.stability.matrices import (
     EPS,
     ILL,
@@ -102,6 +103,8 @@ class Line:
         dM, dC, dK = self._derivatives(p)
         left, right, rounding = _normalising(M)
         C = np.zeros_like(K) if C is None else C
+        if isinstance(self.system, Slow):
+            rounding *= self.system.growth
         A, B, mass, dA, dB = (left @ X @ right for X in (K, C, dM, dK, dC))
         return (A, B), (dA - mass @ A, dB - mass @ B), rounding
 

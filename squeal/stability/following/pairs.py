@@ -74,7 +74,7 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
     beside = lu_solve(factor, A @ X - X @ small, check_finite=False)
     beside = beside - X @ (inverse @ (Y.conj().T @ beside))
     missed = np.abs(inverse @ (Y.conj().T @ (A @ beside)))
-    error = SURE * max(rounding, EPS) * entries + missed
+    error = SURE * (max(rounding, EPS) * entries + missed)
     return Pair(
         p,
         complex(mean),
@@ -91,13 +91,23 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
 def _subspace(
     A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray]
 ) -> NDArray:
-    """The invariant subspace (N, 2) that inverse iteration turns `start` to."""
-    X, before = start, np.inf
+    """The invariant subspace (N, 2) that inverse iteration turns `start` to.
+
+    Next to a coalescence both columns become one vector but for half the digits; what these leave
+    is lessened by Newton's steps.
+    """
+    X, before, step = np.linalg.qr(solve(start))[0], np.inf, False
     for _ in range(ROUNDS):
-        X = np.linalg.qr(solve(X))[0]
         image = A @ X
-        rest = float(np.linalg.norm(image - X @ (X.conj().T @ image)))
-        if rest <= CONVERGED * size or rest > STALLED * before:
+        rest = image - X @ (X.conj().T @ image)
+        left = float(np.linalg.norm(rest))
+        if left <= CONVERGED * size or (step and left > STALLED * before):
             break
-        before = rest
+        step = step or left > STALLED * before
+        if step:
+            beside = solve(rest)
+            X = np.linalg.qr(X - beside + X @ (X.conj().T @ beside))[0]
+        else:
+            X = np.linalg.qr(solve(X))[0]
+        before = left
     return X
