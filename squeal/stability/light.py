@@ -92,6 +92,7 @@ class Slow:
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
                 terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
                 lost = float(np.abs(terms).max() / np.abs(rest).max())
+                lost *= float(self.heavy[-1] / self.heavy[0])
                 self.growth = max(self.growth, len(self.M) * condition * lost)
                 return rest
         raise InputError(REFUSED)
