@@ -64,13 +64,11 @@ def measure_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> dict[str
 
 def hammering(cases: Mapping[str, Case], b2: Mapping[str, Scene]) -> Hammering:
     """Which cases hammer, `cases` as measured; and under which load, from the scenes of B2."""
-    return Hammering(
-        {
-            model: tuple(name for name, margin in margins.items() if margin > 0.0)
-            for model, margins in hammering_margins(*cases.values()).items()
-        },
-        {case: loaded(scene) for case, scene in b2.items()},
-    )
+    beating = {
+        model: tuple(name for name, margin in margins.items() if margin > 0.0)
+        for model, margins in hammering_margins(*cases.values()).items()
+    }
+    return Hammering(beating, {case: loaded(b2[case]) for case in beating["B2"] if case in b2})
 
 
 def loaded(scene: Scene) -> tuple[Loaded, ...]:

@@ -46,7 +46,7 @@ class Loaded(Record):
 
 
 class Hammering(Record):
-    """The cases that hammer, by model ("B1", "B2"); by case of B2, where delta goes under load."""
+    """The cases that hammer, by model ("B1", "B2"); of those of B2, where delta goes under load."""
 
     cases: dict[str, tuple[str, ...]]
     loaded: dict[str, tuple[Loaded, ...]]
