@@ -89,20 +89,20 @@ class ModeSweep:
     contacts: tuple[tuple[float, str], ...]
 
 
-@takes(low=Number(low=0.0, low_allowed=True), high=Number(low=0.0))
+@takes(low=Number(), high=Number())
 def sweep_modes(subject: Scene | System, low: float, high: float, name: str = "mu") -> ModeSweep:
     """Follow the modes of a scene (along its branch from mu = 0) or system from low to high.
 
-    Raises InputError unless 0 <= low < high, ComputationError if a scene has no equilibrium
-    without friction, or its branch ends before `low`.
+    Raises InputError unless low < high, and 0 <= low for a scene, ComputationError if a scene has
+    no equilibrium without friction, or its branch ends before `low`.
     """
-    if not low < high:
-        raise InputError(
-            f"sweep_modes: low {low:g} and high {high:g} are not allowed; it must be "
-            "0 <= low < high"
-        )
     if not isinstance(subject, Scene):
         check_system(subject, "sweep_modes", "a Scene or ")
+    if not low < high or (isinstance(subject, Scene) and low < 0.0):
+        raise InputError(
+            f"sweep_modes: low {low:g} and high {high:g} are not allowed; it must be low < high, "
+            "and 0 <= low for a scene"
+        )
     path = None
     if isinstance(subject, Scene):
         system, path = branch_system(subject, high)

@@ -160,8 +160,8 @@ def _warnings(subject: Subject) -> tuple[str, ...] | None:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
-    mu_max = upper_end(given.mu_max)
     subject = subject_of(given.source, "advise")
+    mu_max = upper_end(given, subject)
     with progress_line("parameters") as progress:
         advice = advise(subject, tolerances(given.tolerance, subject), mu_max, progress)
     if given.table is not None:

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from squeal.analysis.critical import CriticalFriction, critical_friction
+from squeal.analysis.subject import upper_end_of
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers
-from squeal.commands.outputs import file_options
+from squeal.commands.outputs import file_options, option_of
 from squeal.commands.plain import critical, refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
@@ -69,10 +70,10 @@ def write_thresholds(path: Path, found: CriticalFriction) -> None:
     write_table(path, dict.fromkeys(names, ""), rows)
 
 
-def upper_end(given: str) -> float:
-    """The value of --mu-max. Raises InputError."""
-    words = "a number above 0 and at most 1000"
-    return numbers(given, "--mu-max", 1, words, lambda mu: 0.0 < mu <= 1e3)[0]
+def upper_end(given: argparse.Namespace, subject: object) -> float:
+    """The value of --mu-max for a scene or system. Raises InputError."""
+    kind = upper_end_of(subject)
+    return numbers(given.mu_max, option_of(given, "mu_max"), 1, kind.allowed(), kind.admits)[0]
 
 
 def data(found: CriticalFriction) -> dict[str, Any]:
@@ -94,6 +95,8 @@ def data(found: CriticalFriction) -> dict[str, Any]:
             for crossing in found.crossings
         ],
         "verdict_at_zero": found.at_zero,
+        "verdict_at_start": found.at_zero,
+        "mu_start": 0.0,
         "mu_end": found.mu_end,
         "admissible_to": min(found.admissible_to, found.mu_end),
         "end": found.end,
@@ -136,17 +139,18 @@ def run(given: argparse.Namespace) -> Answer:
         from squeal.commands.system_thresholds import thresholds_of  # a scene needs none of it
 
         return thresholds_of(given, matrices)
-    mu_max = upper_end(given.mu_max)
     refuse_options(given, ("min", "band"))
     if given.scatter is not None:
         from squeal.commands.scattered import scattered
         from squeal.commands.subjects import subject_of
 
-        return scattered(given, subject_of(given.source, "--scatter"), mu_max)
+        subject = subject_of(given.source, "--scatter")
+        return scattered(given, subject, upper_end(given, subject))
     system = given.source.system()
     if given.sensitivity:
         refuse_sensitivity(given.source.name, system)
     source = system or given.source.scene()
+    mu_max = upper_end(given, source)
     moves, shown = None, ""
     if isinstance(source, Scene):
         found = critical_friction(source, mu_max)

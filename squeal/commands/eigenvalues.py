@@ -12,7 +12,7 @@ from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
-from squeal.commands.outputs import file_options
+from squeal.commands.outputs import file_options, option_of
 from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
 from squeal.commands.sweep import (
@@ -239,8 +239,9 @@ def run(given: argparse.Namespace) -> Answer:
         from squeal.commands.systems import eigenvalues_of
 
         return eigenvalues_of(given, matrices)
-    mus = spaced(given.mu, "--mu", 0.0, 1e3) if given.mu else None
     system = given.source.system()
+    ends = (0.0, 1e3) if system is None else ()  # of friction; a parameter may take any value
+    mus = spaced(given.mu, option_of(given, "mu"), *ends) if given.mu else None
     refuse_options(given, ("modes", "region", "method", *SHAPE))
     value_of(given.at, system)
     if given.sensitivity:

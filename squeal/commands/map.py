@@ -163,7 +163,7 @@ def _span(shown: Field) -> str:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene, compute the map, write what is asked."""
-    matrices = system_of(given)
+    matrices = system_of(given, short=True)
     if matrices is not None:
         return chart_of(given, matrices)
     refuse_options(given, ("band",))

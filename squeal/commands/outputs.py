@@ -51,6 +51,12 @@ class Once(argparse.Action):
         setattr(namespace, f"{self.dest}_option", option)
 
 
+def option_of(given: argparse.Namespace, name: str) -> str:
+    """The option by which a value was given, such as --mu-max or --max."""
+    used: str | None = getattr(given, f"{name}_option", None)
+    return used or f"--{name.replace('_', '-')}"
+
+
 def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
     """Options `table`, `figure` and `sound` that name a file, such as table="write the verdicts to
     FILE"."""

@@ -26,6 +26,11 @@ MOST_POINTS = 4000
 def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     """The answer of `squeal map` for a system."""
     system = file.system
+    if len(system.parameters) < 2:
+        raise InputError(
+            f"{given.source.name}: {', '.join(system.parameters)} is the only parameter; a map "
+            "needs a system of the general form with two named under its key parameters"
+        )
     if given.quantity is not None:
         raise InputError(f"--quantity {given.quantity}: is not allowed with a system of matrices")
     if given.curve is not None:

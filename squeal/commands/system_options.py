@@ -61,10 +61,13 @@ def asked(given: argparse.Namespace) -> bool:
     )
 
 
-def system_of(given: argparse.Namespace) -> SystemFile | None:
-    """The system that the file holds, if it is of the general form or options ask for its terms."""
+def system_of(given: argparse.Namespace, short: bool = False) -> SystemFile | None:
+    """The system that the file holds, if it is of the general form or options ask for its terms.
+
+    Also of the short form, whatever the options are, with `short`.
+    """
     found: SystemFile | None = given.source.terms()
-    if found is None and asked(given):
+    if found is None and (short or asked(given)):
         plain: PlainSystem | None = given.source.system()
         if plain is not None:
             from squeal.scene.terms import SystemFile

@@ -14,6 +14,7 @@ from squeal.analysis.systems.sweeps import full_rows, reduced_rows
 from squeal.analysis.systems.wanted import Wanted
 from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers
+from squeal.commands.outputs import option_of
 from squeal.commands.system_options import (
     check_work,
     progress_of,
@@ -40,7 +41,7 @@ def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "`squeal advise` is"
         )
     system, wanted, progress = file.system, wanted_of(given), progress_of(given)
-    high = numbers(given.mu_max, "--max", 1, "a finite number")[0]
+    high = numbers(given.mu_max, option_of(given, "mu_max"), 1, "a finite number")[0]
     warn_if_constant(system)
     check_work(given, system)
     low = value_in(given.min, "--min")
@@ -69,6 +70,7 @@ def data(system: TermSystem, found: SystemThresholds) -> dict[str, Any]:
             dataclasses.asdict(c) | {"interval": list(c.interval)} for c in found.crossings
         ],
         "verdict_at_start": found.verdict,
+        "verdict_at_zero": found.verdict if found.low == 0.0 else None,
         "mu_start": found.low,
         "mu_end": found.high,
         "end": f"{system.parameter} = {found.high:g} is reached",

@@ -23,6 +23,7 @@ from squeal.analysis.systems.sweeps import (
 from squeal.analysis.systems.wanted import Wanted, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import few, spaced
+from squeal.commands.outputs import option_of
 from squeal.commands.sweep import plain_shape_rows
 from squeal.commands.system_options import (
     check_work,
@@ -63,7 +64,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "a scene is allowed"
         )
     wanted, progress = wanted_of(given), progress_of(given)
-    values = spaced(given.mu, "--mu") if given.mu else []
+    values = spaced(given.mu, option_of(given, "mu")) if given.mu else []
     system, at = file.system, value_in(given.at, "--at")
     if at is not None:
         if f"parameters.{system.parameter}" in given.source.changes:

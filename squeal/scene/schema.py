@@ -185,6 +185,8 @@ def takes_scene(
 
 def check_document(document: Any, at: Place) -> dict[str, Any]:
     """The values of a mapping of a scene file's form, converted. Raises InputError."""
+    if isinstance(document, dict) and "M" in document and "model" not in document:
+        raise (at / "M").refuse("a system of matrices is not allowed here; it must be a scene")
     model = document.get("model", "") if isinstance(document, dict) else ""
     given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
     tilt = given["parameters"].get("theta0", 0.0)
