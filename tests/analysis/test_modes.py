@@ -112,8 +112,9 @@ def test_a_scene_s_sweep_is_that_of_its_branch():
 
 @pytest.mark.parametrize(("low", "high"), [(-0.1, 1.0), (0.5, 0.5), (0.0, math.inf)])
 def test_a_range_that_is_none_is_refused(low, high):
-    with pytest.raises(InputError, match=r"sweep_modes: (low|high).* it must be "):
-        sweep_modes(coupled, low, high)
+    for subject in (read_scene(SCENES / "b3.yaml"), coupled)[: 1 if low < 0.0 else 2]:
+        with pytest.raises(InputError, match=r"sweep_modes: (low|high).* it must be "):
+            sweep_modes(subject, low, high)
 
 
 @pytest.mark.parametrize("mus", [[], [0.1, -0.1]])
