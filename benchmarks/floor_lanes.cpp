@@ -186,7 +186,8 @@ static inline Lane root(const Lane *gap, Lane h, Lane sense) {
     auto busy = met;
     for (int n = 0; n < 60 && any(busy); ++n) {
         Lane g = gap[LAST], d{};
-        for (int k = LAST; k-- > 0;) { d = d * here + g; g = g * here + gap[k]; }
+#pragma GCC unroll 32
+        for (int k = LAST - 1; k >= 0; --k) { d = d * here + g; g = g * here + gap[k]; }
         const auto past = sense * g > 0;
         b = choose(past, here, b);
         a = choose(past, a, here);
