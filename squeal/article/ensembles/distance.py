@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from squeal.article.identify.objective import MAP_POINTS, SEARCH_TOLERANCE
 from squeal.article.identify.space import STOP, pad_of, stacked
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
-from squeal.simulation.batch.many import DONE, simulate_many
+from squeal.simulation.batch.many import DONE, Arrays, simulate_many
 
 ORDER: tuple[tuple[Model, str], ...] = (
     ("B2", "c"), ("B2", "d"), ("B2", "a"), ("B2", "b"),
@@ -85,6 +86,7 @@ class _Judging:
         self.measured: list[dict[str, Case | Linear]] = [{} for _ in range(count)]
         self.failed = np.zeros(count, dtype=bool)
         self.motions = self.steps = 0
+        self._simulated: dict[tuple[Model, str], tuple[np.ndarray, Arrays]] = {}
 
     def distance(self) -> np.ndarray:
         """Lower bound of the distance from what is known, (n,)."""
@@ -107,21 +109,21 @@ class _Judging:
                     if counted:
                         self.prices[i, at] = price(claim, margin, float(self.numbers["F_n"][i]))
 
-    def scene(self, pads: np.ndarray, model: Model, case: str) -> None:
-        """Simulate one scene of some pads (indices) and judge what can be judged."""
+    def _simulate(self, pads: np.ndarray, model: Model, cases: Sequence[str]) -> None:
+        """Simulate some cases of some pads (indices), all at once: wide batches cost less."""
         numbers = {name: v[pads] for name, v in self.numbers.items()}
-        stack = stacked(numbers, model, case, self.formulation)
-        first = starts(numbers, stack)
+        stacks = [stacked(numbers, model, case, self.formulation) for case in cases]
+        first = np.concatenate([starts(numbers, stack) for stack in stacks])
         able = np.isfinite(first).all(axis=1)
-        self.failed[pads[~able]] = True
-        pads, first = pads[able], first[able]
-        if not pads.size:
+        given = [stack.pad.given() for stack in stacks]
+        columns = {n: np.concatenate([one[n] for one in given])[able] for n in given[0]}
+        self._simulated |= {(model, case): (pads[:0], {}) for case in cases}
+        if not able.any():
             return
-        stack = stack.replace(**{name: v[able] for name, v in stack.pad.given().items()})
         found = simulate_many(
             model,
-            stack.pad,
-            first,
+            stacks[0].pad.replace(**columns),
+            first[able],
             self.stop,
             SEARCH_TOLERANCE,
             self.formulation,
@@ -129,17 +131,36 @@ class _Judging:
             phase=self.phase,
             calm=False,
         )
-        raised = (
-            friction_raises(stack) if (model, case) == ("B2", "b") else np.full(pads.size, np.nan)
-        )
+        of, ids = np.divmod(np.flatnonzero(able), len(pads))
+        for i, case in enumerate(cases):
+            own = {name: values[of == i] for name, values in found.items()}
+            self._simulated[model, case] = pads[ids[of == i]], own
+
+    def scene(self, pads: np.ndarray, model: Model, case: str, cases: Sequence[str]) -> None:
+        """Judge what can be judged of some pads (indices) once this scene is there.
+
+        The scenes of `cases` are simulated with it, if they are not there yet.
+        """
+        if (model, case) not in self._simulated:
+            self._simulate(pads, model, cases)
+        there, found = self._simulated.pop((model, case))
+        self.failed[np.setdiff1d(pads, there)] = True
+        rows = np.flatnonzero(np.isin(there, pads))
+        pads = there[rows]
+        if not pads.size:
+            return
+        raised = np.full(pads.size, np.nan)
+        if (model, case) == ("B2", "b"):
+            numbers = {name: v[pads] for name, v in self.numbers.items()}
+            raised = friction_raises(stacked(numbers, model, case, self.formulation))
         self.motions += pads.size
-        self.steps += int(found["steps"].sum())
+        self.steps += int(found["steps"][rows].sum())
         speed = speed_limit(self.numbers)[pads]
-        ended = found["outcome"] == DONE
+        ended = found["outcome"][rows] == DONE
         self.failed[pads[~ended]] = True
-        for row in np.flatnonzero(ended).tolist():
-            self.measured[int(pads[row])][stem(model, case)] = case_of(
-                found, row, float(speed[row]), float(raised[row])
+        for i in np.flatnonzero(ended).tolist():
+            self.measured[int(pads[i])][stem(model, case)] = case_of(
+                found, int(rows[i]), float(speed[i]), float(raised[i])
             )
         self._settle(pads[ended], stem(model, case))
 
@@ -168,13 +189,14 @@ def judge(
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))
     judging = _Judging(numbers, formulation, counted, stop, phase)
+    early = bool(np.isfinite(levels).any())
     alive = np.arange(len(numbers["h"]))
     partial = np.full((len(alive), STEPS), np.nan)
     for step, pair in enumerate((*ORDER, None)):
         if pair is None:
             judging.linear(alive)
         elif pair[0] in models:
-            judging.scene(alive, *pair)
+            judging.scene(alive, *pair, [pair[1]] if early else list(CASES))
         partial[alive, step] = judging.distance()[alive]
         alive = alive[partial[alive, step] <= levels[step]]
         alive = alive[np.isfinite(partial[alive, step])]
