@@ -17,6 +17,11 @@ def change_in_words(lever: Lever) -> str:
     return f"{lever.tolerance.size:g} {lever.unit}".strip()
 
 
+def _hertz(frequency: float) -> str:
+    """A frequency to a whole number, or to three digits of a small one."""
+    return f"{frequency:.0f} Hz" if frequency >= 100.0 else f"{frequency:.3g} Hz"
+
+
 def _move(lever: Lever, word: str) -> str:
     meaning = PARAMETERS[lever.parameter].meaning if lever.parameter in PARAMETERS else ""
     what = f" ({meaning})" if meaning and lever.unit else ""
@@ -35,7 +40,7 @@ def _where(advice: Advice) -> str:
     if nominal.critical == 0.0:
         return f"It grows from {name} = 0 on ({nominal.kind})."
     side = "above" if nominal.critical > advice.mu else "below"
-    hertz = f" at {nominal.frequency_hz:.0f} Hz" if nominal.frequency_hz else ""
+    hertz = f" at {_hertz(nominal.frequency_hz)}" if nominal.frequency_hz else ""
     grows = nominal.kind in GROWING
     how = f"{nominal.kind}{hertz} sets in" if grows else "the equilibrium ceases"
     return (
@@ -85,10 +90,10 @@ def _verdict_sentence(mu: float, analysis: Analysis) -> str:
     verdict, dominant = analysis.judgement.verdict, analysis.spectrum.dominant
     if verdict == "flutter":
         return (
-            f"At mu = {mu:.3g} the pad flutters at {dominant.frequency_hz:.0f} Hz and its "
+            f"At mu = {mu:.3g} the pad flutters at {_hertz(dominant.frequency_hz)} and its "
             f"amplitude grows e-fold in {1e3 / dominant.growth_rate:.2g} ms."
         )
     if verdict == "divergence":
         return f"At mu = {mu:.3g} the equilibrium diverges: the pad leaves it without vibrating."
     low = min(e.frequency_hz for e in analysis.spectrum.eigenvalues)
-    return f"At mu = {mu:.3g} no mode grows ({verdict}); the lowest frequency is {low:.0f} Hz."
+    return f"At mu = {mu:.3g} no mode grows ({verdict}); the lowest frequency is {_hertz(low)}."

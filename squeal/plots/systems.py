@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.chart import NAMES
 from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
+from squeal.plots.units import Unit, frequency_unit, in_unit
 
 _MODULE = "squeal.plots.systems"
 NAMED = 6  # growing frequencies that are named in a figure
 NOISE = 1e-9  # of |lambda|: growth that may be rounding
+MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
 STABLE, GROWING = "0.25", "#C8380E"
 
 
@@ -42,17 +44,22 @@ def _grows(values: np.ndarray) -> np.ndarray:
     return np.asarray(values.real > NOISE * np.abs(values))
 
 
+def _unit(values: np.ndarray) -> Unit:
+    """Hz or kHz for the axis of roots (rad/s)."""
+    return frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi))
+
+
 def roots_figure(values: np.ndarray) -> Figure:
     """Roots (rad/s) of the upper half plane, those that grow in red and with their frequency."""
     figure = Figure(figsize=(SINGLE, 3.0))
     axes = figure.add_subplot()
     upper = values[values.imag >= -NOISE * np.abs(values)]
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
-    grows = _grows(upper)
+    grows, unit = _grows(upper), _unit(upper)
     for kept, colour, marker in ((~grows, STABLE, "o"), (grows, GROWING, "s")):
         axes.scatter(
             upper[kept].real,
-            upper[kept].imag / (2e3 * np.pi),
+            upper[kept].imag / unit.factor,
             s=14,
             marker=marker,
             facecolor="none",
@@ -61,8 +68,8 @@ def roots_figure(values: np.ndarray) -> Figure:
         )
     for root in sorted(upper[grows], key=lambda r: -r.real)[:NAMED]:
         axes.annotate(
-            f"{root.imag / (2 * np.pi):.0f} Hz",
-            (root.real, root.imag / (2e3 * np.pi)),
+            in_unit(root.imag, unit),
+            (root.real, root.imag / unit.factor),
             xytext=(-4, 0),
             textcoords="offset points",
             ha="right",
@@ -71,7 +78,7 @@ def roots_figure(values: np.ndarray) -> Figure:
             color=GROWING,
         )
     axes.set_xlabel("real part [1/s]")
-    axes.set_ylabel(r"imaginary part / $2\pi$ [kHz]")
+    axes.set_ylabel(rf"imaginary part / $2\pi$ [{unit.name}]")
     axes.margins(x=0.15)
     return figure
 
@@ -92,25 +99,26 @@ def sweep_figure(parameter: str, rows: Sequence[Row]) -> Figure:
     values = np.concatenate([row.roots for row in rows])
     keep = values.imag >= -NOISE * np.abs(values)
     at, values = at[keep], values[keep]
-    grows = _grows(values)
-    khz = values.imag / (2e3 * np.pi)
+    grows, unit = _grows(values), _unit(values)
+    frequency = values.imag / unit.factor
     _background((upper, lower), x, rows)
     for kept, colour, size in ((~grows, STABLE, 1.5), (grows, GROWING, 4.0)):
-        for axes, y in ((upper, khz), (lower, values.real)):
+        for axes, y in ((upper, frequency), (lower, values.real)):
             axes.scatter(at[kept], y[kept], s=size, color=colour, linewidth=0)
     lower.axhline(0.0, color="0.5", linewidth=0.6)
-    _named(upper, at[grows], khz[grows], values.real[grows])
-    points = plane.scatter(values.real, khz, c=at, s=5, cmap="viridis", linewidth=0)
+    upper.set_xlim(x[0], x[-1])
+    _named(upper, at[grows], values[grows], unit)
+    points = plane.scatter(values.real, frequency, c=at, s=5, cmap="viridis", linewidth=0)
     plane.axvline(0.0, color="0.5", linewidth=0.6)
     bar = figure.colorbar(points, ax=plane, location="top", aspect=30)
     bar.set_label(parameter)
-    upper.set_ylabel("frequency [kHz]")
+    upper.set_ylabel(f"frequency [{unit.name}]")
+    upper.margins(y=0.12)  # room for the names of what grows
     upper.tick_params(labelbottom=False)
-    upper.set_xlim(x[0], x[-1])
     lower.set_ylabel("real part [1/s]")
     lower.set_xlabel(parameter)
     plane.set_xlabel("real part [1/s]")
-    plane.set_ylabel("frequency [kHz]")
+    plane.set_ylabel(f"frequency [{unit.name}]")
     return figure
 
 
@@ -122,20 +130,23 @@ def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Row]) -> None
             axes.axvspan(low, high, color=colour, alpha=0.2, linewidth=0)
 
 
-def _named(axes, at: np.ndarray, khz: np.ndarray, growth: np.ndarray) -> None:  # type: ignore
+def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # type: ignore
     """Name each group of growing frequencies once, where it grows most."""
     taken: list[float] = []
-    for k in np.argsort(-growth):
+    for k in np.argsort(-values.real):
         if len(taken) == NAMED:
             return
-        if all(abs(khz[k] - other) > 0.04 * max(khz[k], other, 1e-9) for other in taken):
-            taken.append(float(khz[k]))
+        one = abs(float(values[k].imag))
+        if all(abs(one - other) > 0.04 * max(one, other) for other in taken):
+            taken.append(one)
+            share = (at[k] - axes.get_xlim()[0]) / np.ptp(axes.get_xlim())
+            side, moved = ("left", 3) if share < 0.1 else ("right", -3) if share > 0.9 else MIDDLE
             axes.annotate(
-                f"{1e3 * khz[k]:.0f} Hz",
-                (at[k], khz[k]),
-                xytext=(0, 4),
+                in_unit(one, unit),
+                (at[k], one / unit.factor),
+                xytext=(moved, 4),
                 textcoords="offset points",
-                ha="right" if at[k] > np.max(at) - 0.1 * np.ptp(axes.get_xlim()) else "center",
+                ha=side,
                 fontsize=7,
                 color=GROWING,
             )

@@ -1,0 +1,51 @@
+"""Figures of systems count Hz or kHz by the size of what they show, and names keep inside."""
+
+import numpy as np
+import pytest
+
+from squeal.analysis.advice import Advice, Outcome
+from squeal.analysis.advice_text import advice_in_words
+from squeal.analysis.systems.sweeps import SweepRow
+from squeal.plots.style import style
+from squeal.plots.systems import roots_figure, sweep_figure
+from squeal.plots.units import KILO
+
+GROWING = 0.01 + 2j * np.pi
+
+
+@pytest.mark.parametrize(
+    ("hertz", "unit"), [(0.27, "Hz"), (0.999 * KILO, "Hz"), (1.001 * KILO, "kHz")]
+)
+@pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])  # where it grows most
+def test_units_follow_the_frequencies(hertz, unit, grown):
+    shown = 1e-3 if unit == "kHz" else 1.0
+    roots = hertz * np.array([GROWING, np.conj(GROWING), -0.1 + 0.5j])
+    rows = [
+        SweepRow(at, roots + hertz * 0.01 * (at == grown), np.zeros(3), "flutter")
+        for at in (0.0, 0.5, 1.0)
+    ]
+    with style():
+        figure, sweep = roots_figure(roots), sweep_figure("mu", rows)
+    counted = [a for a in sweep.axes if a.get_ylabel().startswith("frequency")]
+    assert len(counted) == 2
+    for axes in (figure.axes[0], *counted):
+        assert axes.get_ylabel().endswith(f"[{unit}]")
+        heights = np.concatenate([np.asarray(c.get_offsets())[:, 1] for c in axes.collections])
+        assert heights.max() == pytest.approx(hertz * shown)
+    named = f"{hertz * shown:.4g} {unit}"
+    for drawn in (figure, sweep):
+        drawn.draw_without_rendering()
+        axes = next(a for a in drawn.axes if a.texts)
+        text = axes.texts[0]
+        assert text.get_text() == named
+        frame, box = axes.get_window_extent(), text.get_window_extent()
+        assert frame.x0 < box.x0 < box.x1 < frame.x1
+        assert frame.y0 < box.y0 < box.y1 < frame.y1
+
+
+@pytest.mark.parametrize(
+    ("hertz", "words"), [(0.22508, "0.225 Hz"), (99.97, "100 Hz"), (1768.9, "1769 Hz")]
+)
+def test_frequencies_in_sentences_have_three_digits(hertz, words):
+    advice = Advice("mu", 0.4, 2.0, Outcome(None, 0.3, "flutter", hertz), ())
+    assert f"flutter at {words} sets in" in advice_in_words(advice)
