@@ -159,15 +159,10 @@ def advise(
     """
     check_subject(subject, "advise", mu_max)
     named = dict(tolerances or {})
-    for name in named:
-        check_name(subject, name, "tolerance")
+    for name, tolerance in named.items():
+        check_name(subject, name, "tolerance", tolerance.relative)
     values = {name: v for name, v in named_values(subject).items() if v or name in named}
     chosen = {name: Tolerance(STEP, not is_angle(subject, name)) for name in values} | named
-    for name, value in values.items():
-        if not chosen[name].step(value):
-            raise InputError(
-                f"tolerance: {name} is 0 and has no share; it must have a tolerance in its unit"
-            )
     nominal = _outcome(subject, None, {}, mu_max)
     if nominal.critical is None:
         nominal = _with_gap(subject, nominal, {})

@@ -127,7 +127,7 @@ def _draws(
     """The scattered values of each sample. Raises InputError for what the subject does not hold."""
     named = [spread.name for spread in spreads]
     for spread in spreads:
-        check_name(subject, spread.name, "spread")
+        check_name(subject, spread.name, "spread", spread.kind == "relative")
         if named.count(spread.name) > 1:
             raise InputError(f"spread: {spread.name} is named twice; once is allowed")
     random, values = np.random.default_rng(seed), named_values(subject)

@@ -58,11 +58,15 @@ def named_values(subject: Subject) -> dict[str, float]:
     return {name: v for name, v in subject.parameters.items() if name != subject.parameter}
 
 
-def check_name(subject: Subject, name: str, asked: str) -> None:
-    """Refuse what is no parameter. Raises InputError with the names that are allowed."""
+def check_name(subject: Subject, name: str, asked: str, share: bool = False) -> None:
+    """Refuse what is no parameter, and a share of an angle or of zero. Raises InputError."""
     names = named_values(subject)
     if name not in names:
         raise InputError(f"{asked}: {name} is no parameter here; allowed are {', '.join(names)}")
+    if share and is_angle(subject, name):
+        raise InputError(f"{asked}: {name} is an angle and has no share; it must be given in rad")
+    if share and not names[name]:
+        raise InputError(f"{asked}: {name} is 0 and has no share; it must be given in its unit")
 
 
 def is_angle(subject: Subject, name: str) -> bool:

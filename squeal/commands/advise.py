@@ -9,7 +9,7 @@ from typing import Any
 
 from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
 from squeal.analysis.advice_text import advice_in_words, change_in_words
-from squeal.analysis.subject import Subject, check_name, is_angle
+from squeal.analysis.subject import Subject, check_name
 from squeal.commands.base import Answer, Parser
 from squeal.commands.critical_friction import upper_end
 from squeal.commands.outputs import file_options
@@ -63,13 +63,9 @@ def tolerances(given: list[str], subject: Subject) -> dict[str, Tolerance]:
                 f"--tolerance {one}: is not allowed; it must be NAME=VALUE with a number above 0 "
                 "in the parameter's unit, or with a share such as 5%"
             )
-        check_name(subject, name, f"--tolerance {one}")
+        check_name(subject, name, f"--tolerance {one}", share)
         if name in found:
             raise InputError(f"--tolerance {one}: {name} has a tolerance already; one is allowed")
-        if share and is_angle(subject, name):
-            raise InputError(
-                f"--tolerance {one}: an angle has no share; it must be a number above 0 in rad"
-            )
         found[name] = Tolerance(size, share)
     return found
 

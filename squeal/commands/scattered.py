@@ -23,7 +23,7 @@ def scattered(given: argparse.Namespace, subject: Subject, mu_max: float) -> Ans
     workers = 1 if given.workers is None else whole(given.workers, "--workers", 1, MOST_WORKERS)
     asked = read_spreads(given.scatter)
     for spread in asked.spreads:
-        check_name(subject, spread.name, f"{given.scatter}: spreads")
+        check_name(subject, spread.name, f"{given.scatter}: spreads", spread.kind == "relative")
     with progress_line("samples") as progress:
         found = scatter(
             subject, asked.spreads, asked.samples, asked.seed, mu_max, workers, progress

@@ -76,8 +76,10 @@ def test_what_is_zero_moves_only_by_a_tolerance_of_its_own(advice):
     assert "theta0" not in {found.parameter for found in advice.levers}
     found = lever(advise(scene(), {"theta0": Tolerance(1e-3, relative=False)}), "theta0")
     assert found.raised.critical == pytest.approx(first(scene(theta0=1e-3)), rel=1e-12)
-    with pytest.raises(InputError, match="theta0 is 0 and has no share"):
+    with pytest.raises(InputError, match="theta0 is an angle and has no share"):
         advise(scene(), {"theta0": Tolerance(0.1)})
+    with pytest.raises(InputError, match="x0 is 0 and has no share"):
+        advise(scene(), {"x0": Tolerance(0.1)})
 
 
 def test_a_pad_without_threshold_is_ranked_by_its_frequencies():

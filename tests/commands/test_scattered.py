@@ -88,6 +88,22 @@ def test_wrong_files_are_refused_in_a_sentence(capsys, system, tmp_path, text, p
 
 
 @pytest.mark.parametrize(
+    ("spread", "part"),
+    [
+        ("alpha1: {relative: 0.1}", "spreads: alpha1 is an angle and has no share"),
+        ("x0: {relative: 0.1}", "spreads: x0 is 0 and has no share; it must be given in its unit"),
+        ("x0: {absolute: 1.0e-6}", ""),
+        ("alpha1: {absolute: 1.0e-3}", ""),
+    ],
+)
+def test_no_share_of_an_angle_or_of_zero(capsys, pad, tmp_path, spread, part):
+    path = spread_file(tmp_path, f"samples: 10\nspreads: {{{spread}}}\n")
+    code, _, err = run(capsys, "critical-friction", pad, "--scatter", path)
+    assert code == (2 if part else 0)
+    assert part in err
+
+
+@pytest.mark.parametrize(
     ("arguments", "part"),
     [
         (["--workers", "2"], "--workers: is not allowed without --scatter"),
