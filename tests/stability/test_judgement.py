@@ -9,6 +9,7 @@ from squeal.stability import (
     damped_verdicts,
     judge,
     sum_verdicts,
+    thresholds,
     undamped_verdicts,
     verdict,
 )
@@ -251,3 +252,25 @@ def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
         Q = (A - u @ u.T)[:, :, None]
         assert sum_verdicts(Q, u) == one
         assert len(growing_eigenvalues(system, mu)) == (name == "flutter")
+
+
+@pytest.mark.parametrize("stiff", [1e12, 1e13])
+def test_the_interval_of_a_threshold_grows_with_the_rounding_of_a_stiff_mode(stiff):
+    """Its entries of K are rounded by 1e-16 stiff, which also makes flutter seen too late."""
+    found = thresholds(_beside_a_stiff_mode(stiff, True), 2.0)
+    (point,) = found.points
+    assert not point.converged
+    assert not found.certified
+    low, high = point.interval
+    assert low <= 0.75 <= high
+    assert 1e-17 * stiff < high - low < 1e-13 * stiff
+
+
+@pytest.mark.parametrize(("strong", "sure"), [(1e2, True), (1e9, False)])
+def test_a_strong_damper_that_hides_slow_roots_leaves_nothing_certified(strong, sure):
+    """Flutter from 3/4 (1 + 2 c^2) on, beside a damper on a coordinate of its own."""
+    flutter, C = _beside_a_stiff_mode(1.0, False), np.diag([1e-3, 1e-3, strong])
+    found = thresholds(lambda mu: (np.eye(3), C, flutter(mu)[2]), 1.0)
+    assert found.certified == sure
+    if sure:
+        assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)

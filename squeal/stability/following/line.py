@@ -8,6 +8,7 @@ the imaginary axis. Off that line something grows.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.stability.eigen import hidden
 from squeal.stability.growth import Growth, counted
 from squeal.stability.light import Slow
 from squeal.stability.matrices import (
@@ -135,6 +137,13 @@ class Line:
         error = 2 * len(A) * min(rounding, 4 * EPS) / 4
         noise = norm(A) * np.minimum(error * condition, np.sqrt(error))
         return State(p, roots, np.nan_to_num(slopes), right, left, noise)
+
+    def hides(self, p: float) -> bool:
+        """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
+        M, C, K = self._matrices(p)
+        with suppress(InputError):  # M is not symmetric
+            return hidden(reduce(M, C, K), K)
+        return False
 
     def growth(self, p: float) -> Growth:
         """What grows at p by more than rounding."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.stability.following.line import Line, norm
+from squeal.stability.following.line import Line, State, norm
 from squeal.stability.following.locate import Located, located
 from squeal.stability.following.sign import count_right
 from squeal.stability.following.steps import Stepper
@@ -27,6 +27,7 @@ SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
 BUDGET = {60: 1500, 150: 400, 10**9: 90}  # states
 NEAR = 1e-3  # of a frequency: roots that near may be one
+SHARES = np.geomspace(1e-6, 1.0, 13)  # of a stretch: how far from its end a pair is looked at
 CLOSE = 1e-6  # of the range: equal subsystems cross within this
 
 
@@ -55,11 +56,13 @@ class Searched:
 
     @property
     def certified(self) -> bool:
-        """True if every stretch is certified and what the crossings add up to is what grows."""
-        return all(s.certified for s in self.stretches) and all(
+        """True if every stretch is certified, what the crossings add up to is what grows, and
+        rounding hides no root."""
+        agrees = all(s.certified for s in self.stretches) and all(
             _explained(place, a.growth, b.growth)
             for place, (a, b) in zip(self.places, itertools.pairwise(self.stretches), strict=True)
         )
+        return agrees and not any(map(self.line.hides, (self.line.low, self.line.high)))
 
 
 def _limit(table: dict[int, int], rows: int) -> int:
@@ -207,10 +210,14 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     near = [c for c in place if abs(c.value - low) <= 1e-6 * (line.high - line.low)]
     if near:
         return [(near[0],)]
-    state = line.at(high)
-    k = int(np.argmin(np.abs(state.roots.real)))
-    rise = sum(line.growth(high).numbers) - sum(before)
-    margin = 1e-7 * (line.high - line.low)
+    state, seen = line.at(high), line.growth(high)
+    rise = sum(seen.numbers) - sum(before)
+    if not line.damped and seen.pairs != before[0]:
+        state, k, hidden = _coalescing(line, low, high, a, b, seen.pairs > before[0])
+    else:
+        k = int(np.argmin(np.abs(state.roots.real)))
+        hidden = float(2 * state.noise[k] / max(abs(state.slopes[k].real), 1e-300))
+    margin = max(1e-7 * (line.high - line.low), hidden)
     omega = line.omega(complex(state.roots[k]))
     # what neither grows nor decays at the start may grow from there on, below rounding at first
     from_start = a == line.low and rise > 0 and _quiet(line, a, omega)
@@ -226,6 +233,29 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     if high + margin >= b or line.growth(high).numbers == after:
         return [(one,)]
     return [(one,), *_bisected(line, high + margin, b, place)]
+
+
+def _coalescing(
+    line: Line, low: float, high: float, a: float, b: float, above: bool
+) -> tuple[State, int, float]:
+    """The pair that is first seen to grow next to low and high, above or below them, and how far
+    before two roots may have coalesced: their distance starts as a square root, under noise."""
+    at, end = (high, b) if above else (low, a)
+
+    def first(p: float) -> tuple[State, int]:
+        state = line.at(p)
+        apart = np.abs(state.roots.imag)
+        return state, int(np.argmin(np.where(apart > state.noise, apart, np.inf)))
+
+    state, k = first(at)
+    apart, noise = abs(state.roots[k].imag), float(state.noise[k])
+    for share in SHARES:
+        beyond, j = first(at + share * (end - at))
+        rise = beyond.roots[j].imag ** 2 - apart**2
+        if rise > 8 * (apart + noise) ** 2:
+            hidden = (apart + 2 * noise) ** 2 / rise * share * abs(end - at)
+            return state, k, float(hidden)
+    return state, k, abs(end - at)
 
 
 def _quiet(line: Line, p: float, omega: float) -> bool:
