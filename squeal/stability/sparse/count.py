@@ -33,8 +33,10 @@ FINEST = 12  # halvings of a step before the count is given up
 NEAREST = 24  # known modes whose share of the trace is exact
 PROBES = 16  # random vectors for the rest
 BEND = 0.3  # of a step's change of rate: how far the mean of its two rates may be off
+CLEAR = 0.3  # rad beyond the foreseen errors by which phases may differ from rates
 SURE = 1.5  # standard errors of the foreseen phase below a quarter turn: a step that is wrong by a
 # turn would need 4.5 of them
+LOOKS = 4  # at an outline, each with half the steps, until two counts agree
 ARCS = (4, 8, 16)  # of half a circle
 AGREES = 0.75  # rad: what half the nodes may foresee otherwise; the error of all is its square
 
@@ -64,6 +66,7 @@ class _Outline:
     ) -> None:
         self.problem, self.region, self.known = problem, region, known
         self.progress = progress
+        self.strict = False  # a rate may differ midway and be the same at both ends
         # one set for all nodes: what it misjudges, it misjudges alike, and that cancels around
         rng = np.random.default_rng(20)
         self.probes = rng.choice([-1.0, 1.0], size=(problem.n, PROBES)).astype(complex)
@@ -97,8 +100,10 @@ class _Outline:
         foreseen = float(((first.rate + last.rate) / 2 * way).imag)
         off = math.remainder(last.phase - first.phase - foreseen, 2 * math.pi)
         unsure = SURE * max(first.error, last.error) * abs(way)
-        bend = BEND * abs(((last.rate - first.rate) * way).imag)
-        if abs(off) < QUARTER and unsure < QUARTER and bend < QUARTER:
+        bend = (last.rate - first.rate) * way
+        bent = BEND * (abs(bend) if self.strict else abs(bend.imag))
+        most = CLEAR + unsure + bent if self.strict else QUARTER
+        if max(unsure, bent) < QUARTER and abs(off) < min(QUARTER, most):
             return [(foreseen + off, abs(off))]
         if depth == 0:
             return None
@@ -106,6 +111,16 @@ class _Outline:
         left = self.steps(a, middle, depth - 1)
         right = None if left is None else self.steps(middle, b, depth - 1)
         return None if left is None or right is None else left + right
+
+    def along(self, nodes: list[float]) -> list[tuple[float, float]] | None:
+        """The same from each node to the next, or None."""
+        changes: list[tuple[float, float]] = []
+        for a, b in itertools.pairwise(nodes):
+            found = self.steps(a, b)
+            if found is None:
+                return None
+            changes += found
+        return changes
 
 
 def count_roots(
@@ -132,16 +147,22 @@ def count_roots(
     nodes = paced(region, sides, discs, most)
     if not half:
         outline.nodes[nodes[-1]] = outline.node(nodes[0])  # the outline is closed
-    changes: list[tuple[float, float]] = []
-    for a, b in itertools.pairwise(nodes):
-        found = outline.steps(a, b)
-        if found is None:
-            return Count(None, len(outline.nodes), math.pi)
-        changes += found
-    winding = sum(change for change, _ in changes) / (math.pi if half else 2 * math.pi)
-    inside = round(winding) + int(np.sum(region.contains(known.values)))
-    evaluations = len(outline.nodes) - (not half)
-    return Count(inside, evaluations, max(off for _, off in changes))
+    listed = int(np.sum(region.contains(known.values)))
+    counts: list[int] = []
+    for _ in range(LOOKS):
+        changes = outline.along(nodes)
+        evaluations = len(outline.nodes) - (not half)
+        if changes is None:
+            return Count(None, evaluations, math.pi)
+        winding = sum(change for change, _ in changes) / (math.pi if half else 2 * math.pi)
+        counts.append(round(winding) + listed)
+        # what agrees with the list is confirmed by it; anything else by two
+        # strict looks at steps of half the length
+        if counts[-1] == listed or (counts[-1] >= 0 and counts[-1:] == counts[1:][-2:-1]):
+            return Count(counts[-1], evaluations, max(off for _, off in changes))
+        outline.strict = True
+        nodes = sorted({*nodes, *((a + b) / 2 for a, b in itertools.pairwise(nodes))})
+    return Count(None, evaluations, math.pi)
 
 
 def _conjugate(

@@ -7,9 +7,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import InputError
+from squeal.stability.sparse import count
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.modes import lowest_modes, modes_in
-from squeal.stability.sparse.region import Rectangle, band
+from squeal.stability.sparse.region import Discs, Rectangle, band
 from squeal.stability.sparse.scaled import quadratic
 from tests import large
 
@@ -171,8 +172,6 @@ def test_refusals():
 
 def test_a_disc_is_counted_by_sizes_alone_and_by_rates(monkeypatch):
     """Known blocks: both ways to the count agree with the list, also with a root hidden."""
-    from squeal.stability.sparse import count
-
     rng = np.random.default_rng(9)
     a, w = rng.uniform(0.01, 0.1, 60), np.linspace(1.0, 20.0, 60)
     problem = quadratic(*large.blocks(a, w, rng))
@@ -203,3 +202,33 @@ def test_a_conjugate_phase_knows_roots_inside(inside):
     wrong = outside + np.log((z - inside) * (z - np.conj(inside)))
     off = _sines(wrong.real) - wrong.imag
     assert np.max(np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi)))) > 1.0
+
+
+@pytest.mark.parametrize("n", [300, 401])
+def test_far_from_all_roots_nothing_is_counted(n):
+    """Along an outline far from many roots the phase turns hundreds of times, faster midway."""
+    w = np.sort(np.random.default_rng(1).uniform(10.0, 5000.0, n))
+    M, K = csc_array(np.eye(n)), csc_array(diags_array(w**2))
+    for damping in (None, csc_array(diags_array(0.004 * w))):
+        found = modes_in(quadratic(M, damping, K), band(1591.5, 3183.1), left=False)
+        assert (found.count.inside, found.certified) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("turns", "inside"),
+    [([-1], None), ([1, 2, 3, 4], None), ([1, 2, 2], 2), ([1, -1, 0], 0), ([0], 0), ([None], None)],
+)
+def test_a_count_that_is_no_list_is_taken_if_two_looks_agree(turns, inside, monkeypatch):
+    looks = iter(turns + turns[-1:] * count.LOOKS)
+
+    def along(self, nodes):
+        turn = next(looks)
+        return None if turn is None else [(2 * np.pi * turn, 0.1)]
+
+    monkeypatch.setattr(count._Outline, "along", along)
+    w = np.arange(1.0, 31.0)
+    problem = quadratic(csc_array(np.eye(30)), None, csc_array(diags_array(w**2)))
+    none = np.zeros((30, 0), dtype=complex)
+    known = Roots(np.zeros(0, dtype=complex), none, none)
+    found = count.count_roots(problem, Rectangle(-1.0, 1.0, 50.0, 60.0), known, Discs(()))
+    assert found.inside == inside
