@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
+import warnings
 from typing import Any
 
 import numpy as np
 
+from squeal.errors import InputWarning
 from squeal.files.provenance import provenance
 from squeal.files.results import Event, Run, Summary
 from squeal.files.writing import write_table
@@ -69,10 +71,17 @@ def write_files(
         draw(given, scene, result)
     if given.sound is None:
         return {}
-    from squeal.simulation.sound import sound
+    from squeal.simulation.sound import LENGTH, RATE, sound
 
     heard = sound(scene, given.integrator)
     heard.write(given.sound)
+    length = len(heard.samples) / RATE
+    if length < LENGTH:
+        warnings.warn(
+            f"the sound lasts {length:.3g} s: the model ends before one of {LENGTH:g} s does",
+            InputWarning,
+            stacklevel=2,
+        )
     return {"sound": heard.to_dict()}
 
 

@@ -66,7 +66,8 @@ def file_options(parser: argparse.ArgumentParser, **options: str) -> None:
             *_OTHER_NAMES[name],
             type=Path,
             metavar="FILE",
-            help=f"{words}; its name ends in {_listed(FORMATS[name])}",
+            help=f"{words}; whichever of these options, the format is what its name ends in, "
+            f"{_listed(FORMATS[name])}",
         )
 
 

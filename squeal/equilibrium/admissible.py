@@ -36,6 +36,8 @@ class Excursion(NamedTuple):
         return tuple(
             f"the equilibrium {words.format(value=f'{value:.3g}')}; the model means at most "
             f"{bound:.3g}"
+            if not np.isinf(value)  # the reaction over a load of zero
+            else f"the equilibrium {_UNLOADED}"
             for words, value, bound, beyond in rows
             if beyond
         )
@@ -46,6 +48,7 @@ _SENTENCES = (
     "lies {value} times the pad's half length (or a spring's, if shorter) off the initial position",
     "presses with {value} times the load",
 )
+_UNLOADED = "presses without a load; the model means a pad that its load presses"
 
 
 LIMITED = Excursion._fields

@@ -11,9 +11,28 @@ import yaml
 
 from squeal.files.place import Place, shown
 
+DEEPEST = 50  # levels of brackets or indents; the loader takes long over many
+
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader with the plain YAML 1.2 scalars: 1.0e6 is a number, `on` and 1:30 are not."""
+    """Safe loader with the plain YAML 1.2 scalars: 1.0e6 is a number, `on` and 1:30 are not.
+
+    It refuses what is nested too deeply as soon as it meets it.
+    """
+
+    def fetch_flow_collection_start(self, kind: Any) -> None:
+        self._refuse_depth(self.flow_level)
+        super().fetch_flow_collection_start(kind)
+
+    def add_indent(self, column: int) -> Any:
+        self._refuse_depth(len(self.indents))
+        return super().add_indent(column)
+
+    def _refuse_depth(self, depth: int) -> None:
+        if depth >= DEEPEST:
+            raise yaml.scanner.ScannerError(
+                None, None, f"nested more than {DEEPEST} times", self.get_mark()
+            )
 
 
 _Loader.yaml_implicit_resolvers = {}

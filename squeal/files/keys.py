@@ -34,8 +34,8 @@ class Key:
 
     def missing(self, at: Place, owner: str) -> Exception:
         """The InputError of a key that its owner needs and that is left out."""
-        unit = f", {self.unit}" if self.unit else ""
-        return at.refuse(f"missing; {owner} needs it ({self.meaning}{unit})")
+        unit = f", {self.unit}" if self.unit not in ("", "1") else ""
+        return at.refuse(f"missing; {owner} needs it ({self.meaning.partition(';')[0]}{unit})")
 
 
 @dataclass(frozen=True)

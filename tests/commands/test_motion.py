@@ -182,13 +182,17 @@ def test_a_shorter_run_is_carried_on_to_a_second():
     assert np.abs(short.samples.astype(int) - long.samples).max() <= 1
 
 
-def test_a_sound_ends_where_the_model_does():
+def test_a_sound_ends_where_the_model_does(tmp_path, capsys):
     # a pad that flies and turns at 4 rad/s has turned by 90 degrees after pi/8 s
     free = upright(k1=1e-6, k2=1e-6, k3=None, k4=None, k_c=1e-6, F_n=1e-9)
     flight = (0.0, 0.5, 0.0, 0.0, 0.0, 4.0)
     scene = Scene("B2", free, initial=flight, stop=0.1, samples=2, outputs=("shares",))
     found = sound(scene)
     assert len(found.samples) / RATE == pytest.approx(0.1, abs=1e-4)
+    path = tmp_path / "free.yaml"
+    path.write_text(json.dumps(scene.to_dict()))
+    err = run(capsys, "simulate", path, "--wav", tmp_path / "x.wav")[2]
+    assert err == "squeal: warning: the sound lasts 0.1 s: the model ends before one of 1 s does\n"
     with pytest.raises(ComputationError, match="turned past 90 degrees"):
         sound(dataclasses.replace(scene, stop=0.5))
 
@@ -201,8 +205,8 @@ def test_a_pad_at_rest_is_silent():
 def test_wav_files(tmp_path, capsys):
     path = tmp_path / "x.wav"
     quiet = ("--set", "initial=equilibrium", "--set", "y_dot=1e-3", "--set", "mu=0.1")
-    code, out, _ = run(capsys, "simulate", B2, "--wav", path, "--json", *quiet)
-    assert code == 0
+    code, out, err = run(capsys, "simulate", B2, "--wav", path, "--json", *quiet)
+    assert (code, err) == (0, "")  # a whole second, so no warning
     rate, samples = wavfile.read(path)
     told = json.loads(out)["sound"]
     assert (rate, len(samples)) == (told["rate_hz"], round(told["duration"] * told["rate_hz"]))

@@ -45,6 +45,8 @@ def test_each_limit_from_both_sides(limit, i):
     assert np.flatnonzero(Excursion(*beyond).beyond()).tolist() == [i]
     (words,) = Excursion(*beyond).warnings()
     assert f"at most {np.degrees(bound) if limit == 'tilt' else bound:.3g}" in words
+    beyond[i] = np.inf
+    assert Excursion(*beyond).warnings()[0].startswith("the equilibrium presses without a load")
     beyond[i] = np.nan  # what is not known is not admissible
     assert Excursion(*beyond).beyond()[i]
     with pytest.raises(InputError, match=limit):

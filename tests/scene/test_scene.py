@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from squeal.errors import InputError
+from squeal.files.document import DEEPEST, read_document
 from squeal.model.contact import AS_PRINTED, CONSISTENT, MODELS, models_with
 from squeal.model.pad import PARAMETERS
 from squeal.scene import read_scene
@@ -293,6 +294,21 @@ def test_an_alias_stands_for_its_anchor(read):
 def test_refused_forms(read, content, parts):
     message = assert_refused(read, content, *parts)
     assert message.isprintable()
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? "])
+def test_what_is_nested_too_deeply_is_refused_at_once(read, opening):
+    # a parser of YAML takes a time that grows with the square, and then overflows
+    for count in (DEEPEST + 1, 100_000):
+        assert_refused(read, opening * count, "line 1: nested more than 50 times")
+    # for other reasons
+    assert "nested more" not in assert_refused(read, opening * (DEEPEST - 2) + "\n", "allowed")
+
+
+def test_what_is_not_nested_too_deeply_is_read(tmp_path):
+    path = tmp_path / "deep.yaml"
+    path.write_text(f"a: {'[' * (DEEPEST - 1)}{']' * (DEEPEST - 1)}\nb: [[1, 2], [3, 4]]\n")
+    assert read_document(path)["b"] == [[1, 2], [3, 4]]
 
 
 def test_aliases_of_aliases_are_refused_at_once(read):

@@ -69,6 +69,14 @@ def test_the_law_is_whole_or_refused(left_out):
         Pad(**part)
 
 
+def test_what_is_missing_is_named_in_a_few_words():
+    with pytest.raises(InputError) as caught:
+        scene("b2-c").pad.replace(mu_s=None)
+    assert str(caught.value) == (
+        "Pad: mu_s: missing; mu_k needs it (coefficient of friction at rest)"
+    )
+
+
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
 def test_the_slope_enters_the_damping_matrix(name):
     one = scene(name)
