@@ -323,10 +323,12 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
     text = kept_briefly(plausible, "hammering", "found somewhere")
     assert text.startswith("Kept over 1 and 10 windows by this pad, found somewhere; by pads of 12")
     assert "of 40 searches for all statements at once (consistent law: 2 of 5)" in text
-    assert text.endswith(r"by 10.00\,\% of random pads (10.00\,\%)")
+    assert text.endswith(r"by 10.00\,\% of random pads (consistent: 10.00\,\%)")
     assert kept_briefly(some, "hammering", "found").endswith(", not by this pad")
     alone = dataclasses.replace(some, chosen={})
-    assert kept_briefly(alone, "hammering", "found").endswith("of random pads (10.00\\,\\%)")
+    assert kept_briefly(alone, "hammering", "found").endswith(
+        "of random pads (consistent: 10.00\\,\\%)"
+    )
     assert "keeps it over 1 and 10 windows; it is" in kept_by(plausible, "hammering")
     assert "does not keep it; it is kept by pads of 2 of the 5" in kept_by(some, "hammering")
 

@@ -53,7 +53,7 @@ def kept_briefly(found: Ensembles, name: str, come_by: str) -> str:
         f"pads of {one.every.keeping} of {one.every.searches} searches for all statements at once "
         f"(consistent law: {one.consistent.keeping} of {one.consistent.searches}) and by "
         f"{percent(one.random['every'].share, 2)} of random pads "
-        f"({percent(one.random['consistent'].share, 2)})"
+        f"(consistent: {percent(one.random['consistent'].share, 2)})"
     )
     if over:
         windows = f"{in_words(over)} window{'s' if over != ['1'] else ''}"
