@@ -259,8 +259,7 @@ def first_place(scene: Scene) -> tuple[float, ...]:
 
 def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
-    if scene.stop is None:
-        raise ValueError("the scene names no time")
+    assert scene.stop is not None  # as a scene that is simulated has it
     first = first_place(scene)
     units = natural_units(scene.pad_model, first)
     model = scene.pad_model

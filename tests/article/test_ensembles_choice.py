@@ -6,9 +6,10 @@ import math
 import numpy as np
 import pytest
 
+from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS, judge_scenes
 from squeal.article.ensembles import balanced, choosing
-from squeal.article.ensembles.balance import flattest, mean_place
+from squeal.article.ensembles.balance import flattest
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.ensembles.choosing import LAWS, MOST, RIVAL
 from squeal.article.ensembles.distance import judge
@@ -95,6 +96,19 @@ def test_scenes_of_a_standing_and_displaced_pad_start_where_it_does(tmp_path):
         rest, _ = sliding_equilibrium(scene.pad_model.replace(mu=0.0))
         assert rest is not None
         assert scene.initial[:3] == pytest.approx(rest.q, rel=1e-5, abs=1e-12)
+
+
+def mean_place(case, mu, slender, load):
+    """Mean of delta/w, weighted with R_n, in a case of model B2.
+
+    slender: h/w; load: mean R_n over F_n. In cases (c) and (d) the load does not matter.
+    """
+    alpha1, alpha2 = CASES[case]
+    if alpha1 == alpha2:
+        return -mu * (math.tan(alpha1) + 2.0 * slender)
+    # the upright spring takes what the reaction has beyond F_n, the level one the friction
+    side = -1.0 if alpha1 < alpha2 else 1.0
+    return side * (1.0 - 1.0 / load) - 2.0 * mu * slender
 
 
 @needs_heyoka

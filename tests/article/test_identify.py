@@ -193,6 +193,14 @@ def stored():
     return read_searches([ROOT / "workflow" / "identified.json"])
 
 
+def test_without_a_stored_search_the_file_that_holds_some_is_named(tmp_path):
+    empty = tmp_path / "empty.json"
+    empty.write_text("[]", encoding="utf-8")
+    for files in ([], [empty]):
+        with pytest.raises(InputError, match=r"workflow/identified\.json"):
+            read_searches(files)
+
+
 def test_stored_pads_are_of_all_formulations(stored):
     assert len({search.formulation for search in stored}) == 8
 

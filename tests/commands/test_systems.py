@@ -303,6 +303,7 @@ def test_a_shape_on_coordinates(small, tmp_path, capsys):
         (path / "system.yaml", ["--gif", moving], "--gif: is not allowed"),
         (file, ["--shape", "61", "--png", still], "--shape"),
         (file, ["--shape", "1"], "needs --png FILE or --gif FILE"),
+        (file, ["--band", "1e7:1.1e7", "--shape", "1", "--png", still], "no root is listed"),
         (file, ["--gif", tmp_path / "mode.mp4"], "must end in .gif"),
     ]
     for given, options, word in refused:

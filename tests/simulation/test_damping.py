@@ -12,6 +12,7 @@ from squeal.analysis.fields import most_unstable
 from squeal.analysis.points import points_at
 from squeal.analysis.work import contact_work
 from squeal.equilibrium.damping import damped_model, damping_matrix
+from squeal.errors import ComputationError
 from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
@@ -174,6 +175,20 @@ def test_phase_space_shrinks_by_the_trace_of_damping():
     rate = float(np.sum(np.diag(C) / mass))
     total = logarithm + 6 * found.logarithm
     assert total == pytest.approx(-rate * one.stop, rel=1e-3)
+
+
+def test_damping_that_has_no_modes_to_refer_to_is_refused():
+    ratios = Damping(ratios=(0.01, 0.02, 0.03))
+    scene = dataclasses.replace(read_scene(SCENES / "b3.yaml"), damping=ratios).replace(k_c=1e9)
+    # Eq. (10) as printed turns the contact's moment round: rotation falls off without friction
+    turned = dataclasses.replace(scene, formulation=Formulation(delta_moment="-"))
+    assert damping_matrix(scene).any()
+    with pytest.raises(ComputationError, match="unstable without friction"):
+        damping_matrix(turned)
+    scene = dataclasses.replace(read_scene(SCENES / "b2-c.yaml"), damping=ratios)
+    assert damping_matrix(scene).any()
+    with pytest.raises(ComputationError, match="in contact was found without friction"):
+        damping_matrix(scene.replace(y0=scene.pad.w))  # held far off the surface
 
 
 @needs_heyoka

@@ -6,7 +6,7 @@ from scipy.sparse import csc_array
 
 from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import Wanted
-from squeal.errors import InputError, InputWarning
+from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.numerics.formula import Formula
 from squeal.stability.sparse import reduction as reduction_of
 from squeal.stability.sparse.dense import dense_roots, dense_values
@@ -100,6 +100,19 @@ def test_the_worst_error_is_that_of_all_roots(scaled, monkeypatch):
         weights, size = modal.basis.weights(roots.values, changes)
         worst = max(worst, *(modal.basis.residuals(weights, roots.right) / size))
     assert modal.worst == pytest.approx(worst, rel=1e-10)
+
+
+def test_a_region_without_roots_has_no_basis(scaled):
+    with pytest.raises(ComputationError, match="holds no root"):
+        reduce_system(scaled, band(1e7, 1.001e7), VALUES)
+
+
+def test_a_mass_that_a_parameter_takes_away_is_refused():
+    mass = (Term(BRAKE.M[0].matrix, Formula("share")),)
+    scaled = ScaledSystem(TermSystem(mass, BRAKE.C, BRAKE.K, {"mu": 0.3, "share": 1.0}))
+    assert scaled.at({"share": 0.5}).n == BRAKE.n
+    with pytest.raises(InputError, match="M: is zero"):
+        scaled.at({"share": 0.0})
 
 
 def test_two_parameters():
