@@ -102,6 +102,7 @@ class Command:
             scatter = getattr(options, "scatter", None)
             check_outputs(options, named if scatter is None else [*named, scatter])
             options.source = read_source(options.scene, options.set)
+            check_outputs(options, options.source.named_files())
             changes = {"set": options.source.changes} if options.set else {}
         answer = self.module.run(options)
         for words in answer.warnings or ():

@@ -145,9 +145,11 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
             draw(given.figure, name, system, mus[0], mus[-1], None if given.at is None else at)
         else:
             save_modes(given.figure, name, eigenvalue_figure(values), values)
-    found = {
+    found: dict[str, Any] = {"name": system.name} | {system.parameter: at}  # its name may be one
+    found |= {
         "name": system.name,
-        system.parameter: at,
+        "parameter": system.parameter,
+        "parameters": {system.parameter: at},
         "M": M.tolist(),
         "C": (np.zeros_like(M) if C is None else C).tolist(),
         "K": K.tolist(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -52,6 +52,11 @@ class Source:
         short = "M" in self.document and not _is_general(self.document)
         return plain_system(self.document, self.at) if short else None
 
+    def named_files(self) -> list[Path]:
+        """The files that the document names: matrices and coordinates of a system."""
+        folder = Path() if self.path is None else self.path.parent
+        return [folder / name for name in _named_files(self.document)]
+
     def terms(self) -> SystemFile | None:
         """The system of the general form that the file holds, else None. Raises InputError."""
         if not _is_general(self.document):
@@ -67,6 +72,17 @@ class Source:
                     f"--set {name}={value:g}: no matrix of {self.name} depends on {name}"
                 )
         return found
+
+
+def _named_files(value: Any) -> Iterator[str]:
+    if isinstance(value, list):
+        for entry in value:
+            yield from _named_files(entry)
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            if key == "file" and isinstance(entry, str):
+                yield entry
+            yield from _named_files(entry)
 
 
 def read_source(given: str, changes: Sequence[str]) -> Source:

@@ -12,7 +12,7 @@ from squeal.commands.base import Answer
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.system_options import check_work, progress_of, wanted_of
 from squeal.commands.systems import basis_row, basis_text, identity
-from squeal.commands.tables import table
+from squeal.commands.tables import columns_with, table
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint
 from squeal.files.writing import write_table
@@ -105,5 +105,6 @@ def _write(given: argparse.Namespace, found: Chart) -> None:
         for i, a in enumerate(first.values)
         for j, b in enumerate(second.values)
     )
-    heads = {first.name: "", second.name: "", "verdict": "", "largest_real": "1/s"}
+    others = {"verdict": "", "largest_real": "1/s"}
+    heads = columns_with([first.name, second.name], others)
     write_table(given.table, heads, rows)

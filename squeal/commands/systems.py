@@ -33,7 +33,7 @@ from squeal.commands.system_options import (
     warn_if_constant,
 )
 from squeal.commands.system_shapes import check_shape, write_shape
-from squeal.commands.tables import elided, in_words, number, table
+from squeal.commands.tables import columns_with, elided, in_words, number, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint, Journal
@@ -341,13 +341,13 @@ def _write(
 
 def write_sweep(path: Path, parameter: str, rows: list[SweepRow]) -> None:
     """A row for each root at each value: the value, the root, its residual and the verdict."""
-    units = {parameter: "", "real": "1/s", "imag": "rad/s", "residual": "", "verdict": ""}
+    others = {"real": "1/s", "imag": "rad/s", "residual": "", "verdict": ""}
     listed = (
         (row.value, float(root.real), float(root.imag), float(residual), row.verdict)
         for row in rows
         for root, residual in zip(*_or_nothing(row), strict=True)
     )
-    write_table(path, units, listed)
+    write_table(path, columns_with([parameter], others), listed)
 
 
 def _or_nothing(row: SweepRow) -> tuple[np.ndarray, np.ndarray]:

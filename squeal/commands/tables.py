@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 SHOWN = 40  # rows; a longer table shows its two ends
 WORDS = {"marginal": "marginal (undamped, nothing grows)"}
 """What a verdict means, where its word alone does not say it."""
+
+
+def columns_with(parameters: Sequence[str], others: Mapping[str, str]) -> dict[str, str]:
+    """Columns of a table and their units: parameters, which have none, and then others.
+
+    A parameter with the name of one of the others is called parameter.NAME.
+    """
+    names = [f"parameter.{name}" if name in others else name for name in parameters]
+    return dict.fromkeys(names, "") | dict(others)
 
 
 def in_words(verdict: str) -> str:

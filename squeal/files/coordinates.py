@@ -13,6 +13,7 @@ from squeal.errors import InputError
 
 COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
+OTHERS = ("4", "5", "6", "rx", "ry", "rz", "-")  # rotations, and what has no place in space
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +39,8 @@ class Coordinates:
 def read_coordinates(path: Path, rows: int) -> Coordinates:
     """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
 
-    dof is 1 to 3 or x, y, z for displacements, anything else for what does not move a node in
-    space. Raises InputError.
+    dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
+    not move a node in space. Raises InputError.
     """
     try:
         with path.open(encoding="utf-8", newline="") as stream:
@@ -67,9 +68,13 @@ def read_coordinates(path: Path, rows: int) -> Coordinates:
             place = (np.nan,) * 3
         if not node or not all(map(np.isfinite, place)):
             raise InputError(f"{path}: line {line}: a node and three finite coordinates are needed")
+        way = (row[heads["dof"]] or "").strip().lower()
+        if way not in DIRECTIONS and way not in OTHERS:
+            allowed = ", ".join((*DIRECTIONS, *OTHERS))
+            raise InputError(f"{path}: line {line}: dof {way} is not allowed; it must be {allowed}")
         if node not in nodes:
             nodes[node] = len(places)
             places.append(place)
         where.append(nodes[node])
-        ways.append(DIRECTIONS.get((row[heads["dof"]] or "").strip().lower(), -1))
+        ways.append(DIRECTIONS.get(way, -1))
     return Coordinates(np.array(where), np.array(ways), np.array(places))

@@ -149,7 +149,7 @@ class TermOrigin:
 
 @dataclass(frozen=True, eq=False)
 class SystemFile:
-    """A system from a file of the general form; `inputs` are the matrix files that were read."""
+    """A system from a file of the general form; `inputs` are the files that were read."""
 
     system: TermSystem
     reference: str = ""
@@ -228,7 +228,8 @@ def _complete(
         raise at.refuse(str(error)) from None
     coordinates = None
     if "coordinates" in given:
-        coordinates = read_coordinates(folder / given["coordinates"]["file"], system.n)
+        path = folder / given["coordinates"]["file"]
+        coordinates, inputs = read_coordinates(path, system.n), (*inputs, path)
     return SystemFile(system, given.get("reference", ""), origins, inputs, coordinates)
 
 
@@ -256,7 +257,10 @@ def _named(term: dict[str, Any]) -> str:
 
 def _formula(text: str, at: Place) -> Formula:
     try:
-        return Formula(text)
+        found = Formula(text)
+        if not found.names:
+            found.value({})
+        return found
     except InputError as error:
         raise (at / "factor").refuse(str(error)) from None
 

@@ -19,5 +19,7 @@ def test_both_parts_come_back():
 def test_refusals():
     with pytest.raises(InputError, match=r"0\.5: is there twice; different values are allowed"):
         separated([0.5, 0.5], [K0, K0])
+    with pytest.raises(InputError, match=r"^0\.4: is there twice"):
+        separated([0.0, 0.4, 0.4], [K0, K0, K0])
     with pytest.raises(InputError, match="of one size"):
         separated([0.0, 0.5], [K0, np.eye(3)])

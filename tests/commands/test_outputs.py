@@ -9,7 +9,7 @@ import pytest
 
 from squeal.commands.tables import elided, number
 from squeal.files.writing import column_name
-from tests.commands.calls import assert_refused, run
+from tests.commands.calls import answer, assert_refused, run
 from tests.conftest import SCENES
 
 B1, B3 = SCENES / "b1-c.yaml", SCENES / "b3.yaml"
@@ -203,3 +203,52 @@ def test_what_the_system_refuses_to_make_is_told_by_its_name(capsys, scene, monk
     monkeypatch.setattr("squeal.files.writing.tempfile.mkstemp", refuse)
     told = assert_refused(capsys, "eigenvalues", scene, "--csv", "full.csv")
     assert told == "squeal: full.csv: cannot be written: No space left on device\n"
+
+
+def test_no_file_that_a_system_names_is_overwritten(tmp_path, capsys):
+    nodes, path = tmp_path / "nodes.csv", tmp_path / "system.yaml"
+    nodes.write_text("node,dof,x,y,z\n1,1,0,0,0\n2,rx,1,0,0\n")
+    path.write_text("M: [[1, 0], [0, 1]]\nK: [[2, 0], [0, 3]]\ncoordinates: {file: nodes.csv}\n")
+    before = nodes.read_bytes()
+    for name in ("nodes.csv", "../" + tmp_path.name + "/nodes.csv"):
+        words = assert_refused(capsys, "eigenvalues", path, "--csv", tmp_path / name)
+        assert "is an input too" in words
+    assert nodes.read_bytes() == before
+    found = answer(capsys, "eigenvalues", path, "--csv", tmp_path / "other.csv")
+    assert [file["name"] for file in found["provenance"]["inputs"]] == ["system.yaml", "nodes.csv"]
+
+
+NAMED_LIKE_COLUMNS = """\
+M: {matrix: [[1, 0], [0, 1]]}
+K: [{matrix: [[4, 0], [0, 4]]}, {matrix: [[0, 4], [-4, 0]], factor: real}]
+C: {matrix: [[1, 0], [0, 1]], factor: verdict}
+parameters: {real: 1.0, verdict: 0.5}
+parameter: real
+"""
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "nc"])
+def test_parameters_named_like_columns(ending, tmp_path, capsys):
+    path, table = tmp_path / "system.yaml", tmp_path / f"table.{ending}"
+    path.write_text(NAMED_LIKE_COLUMNS)
+    answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", "--csv", table)
+    sides = ("--first", "verdict:0:1", "--second", "real:0:1", "--n", "2")
+    answer(capsys, "map", path, *sides, "--csv", tmp_path / f"map.{ending}")
+    if ending == "csv":
+        heads = [p.read_text().splitlines()[0] for p in (table, tmp_path / "map.csv")]
+        assert heads[0] == "parameter.real,real [1/s],imag [rad/s],residual,verdict"
+        assert heads[1] == "parameter.verdict,real,verdict,largest_real [1/s]"
+    elif ending == "json":
+        row = json.loads(table.read_text())["rows"][-1]
+        assert row["parameter.real"] == 1.0
+        assert row["real"] != 1.0
+
+
+@pytest.mark.parametrize("name", ["M", "verdict", "name", "count", "nu"])
+def test_the_value_of_a_parameter_named_like_a_key_is_told(name, tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(f"name: own\nparameter: {name}\nM: [[1]]\nK0: [[2]]\nK1: [[1]]\n")
+    found = answer(capsys, "eigenvalues", path, "--at", "0.7")
+    assert found["parameters"] == {name: 0.7}
+    assert (found["name"], found["M"], found["verdict"]) == ("own", [[1.0]], "marginal")
+    assert found[name] == (0.7 if name == "nu" else found[name])

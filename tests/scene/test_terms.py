@@ -103,6 +103,8 @@ def test_coordinates(folder):
         ("7,x,0,0,0\n7,2,0,0,0\n", "2 lines; the system's 3 rows need one each"),
         ("7,x,0,0,0\n7,2,0,0,0\n9,4,1,2,inf\n", "line 4: a node and three finite coordinates"),
         ("7,x,0,0,0\n,2,0,0,0\n9,4,1,2,3\n", "line 3: a node and three finite coordinates"),
+        ("7,x,0,0,0\n7,9,0,0,0\n9,4,1,2,3\n", "line 3: dof 9 is not allowed; it must be 1, 2, 3"),
+        ("7,x,0,0,0\n7,uy,0,0,0\n9,4,1,2,3\n", "line 3: dof uy is not allowed; it must be 1, 2, 3"),
         ("7,x,0,0\n7,2,0,0,0\n9,4,1,2,3\n", "line 2: a node and three finite coordinates"),
     ],
 )
@@ -119,6 +121,7 @@ def test_wrong_coordinates_are_refused(folder, rows, words):
         (("k1.mtx", "small.mtx"), "K.2: file small.mtx of 2 rows is not allowed"),
         (("mu*Omega**2", "mu*Omego"), "Omego is no parameter; allowed are Omega, mu"),
         (("mu*Omega**2", "exp(mu)"), "K.2.factor: exp.* is not allowed; it must be a formula"),
+        (("mu*Omega**2", "1/0"), "K.2.factor: 1/0: is not a finite number at any value"),
         (("{file: k0.mtx}", "{file: k0.mtx, key: K}"), "key K is not allowed"),
         (("{file: k0.mtx}", "{factor: mu}"), "K.1: it must hold one of file and matrix"),
         (("{file: k0.mtx}", "{fil: k0.mtx}"), "K.1.fil: unknown key; allowed are file, key"),

@@ -31,8 +31,9 @@ def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
     """
     from scipy.sparse import csc_array
 
-    if len(set(values)) != len(values):
-        raise InputError(f"{values[0]:g}: is there twice; different values are allowed")
+    twice = next((v for i, v in enumerate(values) if v in values[:i]), None)
+    if twice is not None:
+        raise InputError(f"{twice:g}: is there twice; different values are allowed")
     shapes = {matrix.shape for matrix in matrices}
     if len(shapes) != 1:
         listed = " and ".join(str(m.shape[0]) for m in matrices)
