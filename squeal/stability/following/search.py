@@ -100,7 +100,7 @@ def search(system: System, low: float, high: float) -> Searched:
     places = _cleaned(line, found)
     first = _middles(line, [list(p) for p in places])[0]
     # nothing was seen to cross below the first place, but what grows there may not at the start
-    if line.growth(low).numbers != line.growth(first).numbers:
+    if not _explained([], line.growth(low), line.growth(first)):
         places = _bisected(line, low, first, []) + places
     return Searched(tuple(places), tuple(_stretches(line, places)), line)
 
