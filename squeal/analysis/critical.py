@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.analysis.slow_roots import LOST, STIFF, roots_and_verdict
 from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
 from squeal.files.arguments import takes
 from squeal.files.values import Number
 from squeal.model.linear import about_origin
@@ -25,6 +27,8 @@ from squeal.stability import (
     thresholds,
     verdict,
 )
+from squeal.stability.eigen import hidden
+from squeal.stability.matrices import checked, reduce
 
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation
@@ -87,7 +91,16 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     system, path = branch_system(scene, mu_max)
     if path is None:
         return critical_parameter(system, mu_max)
+    if path.mu_end <= 0.0:
+        raise ComputationError(f"no threshold can be given: {path.end}")
+    M, C, K = checked(*system(0.0))
+    _, at_zero = roots_and_verdict(M, C, K)
+    stiff = hidden(reduce(M, C, K), K)
+    if stiff and C is not None:
+        raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
     found = thresholds(system, path.mu_end, path.breakpoints)
+    if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in found.points):
+        raise ComputationError(f"no threshold can be given: {STIFF}")
     end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9)
     reached = [point for point in found.points if point.mu < end_of_path]
     if path.fold is not None:
@@ -99,7 +112,7 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
             f"back at mu = {path.fold:.9g}",
         )
     return CriticalFriction(
-        verdict(*system(0.0)),
+        at_zero.verdict,
         tuple(reached),
         path.mu_end,
         path.end,

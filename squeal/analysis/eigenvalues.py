@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
@@ -19,7 +20,7 @@ from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
-from squeal.stability import Judgement, Matrices, Spectrum, System, complex_eigenvalues, judge
+from squeal.stability import Judgement, Matrices, Spectrum, System, judge
 
 _AT_ORIGIN = "about the origin, full contact"
 
@@ -108,8 +109,8 @@ def _analysis(
     how: str,
     matrices: Linearisation,
 ) -> Analysis:
-    given = (matrices.M, matrices.C, matrices.K)
-    return Analysis(model, q, R_n, state, how, matrices, complex_eigenvalues(*given), judge(*given))
+    spectrum, judgement = roots_and_verdict(matrices.M, matrices.C, matrices.K)
+    return Analysis(model, q, R_n, state, how, matrices, spectrum, judgement)
 
 
 def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:

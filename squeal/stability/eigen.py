@@ -18,12 +18,11 @@ from squeal.stability.matrices import (
     rank_of,
     reduce,
     reduce_stack,
-    unit_diagonal,
     zero_roots,
 )
 
 ComplexArray = NDArray[np.complex128]
-HIDDEN = 1e-3  # of the slowest root's square: rounding that hides it
+HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
 MOST_SHOWN = 6  # frequencies in a representation
 
 
@@ -189,7 +188,12 @@ def hidden(reduced: Reduced, K: Array) -> bool:
         square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
     error = 2 * reduced.n * reduced.rounding
     present = sizes[sizes > error * sizes[0]]
-    if len(present) != rank_of(np.linalg.svd(unit_diagonal(K), compute_uv=False)):
+    # rows and columns scaled to a largest entry of one: what is small beside others still counts
+    for axis in (1, 0):
+        size = np.abs(K).max(axis=axis, keepdims=True)
+        K = K / np.where(size > 0, size, 1.0)
+    rank = rank_of(np.linalg.svd(np.asarray(K, dtype=np.float64), compute_uv=False))
+    if len(present) != rank:
         return True
     return bool(len(present) and error * square > HIDDEN * present[-1])
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.analysis.systems.wanted import MODES, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
-from squeal.stability import UnstableMode, complex_eigenvalues, judge
+from squeal.stability import Judgement, UnstableMode, complex_eigenvalues, judge
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import Eigenvalue, hidden
 from squeal.stability.matrices import EPS, reduce
@@ -118,7 +118,12 @@ def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
     lies on it."""
     if not values:
         return NO_ROOT, f"{NO_ROOT} in the region"
-    noise = [margin(e) for e in values]
+    found = decided(values, [margin(e) for e in values])
+    return found.verdict, str(found)
+
+
+def decided(values: tuple[Eigenvalue, ...], noise: list[float]) -> Judgement:
+    """The verdict on roots that lie within `noise` (1/s) of where they are computed."""
     growth = [e.value.real if e.value.real > n else 0.0 for e, n in zip(values, noise, strict=True)]
     k = int(np.argmax(growth))
     if growth[k] > 0.0:
@@ -128,7 +133,7 @@ def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
         on_axis = [abs(e.value.real) <= n for e, n in zip(values, noise, strict=True)]
         name = "marginal" if any(on_axis) else "stable"
         k = int(np.argmax([e.value.real for e in values]))
-    return name, f"{name}: largest Re lambda = {values[k].value.real:.6g} (rounding {noise[k]:.2g})"
+    return Judgement(name, "largest Re lambda", values[k].value.real, noise[k])
 
 
 def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:

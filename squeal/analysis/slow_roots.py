@@ -1,0 +1,39 @@
+"""Roots and verdict of a pad, also beside a stiffness or damping far greater than others."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.analysis.systems.roots import ROUNDING, decided
+from squeal.errors import ComputationError
+from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
+from squeal.stability.eigen import hidden, ordered
+from squeal.stability.matrices import checked, reduce
+from squeal.stability.sparse.spectrum import dense_spectrum
+
+LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
+STIFF = (
+    "one stiffness or damping is so much greater than others that rounding of it hides the slow "
+    "modes; values that differ by fewer decades are required"
+)
+
+
+def roots_and_verdict(
+    M: ArrayLike, C: ArrayLike | None, K: ArrayLike
+) -> tuple[Spectrum, Judgement]:
+    """All eigenvalues of matrices (n, n) and the verdict on them.
+
+    Where the standard form hides slow roots they come from the pencil, each with the error that
+    rounding of M, C and K may bring. Raises ComputationError if that leaves one no digit.
+    """
+    M, C, K = checked(M, C, K)
+    if not hidden(reduce(M, C, K), K):
+        return complex_eigenvalues(M, C, K), judge(M, C, K)
+    found = dense_spectrum(M, C, K)
+    errors = [max(e.residual, ROUNDING) * e.condition for e in found]
+    if not all(error <= LOST for error in errors):
+        raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    noise = [abs(e.value) * error for e, error in zip(found, errors, strict=True)]
+    order = ordered(np.array([e.value for e in found]))
+    return Spectrum(tuple(found[k] for k in order), C is None, 0), decided(found, noise)

@@ -1,0 +1,108 @@
+"""Pads with one stiffness far greater than the others, against 50 digits."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import branch_system, critical_friction
+from squeal.analysis.eigenvalues import analyse
+from squeal.errors import ComputationError
+from squeal.model.pad import Pad
+from squeal.scene import Damping, Scene
+from tests.exact import Exact, discriminant
+
+VALUES = {
+    "m": 0.2,
+    "w": 0.04,
+    "h": 0.014,
+    "k2": 2.6e7,
+    "k3": 8.7e6,
+    "k4": 8.7e6,
+    "L1": 0.8,
+    "L2": 0.8,
+    "alpha1": np.pi / 2,
+    "alpha2": np.pi,
+    "mu": 0.4,
+    "F_n": 4500.0,
+}
+
+
+def stiff(decades):
+    """The inclined spring k1 by decades stiffer than the contact springs."""
+    return Scene("B1", Pad(**VALUES, k1=8.7e6 * 10.0**decades))
+
+
+@pytest.mark.parametrize("decades", [8, 10, 11, 11.5])
+def test_the_interval_of_a_threshold_holds_it_however_stiff_a_spring_is(decades):
+    scene = stiff(decades)
+    (point,) = critical_friction(scene, 1.0).points
+    _, path = branch_system(scene, 1.0)
+    z, state = path.at(point.mu)
+    exact = Exact(scene, state)
+    with mp.workdps(50):
+        guess = path.branch.statics.to_si(z)
+
+        def coalescence(mu: mp.mpf) -> mp.mpf:
+            a, b, c = exact.cubic(exact.equilibrium(guess, mu), mu)
+            return discriminant((a, b, c)) / (a * b) ** 2
+
+        start = mp.mpf("0.55492")
+        mu = mp.findroot(coalescence, (start, start * 1.000001), tol=1e-30, verify=False)
+    assert point.kind == "flutter"
+    assert point.interval[0] <= mu <= point.interval[1]
+    assert not point.converged
+
+
+@pytest.mark.parametrize("decades", [9, 12])
+def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
+    scene = stiff(decades)
+    found = analyse(scene)
+    exact = Exact(scene, found.state)
+    with mp.workdps(50):
+        q = exact.equilibrium(found.q, scene.pad.mu)
+        frequencies = sorted(float(mp.sqrt(s.real)) for s in exact.squares(q, scene.pad.mu))
+    values = sorted(e.value.imag for e in found.spectrum.eigenvalues if e.value.imag > 0)
+    assert found.judgement.verdict == "marginal"
+    assert values == pytest.approx(frequencies, rel=1e-15 * 10**decades)
+
+
+def test_what_rounding_hides_is_not_given():
+    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
+        analyse(stiff(14))
+    with pytest.raises(ComputationError, match="no threshold can be given: one stiffness"):
+        critical_friction(stiff(13), 1.0)
+    with pytest.raises(ComputationError, match="no threshold can be given: the branch"):
+        critical_friction(stiff(14), 1.0)
+    # two contact springs along an axis: the entries of K tell the slow root, its norm does not
+    contact = Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)
+    with pytest.raises(ComputationError, match="no eigenvalue can be given"):
+        analyse(Scene("B1", contact))
+
+
+@pytest.mark.parametrize("decades", [6, 12])
+def test_a_damped_pad_beside_a_stiff_spring(decades):
+    pad = Pad(
+        m=0.15,
+        w=0.04,
+        h=0.02369996,
+        I=0.0001174823,
+        k1=1.5e8,
+        k2=8.961075e7 * 10.0**decades,
+        k_c=8.961075e7,
+        L1=0.04,
+        L2=0.04,
+        mu=0.320313,
+        F_n=1200.012,
+        y0=-3.621076e-05,
+        alpha1=0.75 * np.pi,
+        alpha2=0.75 * np.pi,
+    )
+    scene = Scene("B2", pad, damping=Damping(rayleigh=(20.0, 1e-8)))
+    if decades == 6:
+        assert analyse(scene).judgement.verdict == "stable"
+        assert critical_friction(scene, 0.5).at_zero == "stable"
+        return
+    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
+        analyse(scene)
+    with pytest.raises(ComputationError, match="can be given: one stiffness"):
+        critical_friction(scene, 0.5)
