@@ -85,7 +85,7 @@ def run(given: argparse.Namespace) -> Answer:
             "folder": str(folder),
             "rows": system.n,
             "files": rows,
-            "basis": basis_row(reduction),
+            "basis": basis_row(reduction, wanted_of(given)),
         },
         lambda: "\n".join(
             [

@@ -59,8 +59,8 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         names = (sides[0].name, sides[1].name)
         values = (sides[0].values, sides[1].values)
         draw_chart(given.figure, system.name, names, values, found.codes)
-    inputs = [given.source.file, *file.inputs]
-    return Answer(lambda: _data(found), lambda: _text(found, wanted_of(given)), inputs)
+    inputs, wanted = [given.source.file, *file.inputs], wanted_of(given)
+    return Answer(lambda: _data(found, wanted), lambda: _text(found, wanted), inputs)
 
 
 def _side(given: str | None, option: str, system: TermSystem, n: int) -> Side:
@@ -78,13 +78,13 @@ def _side(given: str | None, option: str, system: TermSystem, n: int) -> Side:
     return Side(name, low, high, n)
 
 
-def _data(found: Chart) -> dict[str, Any]:
+def _data(found: Chart, wanted: Wanted) -> dict[str, Any]:
     return {
         "share": found.share,
         "n": found.sides[0].n,
         "axes": [{"name": s.name, "low": s.low, "high": s.high} for s in found.sides],
         "verdicts": [[NAMES[k] for k in row] for row in found.codes],
-        "basis": basis_row(found.reduction),
+        "basis": basis_row(found.reduction, wanted),
     }
 
 

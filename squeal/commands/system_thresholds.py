@@ -56,10 +56,10 @@ def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if given.figure is not None:
         draw(given.figure, system, found, wanted)
     inputs = [given.source.file, *file.inputs]
-    return Answer(lambda: data(system, found), lambda: text(system, found, wanted), inputs)
+    return Answer(lambda: data(system, found, wanted), lambda: text(system, found, wanted), inputs)
 
 
-def data(system: TermSystem, found: SystemThresholds) -> dict[str, Any]:
+def data(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> dict[str, Any]:
     """The answer as a JSON object."""
     return {
         "name": system.name,
@@ -76,7 +76,7 @@ def data(system: TermSystem, found: SystemThresholds) -> dict[str, Any]:
         "end": f"{system.parameter} = {found.high:g} is reached",
         "certified": found.certified,
         "unconfirmed": list(found.unconfirmed),
-        "basis": basis_row(found.reduction),
+        "basis": basis_row(found.reduction, wanted),
     }
 
 

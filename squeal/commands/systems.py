@@ -99,7 +99,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
             "region": extent(roots.region),
             "growth_limit": roots.growth_limit,
             "method": method,
-            "basis": basis_row(swept.reduction),
+            "basis": basis_row(swept.reduction, wanted),
         }
         if system.n <= SHOWN_ROWS:
             found["mode_shapes"] = plain_shape_rows(Spectrum(roots.eigenvalues, False, 0))
@@ -203,8 +203,9 @@ def sweep_row(row: SweepRow) -> dict[str, Any]:
     return found | {"spurious": row.spurious}
 
 
-def basis_row(reduction: Reduction | None) -> dict[str, Any] | None:
-    """A reduced system's size, where it was made, and its worst backward error."""
+def basis_row(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
+    """A reduced system's size, where it was made, its worst backward error, and how fast the roots
+    of its band may grow."""
     if reduction is None:
         return None
     return {
@@ -214,7 +215,14 @@ def basis_row(reduction: Reduction | None) -> dict[str, Any] | None:
         "residual": reduction.worst,
         "converged": reduction.converged,
         "spurious": reduction.spurious,
+        "growth_limit": _growth_limit(wanted),
     }
+
+
+def _growth_limit(wanted: Wanted) -> float | None:
+    """The growth rate at which the region of a band ends, which a reduced system serves."""
+    rectangle = wanted.rectangle
+    return None if wanted.band is None or rectangle is None else rectangle.high_real
 
 
 def _head(file: SystemFile, system: TermSystem) -> dict[str, Any]:
@@ -313,8 +321,8 @@ def basis_text(r: Reduction, wanted: Wanted) -> str:
     )
     if r.spurious:
         found += f"; {r.spurious} roots that the full problem has not are left out"
-    if wanted.band is not None and wanted.rectangle is not None:
-        found += f"\nroots that grow by more than {wanted.rectangle.high_real:.4g} 1/s are left out"
+    if (limit := _growth_limit(wanted)) is not None:
+        found += f"\nroots that grow by more than {limit:.4g} 1/s are left out"
     return found
 
 

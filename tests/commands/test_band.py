@@ -114,3 +114,13 @@ def test_a_chart_tells_points_without_roots(flutters, capsys):
 
 
 MIDDLES = (0.25, 0.75, 1.25, 1.75)
+
+
+def test_a_reduced_system_says_where_its_band_ends(folder, capsys):
+    path, options = folder[0] / "flutters.yaml", ("--band", "100:120", "--sweep", "0:0.1:3")
+    found = answer(capsys, "eigenvalues", path, *options)
+    assert found["basis"]["growth_limit"] == pytest.approx(2 * np.pi * 120 / 4)
+    assert found["basis"]["converged"]
+    assert found["growth_limit"] is None
+    _, out, _ = run(capsys, "eigenvalues", path, *options)
+    assert "roots that grow by more than 188.5 1/s are left out" in out

@@ -6,8 +6,9 @@ At each node two independent things are computed: the phase of the determinant f
 factorisation, exact but for whole turns, and its rate tr(P^-1 dP/dlambda), estimated with random
 vectors (Hutchinson, on the complement of the nearest known modes). A step is accepted if the rates
 at its ends and the phases agree within a quarter turn and the rate changes little enough for its
-mean to be trusted, and halved otherwise. Only logarithms of pivots are used, so nothing can
-overflow.
+mean to be trusted, and halved otherwise. A number that agrees with the list is confirmed by it;
+another one is taken again with finer steps and stricter bounds until two agree. Only logarithms of
+pivots are used, so nothing can overflow.
 
 Around a disc at zero of real matrices no rate is needed: where what is left has no root inside, its
 phase is the harmonic conjugate of the logarithm of its size, which the pivots give as well.
