@@ -70,7 +70,7 @@ def _definite(A: Any) -> bool:
     if A.nnz == A.shape[0]:
         return bool(np.all(A.diagonal().real > 0.0))
     if np.iscomplexobj(A.data) and not A.data.imag.any():
-        A = A.real
+        A = A.real.copy()  # contiguous, as the factorisation wants it
     if np.any(A.diagonal().real <= 0.0):
         return False
     if A.nnz > FULL * A.shape[0] ** 2:
