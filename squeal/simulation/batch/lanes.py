@@ -25,6 +25,7 @@ from squeal.simulation.batch.step import (
 from squeal.simulation.integrators.pool import Pool
 
 WIDE = 1000  # pads on their way at once: calls from Python count little, arrays stay in the cache
+LOOK = 8  # steps until it is looked how many lanes are idle
 IDLE = 0.125  # share of the lanes that may wait for others
 MOST_STEPS = 1_000_000  # of a pad
 AT_ONCE, MOST_AT_ONCE = 50_000, 1_000  # steps, of all pads and of one, kept before they are read
@@ -126,7 +127,7 @@ class _Run:
         rows[0, :inputs] = self._now
         given, lefts = list(rows[:, :inputs]), list(rows[:, LEFT])
         done = 0
-        while done < most and (done == 0 or np.count_nonzero(lefts[done]) >= enough):
+        while done < most and (done % LOOK or not done or np.count_nonzero(lefts[done]) >= enough):
             step(given[done], pars=pars, outputs=rows[done + 1])
             done += 1
         rows = rows[: done + 1]
