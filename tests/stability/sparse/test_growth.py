@@ -66,6 +66,8 @@ def test_what_has_no_bound_or_none_within_reach(monkeypatch):
     odd = M + csc_array(([0.5], ([0], [1])), shape=M.shape)
     assert growth_bound(quadratic(odd, None, chain()[2]), REGION) is None
     assert growth_bound(quadratic(*chain()), REGION) == REGION.high_real
+    rounded = M + csc_array(([1e-16], ([0], [1])), shape=M.shape)
+    assert growth_bound(quadratic(rounded, None, chain()[2]), REGION) == REGION.high_real
     monkeypatch.setattr(growth, "ROWS", 59)
     assert growth_bound(quadratic(*chain()), REGION) is None
 
