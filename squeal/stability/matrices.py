@@ -32,7 +32,7 @@ class Batched:
 
 
 EPS = float(np.finfo(float).eps)
-ILL = 1e-6  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
+ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
 REQUIRED = "a well-conditioned matrix is required"
 
 

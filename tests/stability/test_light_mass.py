@@ -57,7 +57,7 @@ def test_roots_of_the_heavy_modes_keep_their_digits(m, c):
     values = {e.value for e in found.eigenvalues}
     assert values == {v.conjugate() for v in values}
     quick = dense_values(*system(m, c)(0.9))
-    assert np.abs(quick - first.value).min() < 1e-8
+    assert np.abs(quick - first.value).min() < 1e-7
     expected = 4 + 2 * (m > 1e-14) + (1 if c and m <= 1e-14 else 0)
     assert len(values) == expected
     if m >= 1e-10:  # the light mode itself, as far as M's rounding leaves it
@@ -75,7 +75,7 @@ def test_thresholds_of_the_heavy_modes_keep_their_digits(m):
     (crossing,) = found.crossings
     assert crossing.interval[0] <= 0.75 <= crossing.interval[1]
     assert crossing.interval[1] - crossing.interval[0] < 1e-9
-    assert 2 * np.pi * crossing.frequency_hz == pytest.approx(np.sqrt(2), rel=1e-12)
+    assert 2 * np.pi * crossing.frequency_hz == pytest.approx(np.sqrt(2), rel=1e-10)
 
 
 @pytest.mark.parametrize("m", [1e-9, 0.0])
