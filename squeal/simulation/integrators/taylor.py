@@ -27,10 +27,11 @@ from squeal.simulation.integrators.symbols import (
     rising,
     state_parameters,
 )
-from squeal.simulation.integrators.through import Changes, through
+from squeal.simulation.integrators.through import MOST_STEPS, Changes, through
 from squeal.simulation.legs import LIMITS, Leg
 
 LONGEST_LEG = 5000  # steps; bounds the memory of dense output
+FEWEST_STEPS = 4  # of a run through changes, after one that had to be cut
 CLEAR = 1e-9  # gap beyond which a point does not change together with another
 
 
@@ -144,6 +145,7 @@ class TaylorIntegrator:
         eps = float(np.finfo(float).eps) if fp_type is float else 0.0
         self.tolerance = max(tolerance, eps)
         self._terms = model.terms
+        self._most = MOST_STEPS
         self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in NAMES])
         self._last = np.array([fp_type(value) for value in model.term_values.tolist()])
 
@@ -187,7 +189,7 @@ class TaylorIntegrator:
             return [self.advance(contact, t, state, stop, dense)]
         pars = np.concatenate([self._pars, contact, self._last])
         with through(self._law, self.tolerance, self._terms).lease() as machine:
-            changes, last = machine.run(pars, t, state, stop)
+            changes, last = machine.run(pars, t, state, stop, self._most)
             outcome, _, _, steps, *_ = last
             t1, end = machine.ta.time, machine.ta.state.copy()
         _, limit = self._met(outcome, t)
@@ -196,6 +198,8 @@ class TaylorIntegrator:
         for point, time, state in zip(*changes, strict=True):
             legs.append(Leg(contact, t, time, state, point, 0))
             contact, t = contact.flip(point), time
+        # what comes after a cut is done again: as little as may be where one follows another
+        self._most = FEWEST_STEPS if plain < len(legs) else min(4 * self._most, MOST_STEPS)
         if plain < len(legs):
             return [*legs[:plain], legs[plain]._replace(steps=steps)]
         return [*legs, Leg(contact, t, t1, end, None, steps, limit)]

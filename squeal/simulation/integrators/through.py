@@ -72,9 +72,9 @@ class Through:
         return switch
 
     def run(
-        self, pars: np.ndarray, t: float, state: np.ndarray, stop: float
+        self, pars: np.ndarray, t: float, state: np.ndarray, stop: float, most: int
     ) -> tuple[Changes, tuple[Any, ...]]:
-        """From (t, state) to `stop`, to a limit or as far as so many steps go.
+        """From (t, state) to `stop`, to a limit or for at most so many steps.
 
         pars: all runtime parameters. Returns the changes and what heyoka says of the end.
         """
@@ -84,7 +84,7 @@ class Through:
         self._state[:] = state
         ta.time = t
         ta.reset_cooldowns()
-        last = ta.propagate_until(stop, max_steps=MOST_STEPS)
+        last = ta.propagate_until(stop, max_steps=most)
         points, times, states = zip(*log, strict=True) if log else ((), (), ())
         return Changes(points, times, np.frombuffer(b"".join(states)).reshape(-1, 6)), last
 
