@@ -24,6 +24,9 @@ from squeal.simulation.integrators.symbols import (
     state_parameters,
 )
 
+# Up to this tolerance sums are taken in their own order: regrouped by the compiler their rounding
+# drifts, which a hundred scenes' energy shows, and else the step is a third cheaper.
+FINE = 1e-14
 MOST_STEPS = 5000  # at a time; bounds the list of changes
 
 
@@ -56,7 +59,7 @@ class Through:
             tol=tolerance,
             t_events=events,
             compact_mode=law.points > OWN_CODE,
-            fast_math=True,
+            fast_math=tolerance > FINE,
         )
         self._pars, self._state = self.ta.pars, self.ta.state
 
