@@ -16,6 +16,8 @@ STEPS = 25
 CONVERGED = 4 * EPS
 WAYS = np.geomspace(1e-13, 1.0, 120)  # of the width of a guess
 APART = 1e-9  # of the parameter: a pair that leaves more in doubt is looked at root by root
+ASIDE = 1e-5  # of the width of a guess
+NOT_ZERO = 1e-8  # of |A|
 SLACK = 1.5  # steps beyond the width of a guess before it is given up
 
 
@@ -158,6 +160,8 @@ def _passing(line: Line, guess: Guess) -> Located | None:
         if abs(p - guess.value) > limit:
             return None
         if abs(move) <= max(CONVERGED * abs(p), noise / abs(slope.real) / 4):
+            if abs(move * slope.real) > NOT_ZERO * norm(A):
+                return None  # where two roots coalesce the slope is without bound, and this no zero
             real = not line.damped or abs(z.imag) <= 4 * noise
             half = float(2 * noise / abs(slope.real) + abs(move) + 2 * EPS * abs(p))
             direction = 1 if (slope.real > 0) == line.damped else -1
@@ -195,6 +199,10 @@ def _coalescence(line: Line, guess: Guess) -> Located | None:
             return None
         if abs(move) <= max(CONVERGED * abs(p), pair.noise / abs(slope) / 4):
             half = 2 * pair.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+            if half > guess.width:  # these are not the pair's subspaces: begin again beside
+                right, left, near = guess.right, guess.left, guess.root
+                p = float(np.clip(p + ASIDE * guess.width, line.low, line.high))
+                continue
             direction = int(np.sign(sign * slope))
             on_zero = abs(pair.mean) <= np.sqrt(abs(pair.noise))
             omega = 0.0 if line.damped and on_zero else line.omega(pair.mean)

@@ -26,6 +26,7 @@ from squeal.stability.matrices import System
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
 BUDGET = {60: 1500, 150: 400, 10**9: 90}  # states
+WIDE = 1e-4  # of the range: an interval in which crossings may hide
 NEAR = 1e-3  # of a frequency: roots that near may be one
 SHARES = np.geomspace(1e-6, 1.0, 13)  # of a stretch: how far from its end a pair is looked at
 CLOSE = 1e-6  # of the range: equal subsystems cross within this
@@ -57,12 +58,14 @@ class Searched:
     @property
     def certified(self) -> bool:
         """True if every stretch is certified, what the crossings add up to is what grows, and
-        rounding hides no root."""
+        rounding hides no root, in no interval so wide either that others have room in it."""
         agrees = all(s.certified for s in self.stretches) and all(
             _explained(place, a.growth, b.growth)
             for place, (a, b) in zip(self.places, itertools.pairwise(self.stretches), strict=True)
         )
-        return agrees and not any(map(self.line.hides, (self.line.low, self.line.high)))
+        room = WIDE * (self.line.high - self.line.low)
+        narrow = all(c.interval[1] - c.interval[0] <= room for p in self.places for c in p)
+        return agrees and narrow and not any(map(self.line.hides, (self.line.low, self.line.high)))
 
 
 def _limit(table: dict[int, int], rows: int) -> int:
