@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.analysis.systems.roots import ROUNDING, decided
 from squeal.errors import ComputationError
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
 from squeal.stability.eigen import hidden, ordered
 from squeal.stability.matrices import checked, reduce
-from squeal.stability.sparse.spectrum import dense_spectrum
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
 STIFF = (
@@ -25,12 +23,19 @@ def roots_and_verdict(
     """All eigenvalues of matrices (n, n) and the verdict on them.
 
     Where the standard form hides slow roots they come from the pencil, each with the error that
-    rounding of M, C and K may bring. Raises ComputationError if that leaves one no digit.
+    rounding of M, C and K may bring. Raises ComputationError if that leaves one no digit, and
+    OverflowError where one is beyond double precision.
     """
     M, C, K = checked(M, C, K)
-    if not hidden(reduce(M, C, K), K):
+    reduced = reduce(M, C, K)
+    if not np.isfinite(reduced.A).all() or not hidden(reduced, K):
         return complex_eigenvalues(M, C, K), judge(M, C, K)
+    from squeal.analysis.systems.roots import ROUNDING, decided  # a tenth of a query's time
+    from squeal.stability.sparse.spectrum import dense_spectrum
+
     found = dense_spectrum(M, C, K)
+    if len(found) < 2 * len(M):  # a pad has no motion without mass
+        raise OverflowError("the eigenvalues are beyond double precision")
     errors = [max(e.residual, ROUNDING) * e.condition for e in found]
     if not all(error <= LOST for error in errors):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
