@@ -4,8 +4,6 @@ Where no threshold lies in the range the distance between the closest two freque
 instead, which flutter needs to close.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Advice in plain sentences that an engineer can act on."""
 
-from __future__ import annotations
-
 from squeal.analysis.advice import Advice, Lever, advise
 from squeal.analysis.eigenvalues import Analysis, analyse
 from squeal.errors import ComputationError

@@ -1,7 +1,5 @@
 """Critical friction: where a pad's stability changes along its equilibrium branch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Complex eigenvalue analysis of a scene: equilibrium first, then matrices, roots and verdict."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Numbers over two parameters: critical friction, growth rate and frequency, for contour maps."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

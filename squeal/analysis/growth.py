@@ -1,7 +1,5 @@
 """Growth rates of the nonlinear models, fitted to a simulation, beside the linearisation's."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 

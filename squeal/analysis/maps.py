@@ -4,8 +4,6 @@ B3 maps linearise about the origin. B1 and B2 maps find the sliding equilibrium 
 first, by continuation from mu = 0 of all points together.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Mode shapes, and modes followed over the friction with all that happens on the way."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Pads are drawn in blocks, each from a random stream of its own, so that a study 
 whatever the parts in which it is computed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Linearisations of many pads that differ in a few parameters: maps and contours rest on them."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Results as rows, for pandas and for anything else that takes tables."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, is_dataclass
 from typing import Any
 

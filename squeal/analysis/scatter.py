@@ -4,8 +4,6 @@ Each parameter named scatters on its own, normally with a standard deviation or 
 limits; every sample is a pad of its own whose branch is followed from mu = 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field

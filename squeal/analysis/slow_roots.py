@@ -1,7 +1,5 @@
 """Roots and verdict of a pad, also beside a stiffness or damping far greater than others."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -10,8 +10,6 @@ spreads:                  # each parameter scatters on its own
 ```
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The linearised pad as state spaces of python-control."""
 
-from __future__ import annotations
-
 import warnings
 
 import control

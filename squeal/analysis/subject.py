@@ -1,7 +1,5 @@
 """What can be varied: a scene's pad or a system with named parameters, seen alike."""
 
-from __future__ import annotations
-
 from squeal.analysis.critical import (
     MU_MAX,
     CriticalFriction,

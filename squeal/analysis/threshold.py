@@ -1,7 +1,5 @@
 """What is zero where stability is lost, with its exact derivatives by place and parameters."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Literal

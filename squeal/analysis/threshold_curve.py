@@ -6,8 +6,6 @@ condition: a double root of the undamped characteristic polynomial or a real par
 derivatives that Newton's method takes are exact.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

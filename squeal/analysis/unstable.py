@@ -1,7 +1,5 @@
 """What grows at a scene's friction, and from which friction on."""
 
-from __future__ import annotations
-
 from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
 from squeal.scene import Scene, takes_scene

@@ -4,8 +4,6 @@ A reaction that derives from a potential does no work between two instants of se
 does then is fed in, or taken out, by the contact law itself (finding E4).
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

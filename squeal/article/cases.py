@@ -3,8 +3,6 @@
 Light on purpose: the workflow reads it each time.
 """
 
-from __future__ import annotations
-
 import math
 
 # alpha1 and alpha2 over pi

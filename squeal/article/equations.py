@@ -1,7 +1,5 @@
 """What the article makes of model B3: Eq. (22) as printed, and the friction bounds (23a, b)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple

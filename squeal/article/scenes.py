@@ -1,7 +1,5 @@
 """The article's scenes read from their files."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Literal

@@ -1,8 +1,6 @@
 """`squeal advise`: each parameter lowered and raised by a tolerance: the critical friction computed
 anew, the strongest lever first."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """What all commands share: options, output as table or JSON, exit codes."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys

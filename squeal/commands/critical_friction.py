@@ -1,8 +1,6 @@
 """`squeal critical-friction`: every flutter and divergence threshold in 0 < mu <= --mu-max, along
 the branch from mu = 0."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 from pathlib import Path

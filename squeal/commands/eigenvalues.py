@@ -1,7 +1,5 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of the sliding equilibrium."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

@@ -3,8 +3,6 @@
 They are written with a system file that names them, so that every query takes them back.
 """
 
-from __future__ import annotations
-
 import argparse
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`squeal map`: the verdict over alpha1 and alpha2, or over any two parameters."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Sequence

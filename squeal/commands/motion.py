@@ -1,7 +1,5 @@
 """The files that `squeal simulate` writes: history, picture and sound."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """Numbers as options name them, between colons where there are several."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

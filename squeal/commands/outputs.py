@@ -1,7 +1,5 @@
 """Files that commands write: options, formats by name, and nothing lost."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Iterable, Sequence

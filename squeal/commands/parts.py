@@ -3,8 +3,6 @@
 That writes the table of one part; `--gather PART ... --out FILE` writes the whole from the parts'.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import sys

@@ -1,7 +1,5 @@
 """Plain systems M, C, K(mu) in the stability queries: recognised by their key M."""
 
-from __future__ import annotations
-
 from squeal.analysis.critical import CriticalFriction, critical_parameter
 from squeal.commands.numbers import numbers
 from squeal.errors import InputError

@@ -1,7 +1,5 @@
 """A line on standard error that says how far a long answer is, only where somebody watches."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator

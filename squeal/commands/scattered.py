@@ -1,7 +1,5 @@
 """`squeal critical-friction --scatter`: what tolerances make of the critical friction."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 from typing import Any

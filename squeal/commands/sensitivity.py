@@ -1,7 +1,5 @@
 """What moves eigenvalues and thresholds, for `--sensitivity`: JSON rows and tables."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from typing import Any

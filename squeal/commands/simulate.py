@@ -1,7 +1,5 @@
 """`squeal simulate`: integrate a B1 or B2 scene through its contact changes."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys

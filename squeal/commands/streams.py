@@ -1,7 +1,5 @@
 """Standard streams as users leave them: closed, full, or without the letters of a text."""
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -1,7 +1,5 @@
 """What a command varies: a scene, or a system with named parameters."""
 
-from __future__ import annotations
-
 from squeal.analysis.subject import Subject
 from squeal.commands.source import Source
 from squeal.errors import InputError

@@ -1,7 +1,5 @@
 """Sweeps of mu in the queries: as JSON rows, table, CSV and figure; of scenes and plain systems."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

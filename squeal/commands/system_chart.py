@@ -1,7 +1,5 @@
 """`squeal map` of a system from matrices: its stability chart over two named parameters."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 from typing import Any

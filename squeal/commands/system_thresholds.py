@@ -1,7 +1,5 @@
 """`squeal critical-friction` of a system from matrices: thresholds in its parameter."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 from pathlib import Path

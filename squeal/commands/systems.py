@@ -1,7 +1,5 @@
 """`squeal eigenvalues` of a system from matrices: roots with their proof, and sweeps."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field

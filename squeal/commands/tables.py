@@ -1,7 +1,5 @@
 """Text tables for people: numbers, columns, and long lists cut short."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 SHOWN = 40  # rows; a longer table shows its two ends

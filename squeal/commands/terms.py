@@ -3,8 +3,6 @@
 Finite-element programs write K at one friction after the other; K = K0 + p K1 follows.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any

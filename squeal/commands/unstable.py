@@ -1,7 +1,5 @@
 """The table of growing modes that `squeal eigenvalues` prints."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """Admissible or not: where an equilibrium leaves what the models mean."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The equilibrium branch over mu, continued by arc length through contact changes and folds."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ equilibrium without friction. The matrix is then one and the same everywhere: in
 linearisation, and in every contact state of a simulation.
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """All sliding equilibria of a pad, by Newton's method from many places at once."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from functools import lru_cache

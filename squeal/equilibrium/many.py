@@ -1,7 +1,5 @@
 """Equilibria of many pads at once, which differ in a few parameters: maps start from here."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from collections.abc import Iterator

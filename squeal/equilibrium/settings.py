@@ -1,7 +1,5 @@
 """Settings of equilibria: how a branch over mu is followed, and what counts as admissible."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from typing import Any

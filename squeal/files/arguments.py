@@ -1,7 +1,5 @@
 """Arguments of functions, read by the records that read files and refused with the same words."""
 
-from __future__ import annotations
-
 import inspect
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Where the rows of matrices are in space: a table of node, degree of freedom and coordinates."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass, field
 from pathlib import Path

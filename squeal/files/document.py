@@ -1,7 +1,5 @@
 """One YAML document from a file: UTF-8, no doubled keys, numbers as YAML 1.2 writes them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

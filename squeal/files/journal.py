@@ -1,7 +1,5 @@
 """Rows or arrays of a long computation, kept as they come and read back when it is run again."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Iterator

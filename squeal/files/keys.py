@@ -1,7 +1,5 @@
 """The keys of a file as a table: one record a key, from which files are read and documented."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Matrices in files: Matrix Market, MATLAB, NumPy, Harwell-Boeing, Nastran OP4, Abaqus text."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Matrices written as text: Harwell-Boeing and Abaqus."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables as classic netCDF files, which xarray, MATLAB and many others read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import IO, Any
 

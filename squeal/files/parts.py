@@ -1,7 +1,5 @@
 """Parts of a job, by their names."""
 
-from __future__ import annotations
-
 import re
 
 from squeal.files.place import Place

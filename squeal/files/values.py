@@ -4,8 +4,6 @@ The same record serves a file (`read`: from YAML to the value) and a Python reco
 value as it stands), so both refuse with the same sentence.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import sys

@@ -1,7 +1,5 @@
 """The contact models by name: their laws, the choices that each has, the parameters it needs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache, lru_cache

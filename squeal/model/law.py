@@ -1,7 +1,5 @@
 """What a contact law declares; everything else asks the law and never the model's name."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Literal, NamedTuple, Protocol
 

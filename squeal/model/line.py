@@ -4,8 +4,6 @@ Everything rests on the gaps of the two lower edges, never on the contact-loss p
 which is singular for a level pad.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Model B3 and linearisation: Eqs. (21)-(22), and the matrices of complex eigenvalue analysis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

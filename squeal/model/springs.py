@@ -1,7 +1,5 @@
 """Contact by unilateral springs: at the two edges (model B1, Eqs. 4-7), or many along the face."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping

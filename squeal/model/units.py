@@ -4,8 +4,6 @@ The state that is integrated is (x, y, w theta) and its rates, in the units belo
 the same pad in other units is then the same computation.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from functools import reduce

@@ -4,8 +4,6 @@ A formula is parsed by Python's own grammar and then walked node by node; only t
 here are known, nothing is ever evaluated as code.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 from collections.abc import Mapping

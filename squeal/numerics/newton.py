@@ -1,7 +1,5 @@
 """Newton's method with a status, and derivatives by the complex step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

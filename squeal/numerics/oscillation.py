@@ -1,7 +1,5 @@
 """Frequencies, growth and amplitudes of sampled motions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency

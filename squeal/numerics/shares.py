@@ -1,7 +1,5 @@
 """Intervals for shares that were counted."""
 
-from __future__ import annotations
-
 import math
 from statistics import NormalDist
 

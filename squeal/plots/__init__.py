@@ -6,8 +6,6 @@
 The names below are loaded when they are first used.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 

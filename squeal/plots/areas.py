@@ -1,7 +1,5 @@
 """Maps as areas of one colour with the curves between them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Contour maps of a number over two parameters, to read values from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mode coupling: frequencies over growth rates along friction, and the root locus beside them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

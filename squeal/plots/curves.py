@@ -1,7 +1,5 @@
 """Curves of modes over friction and in the complex plane, from arrays alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

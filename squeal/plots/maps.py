@@ -1,7 +1,5 @@
 """Maps of verdicts over two parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

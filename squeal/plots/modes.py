@@ -1,7 +1,5 @@
 """Eigenvalues in the complex plane and, of a pad, the shapes of its modes beside them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

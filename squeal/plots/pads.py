@@ -1,7 +1,5 @@
 """A pad over the sliding surface: at rest, and moved by a mode shape at two phases."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

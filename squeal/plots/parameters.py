@@ -1,7 +1,5 @@
 """Axes of maps over two parameters: symbols, units, and the scene's own pad marked."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

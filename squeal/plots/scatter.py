@@ -1,7 +1,5 @@
 """The distribution of the critical friction: histogram, and share of pads that have lost it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

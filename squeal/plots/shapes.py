@@ -1,7 +1,5 @@
 """Mode shapes of systems from matrices on the places of their nodes, still and moving."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

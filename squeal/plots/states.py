@@ -1,7 +1,5 @@
 """How contact states look: one colour each, and a label."""
 
-from __future__ import annotations
-
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model
 from squeal.model.states import LEAD, STATES, TRAIL

@@ -1,7 +1,5 @@
 """One style for all figures: sizes, fonts, colours of the contact states, and saving."""
 
-from __future__ import annotations
-
 import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass

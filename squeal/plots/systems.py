@@ -1,7 +1,5 @@
 """Figures of systems from matrices: roots in the complex plane, sweeps, stability charts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Units of frequency and growth axes, chosen by the size of what is shown."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

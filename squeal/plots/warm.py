@@ -4,8 +4,6 @@ The workflow starts that process, `python -m squeal.article.figures --for-others
 program asks it for a figure, and draws by itself where none answers.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import select

@@ -3,8 +3,6 @@
 `python -m squeal.scene.documentation docs` writes them anew; a test says whether they are current.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

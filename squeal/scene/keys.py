@@ -3,8 +3,6 @@
 Files are read, records checked, and the documentation and the JSON schema written from it.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from squeal.files.keys import Group, Key

@@ -1,7 +1,5 @@
 """From a scene file to a validated `Scene`; everything is checked before anything runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

@@ -11,8 +11,6 @@ K1: [[0, 1.333], [0, 0]]      # a power that is left out is zero
 ```
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from keyword import iskeyword
 from pathlib import Path

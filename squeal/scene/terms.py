@@ -12,8 +12,6 @@ coordinates: {file: nodes.csv}
 ```
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -4,8 +4,6 @@ A period is a time T with phi_T(z) = z. Newton's method solves this for z, T and
 motions, for mu, with the matrix of the variational equations as derivative.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

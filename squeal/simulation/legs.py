@@ -1,7 +1,5 @@
 """What an integrator hands over: a leg of motion within one contact state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 

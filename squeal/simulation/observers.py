@@ -1,8 +1,6 @@
 """What is watched along a run. Each observer sees the legs and changes as they come and keeps no
 more than its own result, so memory does not grow with the length of the run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The same motion with more digits: what a run in double precision is measured against."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a motion comes to: its frequency, amplitude, growth at the start, and whether it settles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The hybrid run: legs of smooth motion joined at the contact changes (Table 1, Fig. 3, Fig. 8)."""
 
-from __future__ import annotations
-
 import math
 import time as clock
 from dataclasses import dataclass, field

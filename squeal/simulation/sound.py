@@ -1,7 +1,5 @@
 """A motion as a sound: what the pad's normal velocity would be to the ear."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,8 +5,6 @@ The loads are continuous where the contact changes, since an edge's force starts
 switching surface, is therefore the identity, and the variational equations run on through it.
 """
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Stability charts: the verdict on a system over two of its parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

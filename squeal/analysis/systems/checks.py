@@ -1,7 +1,5 @@
 """What can be said of matrices before anything is solved: symmetry, definiteness, condition."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

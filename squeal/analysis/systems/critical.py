@@ -1,7 +1,5 @@
 """Thresholds of a system in its parameter: all of a small one, those of a band of a large one."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence

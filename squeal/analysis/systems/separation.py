@@ -1,7 +1,5 @@
 """K = K0 + p K1 from matrices at two values of p, checked by a third."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any

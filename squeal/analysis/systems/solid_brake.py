@@ -6,8 +6,6 @@ along the disc's motion. `python -m squeal.analysis.systems.solid_brake FOLDER [
 matrices, coordinates and a system file.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A system of terms as a state space of python-control."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import control

@@ -1,7 +1,5 @@
 """Which roots of a system are asked for, and what it takes to get them."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A system as matrix files with a system file that reads them back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -4,8 +4,6 @@ Times count from the first contact. A signal that is zero at the start must have
 each later time; its margin is taken from its first turning point on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal

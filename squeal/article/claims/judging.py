@@ -1,7 +1,5 @@
 """Verdicts on the claims, from the measures of the cases or from their scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

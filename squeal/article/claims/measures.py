@@ -1,7 +1,5 @@
 """What the claims ask of a simulated case."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

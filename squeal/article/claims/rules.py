@@ -5,8 +5,6 @@ over w, or relative differences, whichever the claim is about. A separation coun
 the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

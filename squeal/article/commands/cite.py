@@ -1,7 +1,5 @@
 """`squeal cite`: BibTeX for the article, this software and what a result was computed with."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

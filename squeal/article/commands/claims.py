@@ -1,7 +1,5 @@
 """`squeal claims`: the article's statements, each with its verdict as measured on its scenes."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterable
 from pathlib import Path

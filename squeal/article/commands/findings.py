@@ -1,7 +1,5 @@
 """`squeal findings`: what the article's equations turned out to be, each finding measured."""
 
-from __future__ import annotations
-
 import argparse
 
 from squeal.article.cases import STEMS

@@ -1,7 +1,5 @@
 """`squeal identify`: search for the pad that reproduces most of the article's statements."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import os

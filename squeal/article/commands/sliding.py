@@ -1,7 +1,5 @@
 """`squeal sliding`: Eq. (22), the bounds (23a, b), and all sliding equilibria."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from typing import Any

@@ -1,8 +1,6 @@
 """`squeal take`: a figure, table or number of the report in a folder: data, caption, references,
 origin."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -6,8 +6,6 @@ whatever the contact law, the stiffnesses and the start, if delta's moment is "+
 of delta has the opposite sign.
 """
 
-from __future__ import annotations
-
 import math
 
 from squeal.article.cases import CASES

@@ -5,8 +5,6 @@ pads hardly one in ten thousand has it. A search from those that do, with a popu
 CMA-ES, looks for a pad that keeps all of them; another for the numbers that model B1 alone has.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

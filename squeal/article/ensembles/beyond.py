@@ -4,8 +4,6 @@ It sets out from all pads of the searches in FOLDER that keep the three statemen
 hinder each other, and asks whether they can keep the others on model B2 as well.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

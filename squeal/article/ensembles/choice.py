@@ -1,7 +1,5 @@
 """The pad of the report as `workflow/pad.json` holds it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from squeal.article.results.verify import Switches

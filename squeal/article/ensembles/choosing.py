@@ -4,8 +4,6 @@
 with `--scenes FOLDER` it also writes its scenes.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Mapping, Sequence

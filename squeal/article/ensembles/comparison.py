@@ -1,7 +1,5 @@
 """Comparing searches and formulations by what is stored of them: distances, exchanges, counts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

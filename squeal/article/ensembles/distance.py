@@ -1,7 +1,5 @@
 """Distance of pads from the article's statements, case by case and only as far as it matters."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

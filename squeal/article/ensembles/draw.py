@@ -4,8 +4,6 @@ Stages go round over formulations and seeds, so that whatever is there can be co
 A stage that stands in the folder is not drawn again.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

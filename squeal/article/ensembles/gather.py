@@ -4,8 +4,6 @@ Of millions of judged pads the counts are kept, and as exact points only the bes
 sample of its last population and the front of the three statements that hinder each other.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import sys

@@ -9,8 +9,6 @@ once, which a search for one best pad does not, and a step is rejected as soon a
 the distance exceeds its own level, so that few of the eight motions are simulated.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 

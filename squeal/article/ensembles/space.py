@@ -3,8 +3,6 @@
 Units: w = m = k1 = 1. A point is a row of the unit cube; the prior is uniform in it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import product

@@ -1,7 +1,5 @@
 """The suite: what is extreme about each case, its scene, and what its outcome must be."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

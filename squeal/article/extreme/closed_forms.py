@@ -1,7 +1,5 @@
 """A pad that moves only up and down, or flies freely: motions known in closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs the cases of the suite and holds each outcome against the truth."""
 
-from __future__ import annotations
-
 import math
 import sys
 import tempfile

@@ -3,8 +3,6 @@
 Beside the PDF stands a text file with the figure's alternative text, in ASCII since LaTeX reads it.
 """
 
-from __future__ import annotations
-
 import argparse
 import pkgutil
 import sys

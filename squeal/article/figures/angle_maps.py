@@ -1,7 +1,5 @@
 """Maps over the spring angles side by side, from `studies.angles` and `studies.quasi_static`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

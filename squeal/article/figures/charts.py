@@ -1,7 +1,5 @@
 """Figs. 3 and 8: flow charts of the contact states, from the table that the integrator uses."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

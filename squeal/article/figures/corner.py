@@ -1,7 +1,5 @@
 """Where the numbers of the pads lie that the last populations hold: one law on either side."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

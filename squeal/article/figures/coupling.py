@@ -1,7 +1,5 @@
 """Mode coupling: frequencies and growth rates over mu, from the results of `studies.loci`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

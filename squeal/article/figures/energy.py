@@ -1,7 +1,5 @@
 """Energies and works along the motions of case (c), from the study of the same name."""
 
-from __future__ import annotations
-
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

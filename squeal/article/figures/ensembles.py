@@ -1,7 +1,5 @@
 """What the pads of all formulations keep, by search, and by chance."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

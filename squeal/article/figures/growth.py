@@ -1,7 +1,5 @@
 """Growth rates fitted to simulations, from the results of `squeal.article.studies.stability`."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Figs. 4-7 and 9-12: time histories of the article's cases."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from squeal.files.results import read_run

@@ -1,7 +1,5 @@
 """Springs along the face against the line, from the study of the same name."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Error against run time of a map and of a threshold by eigenvalue programs, two panels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure

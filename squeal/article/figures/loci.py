@@ -1,7 +1,5 @@
 """Root loci: eigenvalues in the complex plane over mu, from the results of `studies.loci`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fig. 13 over its parameters, from the study of the same name."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

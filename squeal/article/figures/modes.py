@@ -1,7 +1,5 @@
 """Mode shapes of model B2 as motions of the pad, from the results of `studies.loci`."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """Sweeps of friction and a branch of cycles, from the study of that name."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

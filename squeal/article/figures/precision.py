@@ -1,7 +1,5 @@
 """Work-precision diagrams: error of the final place and of contact times against run time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fig. 13: where the conditions (23a, b) for quasi-static sliding hold."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Robustness: which claims hold around the best pad, and which number breaks one first."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

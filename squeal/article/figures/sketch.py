@@ -1,7 +1,5 @@
 """Figs. 1 and 2: the pad with its springs, drawn from the vectors of Eqs. (1)-(2) of a scene."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

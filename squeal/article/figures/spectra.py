@@ -1,7 +1,5 @@
 """Spectrogram through the onset and spectrum of what follows, from the study of that name."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """What the start decides, from the study of the same name: a column a scene, a row a time."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure

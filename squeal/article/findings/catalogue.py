@@ -1,7 +1,5 @@
 """The findings on the article's equations: where, what, and how each is measured."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Findings that need single poses or matrices only: no motion is integrated here."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Findings that need the article's cases in motion, their equilibria, or maps over the angles."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

@@ -1,7 +1,5 @@
 """What the search makes small: claims that fail, then thin margins, for many pads at once."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The searched space: dimensionless pads (w = m = k1 = 1), with ranges and their reasons."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

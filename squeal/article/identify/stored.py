@@ -4,8 +4,6 @@
 state files of `squeal identify`.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,7 +1,5 @@
 """From a dimensionless pad to the article's scenes in SI units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

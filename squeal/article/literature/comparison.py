@@ -5,8 +5,6 @@ the system at hand, 'read in the source' ones are printed in the reference (for 
 Table 2, in the public transcriptions by other authors, which agree with each other).
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ growth at equal steps of mu and then halve the interval, each time with the eige
 matrix.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from functools import partial

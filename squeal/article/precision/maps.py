@@ -1,7 +1,5 @@
 """Error against run time of the B3 map: our verdicts and those from `numpy.linalg.eigvals`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map

@@ -1,7 +1,5 @@
 """Error and run time of each path over tolerances; changes missed or made up are counted."""
 
-from __future__ import annotations
-
 import math
 import statistics
 import time as clock

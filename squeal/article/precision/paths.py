@@ -4,8 +4,6 @@ The peers get the same equations compiled by heyoka, and locate contact changes 
 their own library; nothing but the sign of a gap at their steps tells them of one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial

@@ -5,8 +5,6 @@ chapter's own studies. The function `generated` of the chapter's module, if ther
 the table of chapters names, read as its annotations say, and gives more values, and the tables.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

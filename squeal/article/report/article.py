@@ -1,7 +1,5 @@
 """Values and tables of the article's own models: motions, the map of Fig. 13, eigenvalues."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from squeal.article.report.contact_states import table_1, table_2

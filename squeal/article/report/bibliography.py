@@ -1,7 +1,5 @@
 """References in BibTeX: those that the report cites, and those behind a result."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass

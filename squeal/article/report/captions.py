@@ -1,7 +1,5 @@
 """Captions of the report's figures and tables, read from its LaTeX text for use elsewhere."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

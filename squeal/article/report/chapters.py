@@ -4,8 +4,6 @@ The rules of the workflow run what stands here, one job an entry, and the report
 in this order. Light on purpose: the workflow imports it each time.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from importlib.util import find_spec
 

@@ -1,7 +1,5 @@
 """Tables 1 and 2 of the article: contact states from the table that the integrator uses."""
 
-from __future__ import annotations
-
 from squeal.article.report.latex import tabular
 from squeal.model.contact import contact_law
 from squeal.model.law import FACE_STATES, face_state

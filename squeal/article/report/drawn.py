@@ -1,7 +1,5 @@
 """The data that a figure draws, read back from the figure, as rows for a CSV file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

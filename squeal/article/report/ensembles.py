@@ -1,7 +1,5 @@
 """Tables and sentences on the ensembles; what interprets asks the results first."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Tables and values of the section on accuracy, stiff and extreme cases."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import title

@@ -1,7 +1,5 @@
 """Sentences on hammering: which cases of the report's pad do, by model and under load."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from squeal.article.claims.rules import HAMMER, SWINGS

@@ -1,7 +1,5 @@
 """Tables and values of the section on identification, from the stored searches verified afresh."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """LaTeX text: escaping, symbols, numbers, tables, and values that the report refers to by key."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

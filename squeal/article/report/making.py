@@ -1,7 +1,5 @@
 """How the report was made: versions and digests behind the results, and the list of chapters."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path

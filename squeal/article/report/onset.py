@@ -1,7 +1,5 @@
 """Tables and sentences on onset and attractors; what interprets asks the results first."""
 
-from __future__ import annotations
-
 from squeal.article.cases import CASES
 from squeal.article.report.latex import (
     Generated,

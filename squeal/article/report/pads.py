@@ -1,7 +1,5 @@
 """Sentences on single pads: what those of the ensembles and that of the report keep."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from squeal.article.ensembles.balance import flattest

@@ -1,7 +1,5 @@
 """Values and the table of parameters: value, unit and origin, from the article's scenes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables and sentences of the physics chapter; what interprets asks the results first."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from squeal.article.cases import title

@@ -1,7 +1,5 @@
 """The report's LaTeX as text without marks: lines, formulas and tables."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 

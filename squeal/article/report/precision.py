@@ -1,7 +1,5 @@
 """Table and values of the section on error against run time, from results/precision.json."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from squeal.article.report.latex import Generated, number, power, tabular, typeset

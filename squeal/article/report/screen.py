@@ -1,7 +1,5 @@
 """`python -m squeal.article.report.screen TABLE.tex`: a generated table as a page of HTML."""
 
-from __future__ import annotations
-
 import html
 import sys
 from pathlib import Path

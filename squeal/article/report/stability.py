@@ -1,7 +1,5 @@
 """Tables, sentences and values of the stability chapter, from its result files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import title

@@ -1,7 +1,5 @@
 """Values and tables on the article's statements and on the findings about its equations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from squeal.article.cases import HISTORY_FIGURES

@@ -1,7 +1,5 @@
 """Sentences on sweeps of friction and the branch of cycles; they ask the results first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 

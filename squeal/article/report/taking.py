@@ -1,7 +1,5 @@
 """A figure, table or number of the report in a folder of its own, with all that belongs to it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

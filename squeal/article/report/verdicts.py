@@ -4,8 +4,6 @@ The text of the chapter gives the evidence; each verdict is a condition on resul
 where they do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Light on purpose: figures and tables that read a result do not depend on what computes it.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from importlib.util import find_spec
 

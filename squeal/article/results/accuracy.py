@@ -1,7 +1,5 @@
 """Error, effort and predictability horizon of each simulated scene."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from squeal.files.records import Record, Result

@@ -1,7 +1,5 @@
 """Maps over the spring angles with traced boundaries, for models B2 and B3."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The article's statements with their measured verdicts."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from squeal.files.records import Record, Result

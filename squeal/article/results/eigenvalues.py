@@ -1,7 +1,5 @@
 """Poles of the sliding equilibria by python-control, held against the own eigenvalues."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from squeal.files.records import Missing, Record, Result

@@ -1,7 +1,5 @@
 """Where the energy of the article's motions comes from, in J."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from squeal.files.records import Missing, Record, Result

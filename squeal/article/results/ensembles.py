@@ -1,7 +1,5 @@
 """Ensembles of pads for all formulations: what their pads keep, and what that tells."""
 
-from __future__ import annotations
-
 from squeal.article.results.robustness import SYMBOLS as ROBUSTNESS
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches

@@ -1,7 +1,5 @@
 """Outcomes of the suite of stiff and extreme cases."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from squeal.files.records import Record, Result

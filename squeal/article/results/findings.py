@@ -1,7 +1,5 @@
 """The findings on the article's equations, each measured."""
 
-from __future__ import annotations
-
 from squeal.files.records import Record, Result
 
 

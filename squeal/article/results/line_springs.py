@@ -1,7 +1,5 @@
 """Point against line contact at equal load: springs along the face, from two to many."""
 
-from __future__ import annotations
-
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 

@@ -1,7 +1,5 @@
 """Eigenvalues over friction, the friction loop and mode shapes of scenes."""
 
-from __future__ import annotations
-
 from squeal.files.records import Missing, Record, Result
 
 Row = tuple[float, ...]

@@ -1,7 +1,5 @@
 """The map of Fig. 13 over its parameters, and the equilibria that lie off its branch."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from squeal.files.records import Record, Result

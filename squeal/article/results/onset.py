@@ -1,7 +1,5 @@
 """Onset and attractors of damped motions: sweeps of friction, exponents, a cycle."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Error against run time of each path, over tolerances."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Where the conditions (23a, b) hold over the two spring angles (Fig. 13)."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from squeal.files.records import Record, Result

@@ -1,7 +1,5 @@
 """How the claims fare around the best pad and over the plausible ranges."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from squeal.files.records import Record, Result

@@ -1,7 +1,5 @@
 """Spectra of the contact force through the first losses of contact."""
 
-from __future__ import annotations
-
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Record, Result
 

@@ -1,7 +1,5 @@
 """The stability chapter's numbers beside those of `loci` and `angles`."""
 
-from __future__ import annotations
-
 from squeal.article.results.loci import Branch, Loop, SingleLoop
 from squeal.files.records import Missing, Record, Result
 

@@ -1,7 +1,5 @@
 """What the start decides: the kind of motion over the height and tilt of the start."""
 
-from __future__ import annotations
-
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 

@@ -1,7 +1,5 @@
 """The stored pads judged afresh."""
 
-from __future__ import annotations
-
 from squeal.files.records import Record, Result
 
 

@@ -3,8 +3,6 @@
 FILEs are what the study reads: scenes, or stored searches. Its own switches are flags.
 """
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import pkgutil

@@ -1,7 +1,5 @@
 """Attractors of damped motions, and undamped motions: exponents, and a branch of cycles."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Damped motions after a long time: what they have settled to."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

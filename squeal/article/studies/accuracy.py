@@ -1,7 +1,5 @@
 """Error, effort and predictability horizon of each simulated scene."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Sequence

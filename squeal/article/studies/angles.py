@@ -4,8 +4,6 @@ The verdict on model B3 about the origin; where model B2 has a sliding equilibri
 contact, with which verdict; and whether the printed conditions (23a, b) allow or deny it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The article's statements, each measured and judged on the article's scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Complex eigenvalues of the article's four cases by python-control, for the report's table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

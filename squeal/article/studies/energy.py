@@ -3,8 +3,6 @@
 Those of line contact run under both laws, the printed one and the integral one.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path

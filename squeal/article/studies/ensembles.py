@@ -1,7 +1,5 @@
 """What the ensembles of pads say, from their stored form, a part of it judged afresh."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The suite of stiff and extreme cases, each held against the truth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -4,8 +4,6 @@ N springs along the face (model BN) with the normal and rotational stiffness of 
 start of the article's scenes of model B2; the line follows the integral law, which is their limit.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Eigenvalues over friction, the friction loop and mode shapes of scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path as File
 from typing import Any

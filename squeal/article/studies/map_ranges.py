@@ -3,8 +3,6 @@
 Beside the printed conditions stand the true equilibria of model B2, those off the branch too.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

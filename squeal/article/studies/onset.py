@@ -1,7 +1,5 @@
 """Onset of hammering and what it settles to, with modal damping."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path

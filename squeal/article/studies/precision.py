@@ -1,7 +1,5 @@
 """Error against run time: simulations of the article's cases and a stiff pad, linear tasks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

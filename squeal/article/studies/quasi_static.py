@@ -1,7 +1,5 @@
 """Map of the quasi-static sliding motion of model B3 over the two spring angles (Fig. 13)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How the claims fare around the pad of the report and over the plausible ranges."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

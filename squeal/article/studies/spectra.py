@@ -1,7 +1,5 @@
 """Sound: spectra of the contact force from a kicked equilibrium through first losses of contact."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path

@@ -4,8 +4,6 @@ Advice on each of the article's scenes; the friction loop of a pad that flutters
 fitted to simulations; and the comparison with the literature.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -4,8 +4,6 @@ The starts are at rest on a plane through the sliding equilibrium and the scene'
 longer times have fewer points, `--fine` gives all many.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The stored pads and that of the scenes judged afresh: at other tolerances, over a longer time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

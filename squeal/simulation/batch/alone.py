@@ -1,7 +1,5 @@
 """A single pad on the path of single simulations, kept and measured as pads of a batch are."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

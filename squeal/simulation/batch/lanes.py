@@ -1,7 +1,5 @@
 """Many pads at once in the lanes of the processor: all take a step, each its own, at every call."""
 
-from __future__ import annotations
-
 from functools import cached_property, lru_cache
 from typing import Any
 

@@ -3,8 +3,6 @@
 Peaks between samples come from the parabola through three of them; what a pad has not is NaN.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

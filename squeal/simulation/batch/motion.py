@@ -1,7 +1,5 @@
 """What is kept of the motion of one or several pads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

@@ -4,8 +4,6 @@ Each motion runs beside one that starts a little off. After each stretch of time
 put back to the first distance, along the deviation that it has then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where polynomials pass zero, as expressions without branches."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

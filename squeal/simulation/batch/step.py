@@ -5,8 +5,6 @@ whether it passes zero and, if it surely does so just once, Newton's method find
 the pad tries again with half the step, so that no contact change is passed over.
 """
 
-from __future__ import annotations
-
 import math
 from functools import reduce
 from typing import Any

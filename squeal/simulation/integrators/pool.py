@@ -1,7 +1,5 @@
 """Compiled integrators, each lent to one user at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Lock

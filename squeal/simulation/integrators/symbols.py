@@ -4,8 +4,6 @@ The numbers of a pad are runtime parameters, so the compiled code, which heyoka 
 serves every pad.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple

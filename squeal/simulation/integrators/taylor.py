@@ -4,8 +4,6 @@ One integrator per contact state holds just the terms of that state and watches 
 the direction that ends the state.
 """
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass
 from functools import lru_cache

@@ -5,8 +5,6 @@ them where a gap passes zero, so that heyoka's own loop runs on. Nothing is done
 to note how it ended.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """More digits than a double has, without heyoka: extrapolated midpoint rule in mpmath's numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """SciPy stand-in for platforms without heyoka, and an independent check of its results."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
