@@ -14,14 +14,7 @@ from squeal.errors import InputError
 from squeal.files.arguments import Instance, takes
 from squeal.files.values import Number
 from squeal.scene import Scene
-from squeal.stability import (
-    Crossing,
-    Spectrum,
-    System,
-    thresholds,
-    track,
-    verdict,
-)
+from squeal.stability import Crossing, Spectrum, System, thresholds, track, verdict
 from squeal.stability.matrices import check_system
 
 PAD_COORDINATES = ("x", "y", "theta")

@@ -1,11 +1,6 @@
 """What can be varied: a scene's pad or a system with named parameters, seen alike."""
 
-from squeal.analysis.critical import (
-    MU_MAX,
-    CriticalFriction,
-    critical_friction,
-    critical_parameter,
-)
+from squeal.analysis.critical import MU_MAX, CriticalFriction, critical_friction, critical_parameter
 from squeal.analysis.sensitivity import parameters
 from squeal.errors import InputError
 from squeal.files.place import Place

@@ -10,13 +10,7 @@ from matplotlib.figure import Figure
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import ModeShape, shapes_of_pad
 from squeal.model.pad import Pad
-from squeal.plots.pads import (
-    draw_pad,
-    draw_surface,
-    exaggeration,
-    legend_of_phases,
-    outlines,
-)
+from squeal.plots.pads import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
 from squeal.scene import Scene, takes_scene

@@ -291,11 +291,7 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
         results |= o.result()
     if scene.wants("events"):
         results["events"] = tuple(
-            Event(
-                e.t * units.time,
-                model.state_name(e.source),
-                model.state_name(e.target),
-            )
+            Event(e.t * units.time, model.state_name(e.source), model.state_name(e.target))
             for e in results["events"]
         )
     return Simulation(

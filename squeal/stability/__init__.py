@@ -20,11 +20,7 @@ from squeal.stability.judgement import (
 from squeal.stability.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.stability.matrices import Batched, Matrices, System
 from squeal.stability.sensitivity import sensitivities
-from squeal.stability.thresholds import (
-    critical_points,
-    crossings,
-    thresholds,
-)
+from squeal.stability.thresholds import critical_points, crossings, thresholds
 from squeal.stability.tracking import TrackedModes, track
 from squeal.stability.unstable import UnstableMode, unstable_modes
 

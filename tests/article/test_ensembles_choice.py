@@ -14,10 +14,7 @@ from squeal.article.ensembles.choice import read_choice
 from squeal.article.ensembles.choosing import LAWS, MOST, RIVAL
 from squeal.article.ensembles.distance import judge
 from squeal.article.ensembles.gather import counts
-from squeal.article.ensembles.space import (
-    DIMENSIONS,
-    decode,
-)
+from squeal.article.ensembles.space import DIMENSIONS, decode
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.space import LENGTH, stacked
 from squeal.article.identify.write import write_scenes

@@ -18,11 +18,7 @@ from squeal.article.ensembles.comparison import (
 )
 from squeal.article.ensembles.distance import INDEX, judge
 from squeal.article.ensembles.gather import read_kept
-from squeal.article.ensembles.space import (
-    DIMENSIONS,
-    FORMULATIONS,
-    decode,
-)
+from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.report.chapters import ENSEMBLES
 from squeal.article.report.ensembles import _contrast, at_least, generated, half_by_chance
 from squeal.article.report.pads import kept_briefly

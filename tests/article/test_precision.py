@@ -19,11 +19,7 @@ from squeal.article.precision.linear import (
     exact_values,
 )
 from squeal.article.precision.maps import matrices, named
-from squeal.article.precision.measure import (
-    compare_times,
-    confirm,
-    points_of,
-)
+from squeal.article.precision.measure import compare_times, confirm, points_of
 from squeal.article.precision.paths import DEFAULT, Run
 from squeal.article.report.precision import check_values, linear_values, speed_table, values
 from squeal.article.results.precision import Check, Point, Timing, time_at

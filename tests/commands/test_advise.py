@@ -57,10 +57,7 @@ def test_people_read_a_table_and_a_sentence(capsys):
         (["--tolerance", "k1=nan"], "--tolerance k1=nan"),
         (["--tolerance", "K1=5%"], "K1 is no parameter here; allowed are m, w, h"),
         (["--tolerance", "mu=5%"], "mu is no parameter here"),
-        (
-            ["--tolerance", "alpha1=5%"],
-            "alpha1 is an angle and has no share",
-        ),
+        (["--tolerance", "alpha1=5%"], "alpha1 is an angle and has no share"),
         (["--tolerance", "k1=5%", "--tolerance", "k1=6%"], "has a tolerance already"),
         (["--mu-max", "0"], "--mu-max 0"),
     ],

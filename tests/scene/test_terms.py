@@ -130,10 +130,7 @@ def test_wrong_coordinates_are_refused(folder, rows, words):
         (("{matrix: [[0", "{key: K, matrix: [[0"), "C.2.key: .*a matrix without a file"),
         (("parameters: {Omega: 2.0, mu: 0.4}", "parameters: 3"), "must be a mapping of names"),
         (("mu: 0.4", "mu: x"), "parameters.mu: 'x' is not allowed"),
-        (
-            ("parameter: Omega", "parameter: 2x"),
-            "parameter: '2x' is not allowed; it must be a",
-        ),
+        (("parameter: Omega", "parameter: 2x"), "parameter: '2x' is not allowed; it must be a"),
         (("name: three", "K0: [[1]]"), "K0: unknown key"),
         (("name: three", "coordinates: {file: m.mtx}"), "no column node"),
         (("name: three", "damping: {ratios: [-1]}"), "damping.ratios.1: -1 is not allowed"),

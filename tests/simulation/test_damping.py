@@ -63,8 +63,7 @@ def test_motion_is_that_of_the_equations_written_out(name, backend):
 
 
 @pytest.mark.parametrize(
-    "damping",
-    [DAMPED, Damping(ratios=(0.01, 0.03, 0.02)), Damping(rayleigh=(30.0, 2e-7))],
+    "damping", [DAMPED, Damping(ratios=(0.01, 0.03, 0.02)), Damping(rayleigh=(30.0, 2e-7))]
 )
 def test_small_motion_follows_the_matrices_of_eigenvalues(damping):
     one = scene("b2-d", damping=damping, outputs=("history",), samples=5, stop=2e-3)

@@ -178,11 +178,7 @@ def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) 
 
 
 def _placed(
-    reduction: Reduction,
-    region: Rectangle,
-    rows: Sequence[Crossing],
-    low: float,
-    high: float,
+    reduction: Reduction, region: Rectangle, rows: Sequence[Crossing], low: float, high: float
 ) -> tuple[tuple[Crossing, ...], list[tuple[float, str]]]:
     """Crossings with mode numbers and whether they change the verdict; values and verdicts
     between them."""

@@ -1,12 +1,7 @@
 """The article's statements about its results, each as a measurement with a margin and a verdict."""
 
 from squeal.article.claims.catalogue import CLAIMS, Claim
-from squeal.article.claims.judging import (
-    hammering,
-    judge_claims,
-    judge_scenes,
-    measure_scenes,
-)
+from squeal.article.claims.judging import hammering, judge_claims, judge_scenes, measure_scenes
 from squeal.article.claims.measures import Case, case_of, linear_measures, measure
 
 __all__ = [

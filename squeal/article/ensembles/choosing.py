@@ -16,13 +16,7 @@ from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import Choice
 from squeal.article.ensembles.distance import Judgement, judge
 from squeal.article.ensembles.gather import INFORMATIVE, TAUTOLOGIES, Kept, counts, read_kept
-from squeal.article.ensembles.space import (
-    DIMENSIONS,
-    FORMULATIONS,
-    SPEED,
-    decode,
-    starts,
-)
+from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, SPEED, decode, starts
 from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.results.ensembles import ELSEWHERE, Pad

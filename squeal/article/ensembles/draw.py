@@ -109,10 +109,7 @@ class _Searches:
 
 
 def work(
-    folder: Path,
-    stages: int,
-    models: tuple[Model, ...],
-    tasks: Sequence[tuple[Formulation, int]],
+    folder: Path, stages: int, models: tuple[Model, ...], tasks: Sequence[tuple[Formulation, int]]
 ) -> None:
     """Draw some searches (formulation, seed), a stage of each in turn."""
     searches, mine = _Searches(folder, models), tasks

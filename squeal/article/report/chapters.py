@@ -90,10 +90,7 @@ class Chapter:
 
 
 _B2 = tuple(stem("B2", case) for case in CASES)
-_SEARCHED = (
-    Study("verify", (IDENTIFIED, *_scenes(*HISTORY_FIGURES))),
-    Study("robustness", (PAD,)),
-)
+_SEARCHED = (Study("verify", (IDENTIFIED, *_scenes(*HISTORY_FIGURES))), Study("robustness", (PAD,)))
 
 _PARTS = (
     Chapter(

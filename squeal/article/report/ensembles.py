@@ -18,13 +18,7 @@ from squeal.article.report.pads import (
     thousands,
     twins,
 )
-from squeal.article.results.ensembles import (
-    SYMBOLS,
-    Contrast,
-    Ensemble,
-    Ensembles,
-    Kept,
-)
+from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
 NARROW = 0.5  # of the searched range: a number that lies within is said to be confined

@@ -1,14 +1,7 @@
 """Tables and sentences on onset and attractors; what interprets asks the results first."""
 
 from squeal.article.cases import CASES
-from squeal.article.report.latex import (
-    Generated,
-    in_words,
-    number,
-    percent,
-    tabular,
-    typeset,
-)
+from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.report.sweeps import beside_rest, dampings, going_on, grouped, groups, swept
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset

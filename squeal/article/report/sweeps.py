@@ -204,10 +204,7 @@ def _shot(found: Onset) -> dict[str, str]:
         f"{number(one.decay, 6)} of itself a period in a simulation, "
         f"{'which agrees' if agree else 'which does not agree'}."
     )
-    return {
-        "onset.cycle": cycle,
-        "onset.branch": _cycles(one, found.thresholds.get(one.name)),
-    }
+    return {"onset.cycle": cycle, "onset.branch": _cycles(one, found.thresholds.get(one.name))}
 
 
 def _caption(found: Onset) -> str:

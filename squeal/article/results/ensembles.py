@@ -5,12 +5,7 @@ from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.files.records import Record, Result
 
-SYMBOLS = {
-    **ROBUSTNESS,
-    "first_x": r"$x(0)$",
-    "x0": "$x_0/w$",
-    "start": "start",
-}
+SYMBOLS = {**ROBUSTNESS, "first_x": r"$x(0)$", "x0": "$x_0/w$", "start": "start"}
 """Symbols of the numbers as LaTeX and figures set them."""
 
 

@@ -3,12 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.claims import (
-    hammering,
-    judge_claims,
-    linear_measures,
-    measure_scenes,
-)
+from squeal.article.claims import hammering, judge_claims, linear_measures, measure_scenes
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, SearchedFormulation
 from squeal.article.scenes import read_cases

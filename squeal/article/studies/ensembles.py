@@ -38,14 +38,7 @@ from squeal.article.ensembles.gather import (
     keep_all,
     read_kept,
 )
-from squeal.article.ensembles.space import (
-    DIMENSIONS,
-    FORMULATIONS,
-    LOAD,
-    SPEED,
-    decode,
-    standing,
-)
+from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, LOAD, SPEED, decode, standing
 from squeal.article.identify.space import STOP
 from squeal.article.results.ensembles import (
     Check,

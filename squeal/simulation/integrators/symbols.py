@@ -12,14 +12,7 @@ import heyoka as hy
 
 from squeal.model.equations import net_loads, term_count
 from squeal.model.law import ContactLaw, Touching
-from squeal.model.mechanics import (
-    Coefficients,
-    Number,
-    at_speed,
-    facing,
-    pose,
-    spring_vectors,
-)
+from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_vectors
 from squeal.simulation.legs import COLLAPSED
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a leg

@@ -70,11 +70,7 @@ def compiled(
 
 @lru_cache(maxsize=64)
 def _pool(
-    law: ContactLaw,
-    contact: State | None,
-    tolerance: float,
-    fp_type: Any,
-    terms: tuple[str, ...],
+    law: ContactLaw, contact: State | None, tolerance: float, fp_type: Any, terms: tuple[str, ...]
 ) -> Pool[Any]:
     """Integrators of one kind, copies of the compiled one, which itself never runs."""
     return Pool(lambda: copy.copy(compiled(law, contact, tolerance, fp_type, terms)))
@@ -84,11 +80,7 @@ def _event(fp_type: Any) -> Any:
     return hy.t_event if fp_type is float else lambda *a, **k: hy.t_event(*a, fp_type=fp_type, **k)
 
 
-_ONWARD = (
-    hy.taylor_outcome.success,
-    hy.taylor_outcome.time_limit,
-    hy.taylor_outcome.step_limit,
-)
+_ONWARD = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
 
 
 @dataclass(frozen=True)

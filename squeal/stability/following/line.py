@@ -195,10 +195,7 @@ class _Terms:
         name = self.system.parameter
         values = self.system.values({name: p})
         sums, slopes = [], []
-        for matrices, terms in (
-            (self.stiffness, self.system.K),
-            (self.damping, self.system.C),
-        ):
+        for matrices, terms in ((self.stiffness, self.system.K), (self.damping, self.system.C)):
             zero = np.zeros_like(self.stiffness[0])
             factors = [t.factor.value_and_slopes(values) for t in terms]
             sums.append(sum((f * X for X, (f, _) in zip(matrices, factors, strict=True)), zero))

@@ -227,10 +227,7 @@ class _Step:
         mean = [z[0].mean(), z[1].mean(), z[2].mean(), db.mean()]
         half = [(x[0] - x[1]) / 2 for x in (z[0], z[1], z[2], db)]
         d = [half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]]
-        for a, da, b, slope, unit in (
-            (*mean, abs(mean[0])),
-            (*d, max(abs(d[0]), abs(d[2]))),
-        ):
+        for a, da, b, slope, unit in ((*mean, abs(mean[0])), (*d, max(abs(d[0]), abs(d[2])))):
             off = abs(b - a - (da + slope) / 2)
             if off > DOUBT * max(abs(b - a), 1e-3 * unit):
                 return None
@@ -242,10 +239,7 @@ class _Step:
         m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, ds))
         vectors = [
             (s.right[:, [p, q]], s.left[:, [p, q]])
-            for s, p, q in (
-                (self.a, k, other),
-                (self.b, int(self.j[k]), int(self.j[other])),
-            )
+            for s, p, q in ((self.a, k, other), (self.b, int(self.j[k]), int(self.j[other])))
         ]
         on = self._on(self.a)[[k, other]].all(), self._on(self.b)[[k, other]].all()
         if not self.line.damped or any(on):

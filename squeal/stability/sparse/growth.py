@@ -81,10 +81,7 @@ def _definite(A: Any) -> bool:
         return True
     try:
         factor = splu(
-            A,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
+            A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
     except RuntimeError:  # a pivot vanishes
         return False

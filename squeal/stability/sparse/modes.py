@@ -212,11 +212,7 @@ def lowest_modes(
         shift = complex(0.3 * scale)
         for attempt in range(TRIES):
             near = search.around(
-                shift,
-                scale,
-                lambda near: int(np.sum(_within(near))) > 2 * modes,
-                attempt,
-                _within,
+                shift, scale, lambda near: int(np.sum(_within(near))) > 2 * modes, attempt, _within
             )
             roots = search.complete()
             radius = _end(roots.values, modes, near.reach - abs(shift))

@@ -80,10 +80,7 @@ class Rectangle:
         wide = share * (self.high_real - self.low_real)
         high = share * (self.high_imag - self.low_imag)
         return Rectangle(
-            self.low_real - wide,
-            self.high_real + wide,
-            self.low_imag - high,
-            self.high_imag + high,
+            self.low_real - wide, self.high_real + wide, self.low_imag - high, self.high_imag + high
         )
 
     def without_middle(self, reach: float) -> list[Rectangle]:

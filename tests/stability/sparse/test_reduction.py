@@ -11,12 +11,7 @@ from squeal.numerics.formula import Formula
 from squeal.stability.sparse import reduction as reduction_of
 from squeal.stability.sparse.dense import dense_roots, dense_values
 from squeal.stability.sparse.modes import modes_in
-from squeal.stability.sparse.reduction import (
-    TOLERANCE,
-    Basis,
-    reduce_system,
-    reduce_to_real_modes,
-)
+from squeal.stability.sparse.reduction import TOLERANCE, Basis, reduce_system, reduce_to_real_modes
 from squeal.stability.sparse.region import Rectangle, band
 from squeal.stability.sparse.scaled import ScaledSystem
 from squeal.stability.terms import Term, TermSystem
