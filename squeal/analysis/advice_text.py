@@ -16,7 +16,6 @@ def change_in_words(lever: Lever) -> str:
 
 
 def _hertz(frequency: float) -> str:
-    """A frequency to a whole number, or to three digits of a small one."""
     return f"{frequency:.0f} Hz" if frequency >= 100.0 else f"{frequency:.3g} Hz"
 
 

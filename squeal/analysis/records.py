@@ -75,7 +75,6 @@ def to_records(result: Any) -> list[dict[str, Any]]:
 
 
 def _of_sweep(entry: Any) -> bool:
-    """True for a pair of mu and its analysis, None where the branch does not reach."""
     pair = isinstance(entry, tuple) and len(entry) == 2
     return pair and (entry[1] is None or isinstance(entry[1], Analysis))
 

@@ -178,7 +178,6 @@ def value_at(axis: Axis, share: float) -> float:
 
 
 def _determinant(A: np.ndarray) -> np.ndarray:
-    """Determinant (n,) of A (3, 3, n), real or complex."""
     return np.asarray(np.sum(A[0] * np.cross(A[1], A[2], axis=0), axis=0))
 
 

@@ -93,7 +93,6 @@ class Command:
         return parser
 
     def _answer(self, options: argparse.Namespace) -> str:
-        """What is printed."""
         changes = {}
         if self.scene:
             named = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]

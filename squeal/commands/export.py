@@ -96,7 +96,6 @@ def run(given: argparse.Namespace) -> Answer:
 
 
 def _of_scene(given: argparse.Namespace) -> TermSystem:
-    """The linearisation of a pad at its friction."""
     scene = given.source.scene()
     found = analyse(scene).matrices
     damping = (Term(found.C),) if np.any(found.C) else ()

@@ -48,7 +48,6 @@ _EACH = {name: Key(about.meaning, Text()) for name, about in PARAMETERS.items()}
 
 
 def _each(kind: Group) -> Group:
-    """A mapping from parameters to what is said of each."""
     return Group({name: dataclasses.replace(key, kind=kind) for name, key in _EACH.items()})
 
 
@@ -102,7 +101,6 @@ def _read(parts: Sequence[Path]) -> tuple[list[str], list[list[list[str]]]]:
 
 
 def _stack(path: Path, parts: Sequence[Path]) -> None:
-    """The rows of one part below those of the other."""
     head, tables = _read(parts)
     write_csv(path, head, (row for table in tables for row in table))
 

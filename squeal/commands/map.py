@@ -131,7 +131,6 @@ def write_curves(path: Path, axes: tuple[Axis, Axis], curves: Sequence[Threshold
 
 
 def _curve(curve: ThresholdCurve) -> dict[str, Any]:
-    """A curve for the JSON object."""
     return {
         "kind": curve.kind,
         "closed": curve.closed,
@@ -141,13 +140,11 @@ def _curve(curve: ThresholdCurve) -> dict[str, Any]:
 
 
 def _numbers(shown: Field) -> dict[str, Any]:
-    """A quantity for the JSON object; null where there is no value."""
     rows = [[v if math.isfinite(v) else None for v in row] for row in shown.values.tolist()]
     return {"quantity": shown.quantity, "unit": shown.unit, "values": rows}
 
 
 def _span(shown: Field) -> str:
-    """A quantity for people."""
     words, unit = QUANTITIES[shown.quantity]
     known = shown.values[np.isfinite(shown.values)]
     if not known.size:

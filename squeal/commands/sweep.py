@@ -117,7 +117,6 @@ def sweep_warnings(steps: Sequence[Step]) -> list[str]:
 
 
 def _listed(hertz: Sequence[float]) -> str:
-    """Frequencies in a row, of many the first ones."""
     more = f", {len(hertz) - LISTED} more" if len(hertz) > LISTED else ""
     return ", ".join(map(number, hertz[:LISTED])) + more
 

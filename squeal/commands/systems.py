@@ -327,7 +327,6 @@ def basis_text(r: Reduction, wanted: Wanted) -> str:
 def _write(
     given: argparse.Namespace, system: TermSystem, roots: SystemRoots, swept: _Sweep
 ) -> None:
-    """The files that are asked for: of the sweep if there is one."""
     if given.table is not None:
         if swept.rows:
             write_sweep(given.table, system.parameter, swept.rows)

@@ -42,7 +42,6 @@ class Branch:
 
 
 def _tangent(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
-    """Unit vector along the branch at z (sign open)."""
     return np.asarray(np.linalg.svd(statics.linearised(z, state)[1])[2][3])
 
 

@@ -29,7 +29,6 @@ def read_harwell_boeing(path: Path) -> Any:
 
 
 def _mirrored(matrix: Any) -> Any:
-    """The whole of a symmetric matrix of which one triangle is given."""
     from scipy.sparse import diags_array
 
     return matrix + matrix.T - diags_array(matrix.diagonal())

@@ -94,7 +94,6 @@ def column_name(head: str) -> str:
 
 
 def _unsigned(value: Any) -> Any:
-    """The same value without minus zeros."""
     if isinstance(value, float):
         return value + 0.0
     if isinstance(value, dict):

@@ -63,7 +63,6 @@ class Springs(ABC):
         return tuple(a * gl + b * gt for a, b in self._weights)
 
     def _stiffness(self, c: Coefficients, on: Touching) -> tuple[Number, Number, Number]:
-        """The entries leading-leading, leading-trailing and trailing-trailing."""
         ll, lt, tt = 0.0, 0.0, 0.0
         for touches, spring, (a, b) in zip(on, self.springs, self._weights, strict=True):
             k = touches * (spring.share * getattr(c, spring.stiffness))

@@ -74,7 +74,6 @@ def _parsed(text: str) -> ast.expr:
 
 
 def _names(node: ast.expr, text: str) -> set[str]:
-    """The names in a tree, every node of which is checked."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return set()

@@ -78,7 +78,6 @@ def _thick(
 
 
 def _words(found: ModeSweep, start: float, own: np.ndarray, u: Unit) -> str:
-    """What a mode does that grows from `start` on with the values `own`, for the legend."""
     ups = [c for c in found.crossings if c.direction == "up"]
     near = min(ups, key=lambda c: abs(c.mu - start), default=None)
     vibrates = abs(own[int(np.argmax(own.real))].imag) > 0.0

@@ -74,7 +74,6 @@ class Looks:
 
 
 def _side(run: Run, interval: Interval) -> str:
-    """The edge at which the reaction acts in the middle of a stretch."""
     place = run.history["delta"]
     known = np.isfinite(place)
     middle = 0.5 * (interval.start + interval.stop)

@@ -21,7 +21,6 @@ PANEL = 1.3  # in, height of a panel with a mode shape
 
 
 def _units(values: np.ndarray) -> tuple[Unit, Unit]:
-    """Units of frequency and growth rate of eigenvalues in rad/s."""
     return (
         frequency_unit(float(np.abs(values.imag).max()) / (2 * np.pi)),
         growth_unit(float(np.abs(values.real).max())),

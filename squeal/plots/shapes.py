@@ -30,8 +30,6 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
 
 
 class _Box:
-    """Nodes drawn in a box that fits all phases."""
-
     def __init__(self, where: Coordinates, u: NDArray[np.complex128]) -> None:
         kept = slice(None, None, 1 + len(where.places) // MOST)
         self.rest, self.u = where.places[kept], u[kept]

@@ -43,7 +43,6 @@ def _grows(values: np.ndarray) -> np.ndarray:
 
 
 def _unit(values: np.ndarray) -> Unit:
-    """Hz or kHz for the axis of roots (rad/s)."""
     return frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi))
 
 
@@ -129,7 +128,6 @@ def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Row]) -> None
 
 
 def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # type: ignore
-    """Name each group of growing frequencies once, where it grows most."""
     taken: list[float] = []
     for k in np.argsort(-values.real):
         if len(taken) == NAMED:

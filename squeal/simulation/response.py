@@ -120,7 +120,6 @@ class Watch(Observer):
 
 
 def _settled(speed: np.ndarray) -> bool | None:
-    """Whether a motion with these velocities in equal parts of its time has settled."""
     tenth = PARTS // 10
     end, before = (
         float(np.sqrt((part**2).mean())) for part in (speed[-tenth:], speed[-2 * tenth : -tenth])

@@ -90,7 +90,6 @@ def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
 
 
 def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
-    """q of a scaled state; plain numbers, also from a run in higher precision."""
     return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
 
 

@@ -73,7 +73,6 @@ def measure(scene: Scene) -> Case:
 
 @lru_cache(maxsize=64)  # the same at every tolerance and over every time
 def _raises_alone(model: PadModel) -> float:
-    """`friction_raises` for one pad."""
     stacked: dict[str, Any] = {name: np.array([v]) for name, v in model.pad.given().items()}
     return float(friction_raises(dataclasses.replace(model, pad=Pad(**stacked)))[0])
 

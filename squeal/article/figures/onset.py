@@ -29,7 +29,6 @@ def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, Any]) -
 
 
 def _colours(found: Onset) -> dict[float, str]:
-    """Of the damping ratios that are drawn."""
     ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
     return dict(zip(ratios, COLOURS, strict=False))
 

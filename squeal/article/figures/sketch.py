@@ -37,7 +37,6 @@ def towards_ground(c: Coefficients) -> dict[str, Vector]:
 
 
 def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> Vector:
-    """Points of a zigzag spring from start to stop, shape (n, 2)."""
     along = np.subtract(stop, start)
     side = np.array([-along[1], along[0]]) / np.hypot(*along) * width
     shares = [0.0, 0.18, *np.linspace(0.22, 0.78, 2 * turns), 0.82, 1.0]
@@ -61,7 +60,6 @@ def _arrow(axes: Axes, tail: Vector, head: Vector, text: str, at: Vector, **more
 
 
 def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
-    """A dimension line between a and b with its label beside the middle."""
     line = {"arrowstyle": "<->", "linewidth": 0.6, "color": _GREY, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", a, b, arrowprops=line)
     _text(axes, np.add(a, b) / 2 + shift, text)
@@ -77,7 +75,6 @@ def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
 
 
 def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float) -> None:
-    """Spring 1 or 2 with its ground, its stiffness, its free length and its angle."""
     end = corner + SPRING * way
     _line(axes, _coil(corner, end))
     _ground(axes, end, way, 0.16)
@@ -95,7 +92,6 @@ def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float
 
 
 def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
-    """The pad with its centre, coordinates, d, beta and its sizes."""
     outline = [at["1"], at["2"], at["t"], at["l"]]
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
     centre, corner = np.zeros(2), at["1"]
@@ -119,7 +115,6 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
 
 
 def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
-    """The sliding surface, its speed, the actuation force and the unit vectors."""
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
     _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)
     _arrow(axes, (1.45, level - 0.2), (1.9, level - 0.2), "$V$", (1.98, level - 0.2))

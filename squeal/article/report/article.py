@@ -84,7 +84,6 @@ def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:
 
 
 def _key(method: str) -> str:
-    """What the bibliography calls an integrator's library."""
     return "heyoka" if method.startswith("heyoka") else "scipy"
 
 

@@ -56,7 +56,6 @@ def _argument(text: str, start: int) -> tuple[str, int]:
 
 
 def _macros(preamble: str) -> dict[str, tuple[int, str]]:
-    """The macros of the report's preamble: number of arguments and body, by name."""
     found = {}
     for match in re.finditer(r"\\newcommand\{\\(\w+)\}\[(\d)\](?=\{)", preamble):
         if match[1] not in _SPECIAL:
@@ -65,7 +64,6 @@ def _macros(preamble: str) -> dict[str, tuple[int, str]]:
 
 
 def _expanded(text: str, macros: Mapping[str, tuple[int, str]]) -> str:
-    """The text with every macro replaced by its body, until none is left."""
     pattern = re.compile(rf"\\({'|'.join(macros)})(?=\{{)")
     while match := pattern.search(text):
         count, body = macros[match[1]]

@@ -107,7 +107,6 @@ def pad_table(found: Ensembles) -> str:
 
 
 def _contrast(c: Contrast) -> str:
-    """What a switch does to the distance, with the statement on sliding and without it."""
     levels = in_words([f"{number(v, 3)} with {CHOICES[name]}" for name, v in c.levels.items()])
     nearer = min(c.levels, key=lambda name: c.levels[name])
     pairs = c.better if nearer == list(c.levels)[1] else c.pairs - c.better

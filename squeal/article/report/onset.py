@@ -73,7 +73,6 @@ def exponents_table(found: Onset) -> str:
 
 
 def _hammering(found: Onset) -> dict[str, str]:
-    """Which motions go on losing contact, and which of them hammer."""
     on = list(going_on(found))
     places = {(name[:2], name[3], one.ratio) for name, one in on if one.hammers}
     both = {
@@ -101,7 +100,6 @@ def _hammering(found: Onset) -> dict[str, str]:
 
 
 def _laws(found: Onset) -> dict[str, str]:
-    """What the contact law and the stability of the equilibrium have to do with it."""
     on = list(going_on(found))
     rest = {
         (name, one.ratio)
@@ -131,7 +129,6 @@ def _laws(found: Onset) -> dict[str, str]:
 
 
 def _exponents(found: Onset) -> str:
-    """Which motions are chaotic and which have no exponent."""
     by: dict[str, list[str]] = {}
     for name, one in found.exponents.items():
         if isinstance(one, Exponent):
@@ -171,7 +168,6 @@ OFF = 0.01  # of a frequency: nearer are the same
 
 
 def _sound(found: Spectra, cycles: Cycles | Missing) -> dict[str, str]:
-    """What the spectra say of pitch and tone."""
     if not found.scenes:
         return {"onset.pitch": "No equilibrium of the scenes flutters with damping."}
     parts = []

@@ -33,7 +33,6 @@ def energy_table(found: Energy) -> str:
 
 
 def _energy(found: Energy) -> dict[str, str]:
-    """What the energies say."""
     whole = {name: one for name, one in found.motions.items() if isinstance(one, Motion)}
     printed = {
         motion_title(name.removesuffix("-mean")): (one, whole.get(name.replace("mean", "integral")))
@@ -95,7 +94,6 @@ READINGS = {
 
 
 def _ranges(found: MapRanges) -> dict[str, str]:
-    """Where the cases lie in the map of Fig. 13, and what its size depends on."""
     groups: dict[str, list[str]] = {}
     for case, member in found.members.items():
         groups.setdefault(PLACES[member.own], []).append(f"({case})")
@@ -135,7 +133,6 @@ _SYMBOLS = {"h/w": "h/w", "k2/k1": "k_2/k_1", "mu": r"\mu"}
 
 
 def _cases(names: Sequence[str]) -> str:
-    """Letters of cases in a sentence."""
     return f"case{'s' if len(names) > 1 else ''} {in_words([f'({name})' for name in names])}"
 
 
@@ -162,7 +159,6 @@ def _compared(found: LineSprings, key: str) -> tuple[list[str], list[str], list[
 
 
 def _differs(groups: tuple[list[str], list[str], list[str]]) -> str:
-    """In which cases something takes longer, or not as long, on the fewest springs."""
     words = ("longer", "for a shorter time", "as long")
     parts = [
         f"{word} in {in_words(cases)}" for word, cases in zip(words, groups, strict=True) if cases
@@ -205,7 +201,6 @@ def _against_geometry(found: LineSprings) -> str:
 
 
 def _springs(found: LineSprings) -> dict[str, str]:
-    """What springs along the face do beside the line."""
     lost, apart = _compared(found, "lost"), _compared(found, "apart")
     begins = [c.springs[0] for c in found.cases.values() if not isinstance(c.springs[0], Missing)]
     ends = [c.springs[-1] for c in found.cases.values() if not isinstance(c.springs[-1], Missing)]
@@ -289,7 +284,6 @@ def _times(windows: int) -> str:
 
 
 def _starts(found: Starts) -> dict[str, str]:
-    """What the start decides, in sentences."""
     scenes = _scenes(found)
     if not scenes:
         why = next(one.reason for one in found.scenes.values() if isinstance(one, Missing))

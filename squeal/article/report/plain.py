@@ -24,7 +24,6 @@ def plain(tex: str, values: Mapping[str, str] | None = None) -> str:
 
 
 def _formula(tex: str) -> str:
-    """A formula in a line: Greek letters and signs, numbers with an e."""
     tex = re.sub(r"\s*\\times 10\^\{?(-?\d+)\}?", r"e\1", tex)
     tex = re.sub(r"(?<![\d.])10\^\{(-?\d+)\}", r"1e\1", tex)
     tex = tex.replace("\\,", " ").replace("\\{", "{").replace("^{\\mathsf T}", "'")

@@ -10,12 +10,10 @@ OURS, BATCH, NUMPY = "squeal", "squeal, batch", "numpy.linalg.eigvals"
 
 
 def _plain(value: float) -> str:
-    """Three digits without a power of ten."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def _least(tolerances: Sequence[float]) -> str:
-    """The least of some powers of ten."""
     return power(min(tolerances)) if tolerances else "--"
 
 

@@ -33,7 +33,6 @@ def literature_table(rows: Sequence[Comparison]) -> str:
 
 
 def _plain(text: str) -> str:
-    """A printed number, complex ones included, in math mode."""
     number = text.replace("i", r"\mathrm{i}")
     return text if text == "none" else rf"\mbox{{${number}$}}"
 
@@ -48,7 +47,6 @@ def _change(one: HeldThreshold) -> str:
 
 
 def _margin(loop: SingleLoop) -> str:
-    """The loop's critical friction, or why it has none."""
     if loop.grows_from_zero is not None:
         return f"none, {loop.grows_from_zero} from $\\mu = 0$"
     return "none" if loop.critical_friction is None else number(loop.critical_friction, 10)

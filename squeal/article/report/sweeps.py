@@ -76,12 +76,10 @@ def _last(way: tuple[Step, ...]) -> float | None:
 
 
 def _at(found: Onset, name: str) -> Sweep | None:
-    """The sweep at the ratio of the study."""
     return next((one for one in found.sweeps.get(name, ()) if one.ratio == found.ratio), None)
 
 
 def _lowered(found: Onset, name: str, one: Sweep) -> str:
-    """How far down a motion goes on, against where it begins on the way up."""
     title = motion_title(name)
     if not one.changing:
         return f"In {title} no changes of contact last on the way up."
@@ -128,7 +126,6 @@ def _beyond(found: Onset) -> str:
 
 
 def _both(found: Onset) -> str:
-    """Whether flutter, lasting losses of contact and hammering begin together, scene by scene."""
     flutter = {name: mu for name, mu in found.thresholds.items() if mu is not None}
     range_ = rf"$\mu$ from {found.mu[0]:g} to {found.mu[-1]:g}"
     if not flutter:
@@ -164,7 +161,6 @@ def _both(found: Onset) -> str:
 
 
 def _cycles(found: Cycles, threshold: float | None) -> str:
-    """How the branch of cycles begins at the threshold."""
     least = min(found.branch, key=lambda point: point.mu)
     end = found.branch[-1]
     unstable = any(not point.stable and point.changes for point in found.branch)
@@ -191,7 +187,6 @@ def _cycles(found: Cycles, threshold: float | None) -> str:
 
 
 def _shot(found: Onset) -> dict[str, str]:
-    """The cycle at the scene's friction and its branch."""
     if isinstance(found.cycles, Missing):
         text = f"No cycle was followed: {typeset(found.cycles.reason).rstrip('.')}."
         return {"onset.cycle": text, "onset.branch": ""}
@@ -208,7 +203,6 @@ def _shot(found: Onset) -> dict[str, str]:
 
 
 def _caption(found: Onset) -> str:
-    """What the panels of the figure of sweeps show."""
     names = list(found.sweeps)
     if not names:
         return "No motion goes on losing contact with damping."

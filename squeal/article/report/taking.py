@@ -176,7 +176,6 @@ def _figure(caption: Caption, build: Path, made: Path) -> None:
 
 
 def _table(caption: Caption, build: Path, made: Path) -> None:
-    """The table as TeX and as CSV."""
     (chapter,) = (one for one in CHAPTERS if caption.name in one.tables)
     file = str(GENERATED / f"{caption.name}.tex")
     (tex,) = _built(build, [file])
@@ -189,7 +188,6 @@ def _table(caption: Caption, build: Path, made: Path) -> None:
 
 
 def _number(key: str, value: str, build: Path, made: Path) -> None:
-    """The number as the report prints it, as text and as TeX."""
     for chapter in CHAPTERS:
         file = GENERATED / chapter.generated[0]
         made_here = build / file
@@ -204,7 +202,6 @@ def _number(key: str, value: str, build: Path, made: Path) -> None:
 def _belongings(
     origin: Origin, kind: str, made: Path, drawn_with: dict[str, str] | None = None
 ) -> None:
-    """Origin, references and licence, the same for all kinds."""
     write_text(made / ORIGIN, to_json(origin.to_dict()) + "\n")
     versions = behind(origin.made()) | (drawn_with or {})
     texts = [entry.bibtex for entry in references(versions)]

@@ -116,7 +116,6 @@ def cycles(name: str, scene: Scene, state: np.ndarray) -> Cycles | Missing:
 
 
 def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[CyclePoint]:
-    """Cycles along the branch, to where contact does not change any more."""
     points: list[CyclePoint] = []
     for one in pad.branch(own, towards, BRANCH_STEP, most):
         if one.mu > GREATEST:

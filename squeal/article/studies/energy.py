@@ -22,7 +22,6 @@ MOST = 800  # points of a curve
 
 
 def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
-    """Every few points of curves over time, the last one always."""
     count = len(course["t"])
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(int))
     return {key: tuple(values[chosen].tolist()) for key, values in course.items()}

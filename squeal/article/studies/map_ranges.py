@@ -86,8 +86,6 @@ def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _curves(pad: Pad) -> tuple[Curve, ...]:
-    """The curves around the area in which (23a, b) hold as printed."""
-
     def at(angles: np.ndarray) -> np.ndarray:
         return np.asarray(bounds(pad, (angles[0], angles[1])).as_printed).astype(int)
 
@@ -109,7 +107,6 @@ def where(pad: Pad, angles: tuple[float, float]) -> Where:
 
 
 def _members(pad: Pad) -> dict[str, Member]:
-    """Where the cases lie, for the pad and for all combinations of `VALUES`."""
     grid = [v.ravel() for v in np.meshgrid(*VALUES.values(), indexing="ij")]
     found = {}
     for case, angles in CASES.items():

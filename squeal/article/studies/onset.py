@@ -35,7 +35,6 @@ KICK = 0.05  # of the static compression
 
 
 def _grown(scene: Scene, ratio: float) -> float | None:
-    """Greatest real part of the eigenvalues about the equilibrium in 1/ms."""
     try:
         return analyse(damped(scene, ratio)).spectrum.dominant.value.real / 1e3
     except ComputationError:
@@ -235,7 +234,6 @@ def study(files: Sequence[Path]) -> Onset:
 
 
 def _alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
-    """Scenes of one model and formulation together."""
     groups: dict[Any, dict[str, Scene]] = {}
     for name, scene in scenes.items():
         groups.setdefault((scene.model, scene.formulation), {})[name] = scene

@@ -27,7 +27,6 @@ MOST = 2  # scenes
 
 
 def _levels(amplitudes: np.ndarray, most: float) -> np.ndarray:
-    """dB below the greatest amplitude, none below `FAINT`."""
     return np.asarray(20.0 * np.log10(np.maximum(amplitudes / most, 10.0 ** (FAINT / 20.0))))
 
 

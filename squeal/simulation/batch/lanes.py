@@ -136,7 +136,6 @@ class _Run:
         self._now[LEFT, self._now[STEPS] > MOST_STEPS] = -1.0
 
     def _note(self, rows: np.ndarray) -> None:
-        """Keep the changes of contact and the limits."""
         step, lane = rows[1:, -1].nonzero()
         code, pads = rows[step + 1, -1, lane], self._ids[lane]
         ended = code < 0.0
@@ -148,7 +147,6 @@ class _Run:
             self._states_then.append(rows[then[0], :-1, then[1]].T)
 
     def _sample(self, rows: np.ndarray) -> None:
-        """Keep the samples within steps, from one entry of `rows` to the next."""
         assert self._apart is not None
         ids, function = np.tile(self._ids, len(rows) - 1), self._lanes.samples
         # how many samples there are up to the begin and the end of each step

@@ -50,7 +50,6 @@ def _each(value: Any, count: int) -> Any:
 
 
 def _part(pads: Pad, first: int, size: int, count: int) -> Pad:
-    """Up to `size` pads of a stack of `count`."""
     if size >= count:
         return pads
     columns = {n: _each(v, count)[first : first + size] for n, v in pads.given().items()}
@@ -117,8 +116,6 @@ def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
 
 
 def _single(scaled: PadModel, count: int, i: int) -> PadModel:
-    """One of `count` pads."""
-
     def own(value: Any) -> Any:
         return _each(value, count)[i].item()
 
@@ -190,7 +187,6 @@ def _samples(task: _Task, natural: _Natural) -> np.ndarray:
 
 
 def _work(task: _Task) -> Arrays:
-    """Simulate one chunk."""
     from squeal.simulation.batch.lanes import lanes
     from squeal.simulation.batch.measures import doubtful
 

@@ -206,7 +206,6 @@ def _times(motion: Motion) -> np.ndarray:
 
 
 def _losses(motion: Motion) -> np.ndarray:
-    """For each pad the tuple of edges in the order in which they separate."""
     lost = motion.on[motion.point, np.arange(len(motion.point))] == 0
     found: list[list[int]] = [[] for _ in motion.stop]
     for lane, edge in zip(motion.lane[lost].tolist(), motion.point[lost].tolist(), strict=True):
@@ -217,7 +216,6 @@ def _losses(motion: Motion) -> np.ndarray:
 
 
 def _mean(s: Seen, begin: _Begin, signal: _Signal, duration: np.ndarray) -> np.ndarray:
-    """Time mean since first contact (trapezoidal rule)."""
     inner = np.nan_to_num(_since(begin, signal).inner)
     times = np.maximum(s.motion.times, begin.t)
     return np.asarray(np.trapezoid(inner, times, axis=0) / duration)

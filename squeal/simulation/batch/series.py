@@ -80,7 +80,6 @@ def _square(a: Series, first: int, k: int) -> Number:
 
 
 def _slope(a: Series) -> Series:
-    """The series k a[k]."""
     return Series(lambda k: a[k] * float(k))
 
 
