@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.subject import (
@@ -89,6 +90,14 @@ class Lever:
     changes: tuple[float | None, float | None]
     gap_changes: tuple[float | None, float | None]
 
+    def to_record(self) -> dict[str, Any]:
+        """A row of a table."""
+        same = {name: getattr(self, name) for name in ("parameter", "unit", "value", "step")}
+        sides = ("lowered", "raised")
+        critical = {f"critical_{side}": getattr(self, side).critical for side in sides}
+        changes = (f"{name}_{side}" for name in ("change", "gap_change") for side in sides)
+        return same | critical | dict(zip(changes, self.changes + self.gap_changes, strict=True))
+
     @property
     def size(self) -> tuple[float, float]:
         """By what levers are ranked: the larger change, then that of the gap."""
@@ -119,27 +128,25 @@ class Advice:
 
         It raises the critical friction most, or parts the closest frequencies most.
         """
-        by_gap = self.nominal.critical is None
-        found = [
+        found = self._changes(by_gap=self.nominal.critical is None)
+        best = max(found, key=lambda entry: entry[2], default=None)
+        return best if best is not None and best[2] > 0.0 else None
+
+    @property
+    def worst(self) -> tuple[Lever, str, float] | None:
+        """The change that lowers the critical friction most, None if none does."""
+        worst = min(self._changes(by_gap=False), key=lambda entry: entry[2], default=None)
+        return worst if worst is not None and worst[2] < 0.0 else None
+
+    def _changes(self, by_gap: bool) -> list[tuple[Lever, str, float]]:
+        return [
             (lever, word, change)
             for lever in self.levers
             for word, change in zip(
                 ("lowering", "raising"), lever.gap_changes if by_gap else lever.changes, strict=True
             )
-            if change is not None and change > 0.0
+            if change is not None
         ]
-        return max(found, key=lambda entry: entry[2], default=None)
-
-    @property
-    def worst(self) -> tuple[Lever, str, float] | None:
-        """The change that lowers the critical friction most, None if none does."""
-        found = [
-            (lever, word, change)
-            for lever in self.levers
-            for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
-            if change is not None and change < 0.0
-        ]
-        return min(found, key=lambda entry: entry[2], default=None)
 
 
 def advise(
@@ -227,16 +234,13 @@ def _outcome(
 
 
 def _with_gap(subject: Subject, outcome: Outcome, changes: dict[str, float]) -> Outcome:
-    return replace(outcome, gap=frequency_gap(_spectrum(varied(subject, changes))))
+    """The outcome with the least relative distance of two frequencies; None where one is alone."""
+    found = sorted(e.frequency_hz for e in _spectrum(varied(subject, changes)).eigenvalues[::2])
+    gaps = ((b - a) / b if b else 1.0 for a, b in itertools.pairwise(found))
+    return replace(outcome, gap=min(gaps, default=None))
 
 
 def _spectrum(subject: Subject) -> Spectrum:
     if isinstance(subject, Scene):
         return analyse(subject).spectrum
     return complex_eigenvalues(*dense(subject)(own_value(subject)))
-
-
-def frequency_gap(spectrum: Spectrum) -> float | None:
-    """The least relative distance of two frequencies; None where there is only one."""
-    values = sorted(e.frequency_hz for e in spectrum.eigenvalues[::2])
-    return min(((b - a) / b if b else 1.0 for a, b in itertools.pairwise(values)), default=None)

@@ -40,21 +40,7 @@ def to_records(result: Any) -> list[dict[str, Any]]:
     if isinstance(result, CriticalFriction):
         return [asdict(point) for point in result.points]
     if isinstance(result, Advice):
-        return [
-            {
-                "parameter": lever.parameter,
-                "unit": lever.unit,
-                "value": lever.value,
-                "step": lever.step,
-                "critical_lowered": lever.lowered.critical,
-                "critical_raised": lever.raised.critical,
-                "change_lowered": lever.changes[0],
-                "change_raised": lever.changes[1],
-                "gap_change_lowered": lever.gap_changes[0],
-                "gap_change_raised": lever.gap_changes[1],
-            }
-            for lever in result.levers
-        ]
+        return [lever.to_record() for lever in result.levers]
     if isinstance(result, Scatter):
         n = len(result.critical)
         pairs = enumerate(result.critical.tolist(), 1)

@@ -12,7 +12,6 @@ from squeal.commands.base import Answer, Parser
 from squeal.commands.critical_friction import upper_end
 from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
-from squeal.commands.subjects import subject_of
 from squeal.commands.tables import number, table
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
@@ -154,23 +153,11 @@ def _warnings(subject: Subject) -> tuple[str, ...] | None:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene and answer."""
-    subject = subject_of(given.source, "advise")
+    subject = given.source.subject("advise")
     mu_max = upper_end(given, subject)
     with progress_line("parameters") as progress:
         advice = advise(subject, tolerances(given.tolerance, subject), mu_max, progress)
     if given.table is not None:
-        rows = [
-            (
-                lever.parameter,
-                lever.unit,
-                lever.value,
-                lever.step,
-                lever.lowered.critical,
-                lever.raised.critical,
-                *lever.changes,
-                *lever.gap_changes,
-            )
-            for lever in advice.levers
-        ]
+        rows = [[*lever.to_record().values()] for lever in advice.levers]
         write_table(given.table, COLUMNS, rows)
     return Answer(lambda: data(advice), lambda: text(advice), warnings=_warnings(subject))

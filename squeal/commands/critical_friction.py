@@ -6,12 +6,12 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from squeal.analysis.critical import CriticalFriction, critical_friction
+from squeal.analysis.critical import CriticalFriction, critical_friction, critical_parameter
 from squeal.analysis.subject import upper_end_of
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers
 from squeal.commands.outputs import file_options, option_of
-from squeal.commands.plain import critical, refuse_sensitivity
+from squeal.commands.plain import refuse_sensitivity
 from squeal.commands.sensitivity import threshold_moves, threshold_moves_text
 from squeal.commands.sweep import draw
 from squeal.commands.system_options import band_option, refuse_options, system_of, work_options
@@ -77,21 +77,8 @@ def upper_end(given: argparse.Namespace, subject: object) -> float:
 def data(found: CriticalFriction) -> dict[str, Any]:
     """The answer as a JSON object."""
     return {
-        "critical": [
-            {
-                "mu": point.mu,
-                "kind": point.kind,
-                "frequency_hz": point.frequency_hz,
-                "interval": list(point.interval),
-                "converged": point.converged,
-                "residual": point.residual,
-            }
-            for point in found.points
-        ],
-        "crossings": [
-            dataclasses.asdict(crossing) | {"interval": list(crossing.interval)}
-            for crossing in found.crossings
-        ],
+        "critical": [dataclasses.asdict(point) for point in found.points],
+        "crossings": [dataclasses.asdict(crossing) for crossing in found.crossings],
         "verdict_at_zero": found.at_zero,
         "verdict_at_start": found.at_zero,
         "mu_start": 0.0,
@@ -122,16 +109,12 @@ def text(found: CriticalFriction) -> str:
     return "\n".join([*parts, tail])
 
 
-def _refuse_with_scatter(given: argparse.Namespace) -> None:
+def run(given: argparse.Namespace) -> Answer:
+    """Read the scene and answer."""
     if given.scatter is None and given.workers is not None:
         raise InputError("--workers: is not allowed without --scatter, whose samples they share")
     if given.scatter is not None and given.sensitivity:
         raise InputError("--sensitivity: is not allowed with --scatter; one of both is allowed")
-
-
-def run(given: argparse.Namespace) -> Answer:
-    """Read the scene and answer."""
-    _refuse_with_scatter(given)
     matrices = None if given.scatter is not None else system_of(given)
     if matrices is not None:
         from squeal.commands.system_thresholds import thresholds_of  # a scene needs none of it
@@ -140,9 +123,8 @@ def run(given: argparse.Namespace) -> Answer:
     refuse_options(given, ("min", "band"))
     if given.scatter is not None:
         from squeal.commands.scattered import scattered
-        from squeal.commands.subjects import subject_of
 
-        subject = subject_of(given.source, "--scatter")
+        subject = given.source.subject("--scatter")
         return scattered(given, subject, upper_end(given, subject))
     system = given.source.system()
     if given.sensitivity:
@@ -156,7 +138,7 @@ def run(given: argparse.Namespace) -> Answer:
             moves = threshold_moves(source, found)
             shown = threshold_moves_text(source, moves)
     else:
-        found = critical(source, mu_max)
+        found = critical_parameter(source, mu_max, source.parameter)
     if given.table is not None:
         write_thresholds(given.table, found)
     if given.figure is not None:

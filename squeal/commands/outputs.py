@@ -32,13 +32,7 @@ class Once(argparse.Action):
     The last would win without a word, also of options of one meaning that have several names.
     """
 
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option: str | None = None,
-    ) -> None:
+    def __call__(self, parser: Any, namespace: Any, values: Any, option: str | None = None) -> None:
         before = getattr(namespace, f"{self.dest}_option", None)
         if before is not None:
             raise InputError(

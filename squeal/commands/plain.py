@@ -1,6 +1,5 @@
 """Plain systems M, C, K(mu) in the stability queries: recognised by their key M."""
 
-from squeal.analysis.critical import CriticalFriction, critical_parameter
 from squeal.commands.numbers import numbers
 from squeal.errors import InputError
 from squeal.scene import PlainSystem
@@ -27,8 +26,3 @@ def refuse_sensitivity(name: str, system: PlainSystem | None) -> None:
             f"--sensitivity: is not allowed with {name}, a plain system without the parameters of "
             "a pad; a scene is allowed"
         )
-
-
-def critical(system: PlainSystem, mu_max: float) -> CriticalFriction:
-    """Thresholds of a plain system in its parameter, as for a scene."""
-    return critical_parameter(system, mu_max, system.parameter)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from squeal.commands.streams import all_input, name_of
 from squeal.errors import InputError
-from squeal.files.document import parse_document, read_content, scalar
+from squeal.files.document import named_files, parse_document, read_content, scalar
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
 from squeal.files.provenance import InputFile
@@ -20,6 +20,7 @@ from squeal.scene.keys import SCENE
 from squeal.scene.system import system_keys
 
 if TYPE_CHECKING:
+    from squeal.analysis.subject import Subject
     from squeal.scene.terms import SystemFile
 
 STANDARD_INPUT = "-"
@@ -52,10 +53,25 @@ class Source:
         short = "M" in self.document and not _is_general(self.document)
         return plain_system(self.document, self.at) if short else None
 
+    def subject(self, asked: str) -> Subject:
+        """The scene, or the system with named parameters, whose parameters are varied.
+
+        Raises InputError.
+        """
+        terms = self.terms()
+        if terms is not None:
+            return terms.system
+        if self.system() is not None:
+            raise InputError(
+                f"{asked}: is not allowed with {self.name}, a plain system without named "
+                "parameters; a scene or a system with parameters is allowed"
+            )
+        return self.scene()
+
     def named_files(self) -> list[Path]:
         """The files that the document names: matrices and coordinates of a system."""
         folder = Path() if self.path is None else self.path.parent
-        return [folder / name for name in _named_files(self.document)]
+        return [folder / name for name in named_files(self.document)]
 
     def terms(self) -> SystemFile | None:
         """The system of the general form that the file holds, else None. Raises InputError."""
@@ -72,17 +88,6 @@ class Source:
                     f"--set {name}={value:g}: no matrix of {self.name} depends on {name}"
                 )
         return found
-
-
-def _named_files(value: Any) -> Iterator[str]:
-    if isinstance(value, list):
-        for entry in value:
-            yield from _named_files(entry)
-    elif isinstance(value, dict):
-        for key, entry in value.items():
-            if key == "file" and isinstance(entry, str):
-                yield entry
-            yield from _named_files(entry)
 
 
 def read_source(given: str, changes: Sequence[str]) -> Source:

@@ -24,13 +24,7 @@ MOST = 100_000
 class _Memory(Once):
     """Keeps bytes; what is no number is refused also where no large system is worked on."""
 
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option: str | None = None,
-    ) -> None:
+    def __call__(self, parser: Any, namespace: Any, values: Any, option: str | None = None) -> None:
         size = numbers(values, "--memory", 1, "a number above 0", lambda gb: gb > 0.0)[0]
         super().__call__(parser, namespace, 1e9 * size, option)
 

@@ -63,10 +63,8 @@ def data(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> dict[st
         "name": system.name,
         "parameter": system.parameter,
         "parameters": dict(system.parameters),
-        "critical": [dataclasses.asdict(p) | {"interval": list(p.interval)} for p in found.points],
-        "crossings": [
-            dataclasses.asdict(c) | {"interval": list(c.interval)} for c in found.crossings
-        ],
+        "critical": [dataclasses.asdict(p) for p in found.points],
+        "crossings": [dataclasses.asdict(c) for c in found.crossings],
         "verdict_at_start": found.verdict,
         "verdict_at_zero": found.verdict if found.low == 0.0 else None,
         "mu_start": found.low,

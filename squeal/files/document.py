@@ -129,17 +129,19 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
     return documents[0]
 
 
+def named_files(said: Any) -> Iterator[str]:
+    """The files that a document, or a part of it, names as `file: NAME`."""
+    for key, entry in said.items() if isinstance(said, dict) else enumerate(said):
+        if key == "file" and isinstance(entry, str):
+            yield entry
+        elif isinstance(entry, dict | list):
+            yield from named_files(entry)
+
+
 def with_named_files(path: Path) -> list[str]:
-    """A document's file and those that it names as `file: NAME`, which lie beside it.
+    """A document's file and those that it names, which lie beside it.
 
     Raises InputError if the document cannot be read.
     """
-
-    def named(said: Any) -> Iterator[str]:
-        for key, entry in said.items() if isinstance(said, dict) else enumerate(said):
-            if key == "file" and isinstance(entry, str):
-                yield str(path.parent / entry)
-            elif isinstance(entry, dict | list):
-                yield from named(entry)
-
-    return list(dict.fromkeys([str(path), *named(read_document(path))]))
+    beside = (str(path.parent / name) for name in named_files(read_document(path)))
+    return list(dict.fromkeys([str(path), *beside]))

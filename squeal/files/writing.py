@@ -29,7 +29,7 @@ def _place(path: Path) -> Path:
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
-def write_whole(path: Path, write: Callable[[IO[Any]], None], binary: bool = False) -> None:
+def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = False) -> None:
     """Write a file beside its place and move it there when it is complete."""
     place = _place(path)
     try:
@@ -51,11 +51,7 @@ def write_whole(path: Path, write: Callable[[IO[Any]], None], binary: bool = Fal
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file whole."""
-
-    def write(stream: IO[str]) -> None:
-        stream.write(text)
-
-    write_whole(path, write)
+    write_whole(path, lambda stream: stream.write(text))
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

@@ -16,10 +16,9 @@ from squeal.plots.curves import COLOURS, FINE, LINES, draw_locus, draw_modes, ma
 from squeal.plots.parameters import symbol
 from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, save, style
-from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
+from squeal.plots.units import Unit, in_unit, units_of
 from squeal.stability import GROWING, VERDICTS
 
-_MODULE = "squeal.plots.coupling"
 MORE = ("#117A65", "#B7950B", "#000000")  # of further modes
 FEW = 3  # modes that have a colour and line each; of more only those that grow
 NOISE = 1e-7  # of the largest eigenvalue: growth that is drawn as such
@@ -94,11 +93,7 @@ def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
     thresholds. own: the value of the parameter at which the subject stands, marked.
     """
     values, mus = found.values, found.mus
-    units = (
-        frequency_unit(float(np.abs(values.imag).max()) / (2 * np.pi)),
-        growth_unit(float(np.abs(values.real).max())),
-    )
-    growing = _growing(found)
+    units, growing = units_of(values), _growing(found)
     looks = _looks(found, growing)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.9))
@@ -189,6 +184,6 @@ def save_coupling(path: Path, name: str, found: ModeSweep, own: float | None = N
     if found.end < found.high:
         text += f" No equilibrium on the branch beyond {found.end:.6g}."
     drawing = Drawing(
-        coupling_figure(found, own), text, f"Mode coupling of {name}", origin(_MODULE)
+        coupling_figure(found, own), text, f"Mode coupling of {name}", origin(__name__)
     )
     save(drawing, path, text=False)

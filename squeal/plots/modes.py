@@ -12,25 +12,17 @@ from squeal.analysis.modes import ModeShape, shapes_of_pad
 from squeal.model.pad import Pad
 from squeal.plots.pads import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
-from squeal.plots.units import Unit, frequency_unit, growth_unit, in_unit
+from squeal.plots.units import in_unit, units_of
 from squeal.scene import Scene, takes_scene
 
-_MODULE = "squeal.plots.modes"
 RING, CROSS = "#3498DB", "#C8380E"
 PANEL = 1.3  # in, height of a panel with a mode shape
-
-
-def _units(values: np.ndarray) -> tuple[Unit, Unit]:
-    return (
-        frequency_unit(float(np.abs(values.imag).max()) / (2 * np.pi)),
-        growth_unit(float(np.abs(values.real).max())),
-    )
 
 
 def draw_eigenvalues(axes: Axes, values: np.ndarray, beside: np.ndarray | None = None) -> None:
     """Eigenvalues (rad/s) of the upper half plane; `beside`: those about the origin, as crosses."""
     everything = values if beside is None else np.concatenate([values, beside])
-    units = _units(everything)
+    units = units_of(everything)
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     sets = [(values, "o", "equilibrium"), (beside, "x", "origin, full contact")]
     for points, marker, label in sets:
@@ -74,7 +66,7 @@ def pad_figure(
     left, bottom = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(bottom, -slender - 0.12)
-    units = _units(values)
+    units = units_of(values)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + len(shapes) * PANEL))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
@@ -112,4 +104,4 @@ def save_modes(path: Path, name: str, figure: Figure, values: np.ndarray) -> Non
     listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in values)
     shapes = " and mode shapes" if len(figure.axes) > 1 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
-    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(_MODULE)), path, text=False)
+    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__)), path, text=False)

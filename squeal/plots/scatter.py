@@ -9,7 +9,6 @@ from squeal.analysis.scatter import CONFIDENCE, Scatter
 from squeal.plots.coupling import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, save, style
 
-_MODULE = "squeal.plots.scatter"
 BARS, CURVE, OWN = "#CFE6F5", "#000000", "#C8380E"
 
 
@@ -62,5 +61,5 @@ def save_scatter(path: Path, name: str, found: Scatter, parameter: str = "mu") -
         f"samples of {name}: {quantiles}. Stable at {found.mu:.4g}: {100 * found.stable:.1f} %."
     )
     title = f"Scatter of the critical {parameter} of {name}"
-    drawing = Drawing(scatter_figure(found, parameter), text, title, origin(_MODULE))
+    drawing = Drawing(scatter_figure(found, parameter), text, title, origin(__name__))
     save(drawing, path, text=False)

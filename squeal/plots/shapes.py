@@ -12,7 +12,6 @@ from squeal.files.coordinates import Coordinates
 from squeal.files.writing import write_whole
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 
-_MODULE = "squeal.plots.shapes"
 LARGEST = 0.08  # of the body's size: the largest displacement as drawn
 MOST = 15_000  # points; of more nodes every k-th is drawn
 FLAT = 0.08  # of the longest side: the shortest that a box has
@@ -77,7 +76,7 @@ def draw_shape(path: Path, name: str, words: str, where: Coordinates, shape: NDA
     """Save the shape of a mode as PDF, SVG or PNG; `words` tell frequency and growth."""
     figure = shape_figure(words, where, shape)
     text = f"Shape of a mode of {name}: {words}."
-    save(Drawing(figure, text, f"Mode of {name}", origin(_MODULE)), path, text=False)
+    save(Drawing(figure, text, f"Mode of {name}", origin(__name__)), path, text=False)
 
 
 def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) -> None:

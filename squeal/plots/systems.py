@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.chart import NAMES
 from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
-from squeal.plots.units import Unit, frequency_unit, in_unit
+from squeal.plots.units import Unit, in_unit, units_of
 
-_MODULE = "squeal.plots.systems"
 NAMED = 6  # growing frequencies that are named in a figure
 NOISE = 1e-9  # of |lambda|: growth that may be rounding
 MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
@@ -42,17 +41,13 @@ def _grows(values: np.ndarray) -> np.ndarray:
     return np.asarray(values.real > NOISE * np.abs(values))
 
 
-def _unit(values: np.ndarray) -> Unit:
-    return frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi))
-
-
 def roots_figure(values: np.ndarray) -> Figure:
     """Roots (rad/s) of the upper half plane, those that grow in red and with their frequency."""
     figure = Figure(figsize=(SINGLE, 3.0))
     axes = figure.add_subplot()
     upper = values[values.imag >= -NOISE * np.abs(values)]
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
-    grows, unit = _grows(upper), _unit(upper)
+    grows, unit = _grows(upper), units_of(upper)[0]
     for kept, colour, marker in ((~grows, STABLE, "o"), (grows, GROWING, "s")):
         axes.scatter(
             upper[kept].real,
@@ -96,7 +91,7 @@ def sweep_figure(parameter: str, rows: Sequence[Row]) -> Figure:
     values = np.concatenate([row.roots for row in rows])
     keep = values.imag >= -NOISE * np.abs(values)
     at, values = at[keep], values[keep]
-    grows, unit = _grows(values), _unit(values)
+    grows, unit = _grows(values), units_of(values)[0]
     frequency = values.imag / unit.factor
     _background((upper, lower), x, rows)
     for kept, colour, size in ((~grows, STABLE, 1.5), (grows, GROWING, 4.0)):
@@ -187,7 +182,7 @@ def draw_chart(
     with style():
         figure = chart_figure(names, sides, codes)
     title = f"Stability chart of {name}"
-    save(Drawing(figure, text, title, origin(_MODULE)), path, text=False)
+    save(Drawing(figure, text, title, origin(__name__)), path, text=False)
 
 
 def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
@@ -197,7 +192,7 @@ def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
     text = f"Roots of {name} in the complex plane; growing frequencies in Hz: {listed}."
     with style():
         figure = roots_figure(values)
-    save(Drawing(figure, text, f"Roots of {name}", origin(_MODULE)), path, text=False)
+    save(Drawing(figure, text, f"Roots of {name}", origin(__name__)), path, text=False)
 
 
 def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[Row]) -> None:
@@ -210,4 +205,4 @@ def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[Row]
     )
     with style():
         figure = sweep_figure(parameter, rows)
-    save(Drawing(figure, text, f"Sweep of {name}", origin(_MODULE)), path, text=False)
+    save(Drawing(figure, text, f"Sweep of {name}", origin(__name__)), path, text=False)

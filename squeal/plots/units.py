@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 KILO = 2000.0  # Hz or 1/s: from here on an axis counts thousands
 
 
@@ -24,6 +26,14 @@ def growth_unit(largest: float) -> Unit:
     """1/s or 1/ms for values in 1/s."""
     kilo = largest >= KILO
     return Unit(1e3 if kilo else 1.0, "1/ms" if kilo else "1/s")
+
+
+def units_of(values: np.ndarray) -> tuple[Unit, Unit]:
+    """Units of frequency and growth rate of eigenvalues (rad/s)."""
+    return (
+        frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi)),
+        growth_unit(float(np.abs(values.real).max(initial=0.0))),
+    )
 
 
 def in_unit(value: float, unit: Unit) -> str:

@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -34,10 +34,7 @@ class Sound:
         """Write a WAV file."""
         from scipy.io import wavfile
 
-        def write(stream: IO[Any]) -> None:
-            wavfile.write(stream, RATE, self.samples)
-
-        write_whole(path, write, binary=True)
+        write_whole(path, lambda stream: wavfile.write(stream, RATE, self.samples), binary=True)
 
     def to_dict(self) -> dict[str, Any]:
         """All but the samples."""

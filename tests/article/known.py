@@ -28,7 +28,7 @@ from squeal.article.results.verify import Switches
 from squeal.files.provenance import Provenance, provenance
 from squeal.files.records import Plain, Result
 from squeal.files.writing import to_json, write_text
-from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.contact import FORMULATION_CHOICES
 from squeal.model.pad import Pad as PadOfModel
 from squeal.numerics.outline import outline
 from tests.conftest import ROOT
@@ -36,12 +36,6 @@ from tests.conftest import ROOT
 B2 = [stem("B2", case) for case in CASES]
 R = typing.TypeVar("R", bound=Result)
 IDS = [claim.id for claim in CLAIMS]
-
-
-def switches(formulation: Formulation) -> Switches:
-    """As the results of searches name a formulation."""
-    chosen = {field.name for field in dataclasses.fields(Switches)}
-    return Switches(**{name: v for name, v in vars(formulation).items() if name in chosen})
 
 
 def filled(kind: Any, **given: Any) -> Any:
@@ -69,9 +63,9 @@ def filled(kind: Any, **given: Any) -> Any:
 
 def kinds(name: str) -> dict[str, type[Result]]:
     """The fields of a study's record with their types, and under "" the record itself."""
-    kind = import_module(f"squeal.article.studies.{name}").study.__annotations__["return"]
+    study = import_module(f"squeal.article.studies.{name}").study
     record = record_of(name)
-    assert record.__name__ == kind
+    assert record is typing.get_type_hints(study)["return"]
     return typing.get_type_hints(record) | {"": record}
 
 
@@ -98,7 +92,7 @@ def ensembles(entry: Any) -> dict[str, Any]:
         for i, name in enumerate(("consistent", "printed force"))
     }
     spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
-    words = [switches(f) for f in FORMULATIONS]
+    words = [Switches.of(f) for f in FORMULATIONS]
     one = filled(entry("ensembles"), chance=shares, seeds=(seed,) * 5, best_pads=shares)
     one = dataclasses.replace(one, horizons=horizons)
     some = {"together": (40, 30, 20, 10), "most": (9, 9, 10, 11), "lacks": ("B2-b-twice",)}
@@ -197,7 +191,9 @@ def result(name: str) -> Result:
         given["advice"] = dict.fromkeys(HISTORY_FIGURES, "words")
     elif name == "verify":
         given["formulations"] = tuple(
-            filled(entry("formulations"), formulation=switches(search.formulation), numbers=START)
+            filled(
+                entry("formulations"), formulation=Switches.of(search.formulation), numbers=START
+            )
             for search in read_searches([ROOT / IDENTIFIED])
         )
     elif name == "robustness":

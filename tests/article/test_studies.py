@@ -4,6 +4,7 @@ import dataclasses
 import json
 from importlib import import_module
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
@@ -32,10 +33,10 @@ def test_study_result_and_table_have_the_same_names():
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_returns_the_record_of_its_name(name):
-    kind = import_module(f"squeal.article.studies.{name}").study.__annotations__["return"]
+    study = import_module(f"squeal.article.studies.{name}").study
     record = record_of(name)
-    assert kind == record.__name__
-    assert record is Plain or kind == name.title().replace("_", "")
+    assert record is get_type_hints(study)["return"]
+    assert record is Plain or record.__name__ == name.title().replace("_", "")
     assert issubclass(record, Result)
     assert all((ROOT / file).is_file() for file in STUDIES[name].reads)
 

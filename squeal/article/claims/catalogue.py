@@ -11,7 +11,7 @@ from typing import Literal
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import rules
 from squeal.article.claims.rules import Outcome
-from squeal.model.states import FULL, LEAD, NONE, TRAIL
+from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 
 ROOM = 0.2  # margin that counts as ample, where no other is named
 TILT = 0.3  # the same for tilts, over F_n / (k1 w)
@@ -73,11 +73,11 @@ _ALL_B1, _ALL_B2 = (tuple(stem(model, case) for case in CASES) for model in ("B1
 # fmt: off
 CLAIMS = (
     Claim("B1-a-lead-loss", ("b1-a",), "Fig. 4(a)",
-          "the leading edge separates after first contact", rules.leading_apart,
+          "the leading edge separates after first contact", rules.apart(LEADING),
           follows=_implied(
               "B1-a-states", "the leading edge is apart in states 2 and 4, which occur")),
     Claim("B1-a-trail-loss", ("b1-a",), "Fig. 4(b)",
-          "the trailing edge separates after first contact", rules.trailing_apart,
+          "the trailing edge separates after first contact", rules.apart(TRAILING),
           follows=_implied(
               "B1-a-states", "the trailing edge is apart in states 2 and 3, which occur")),
     Claim("B1-a-trail-high", ("b1-a",), "Sec. 4, Fig. 4", "F4 has the higher peak: max F4 > max F3",
@@ -85,7 +85,7 @@ CLAIMS = (
     Claim("B1-a-states", ("b1-a",), "Fig. 4", "all four contact states occur",
           rules.states((FULL, NONE, LEAD, TRAIL), ()), ample=0.02),
     Claim("B1-b-trail-loss", ("b1-b",), "Fig. 5", "the trailing edge separates after first contact",
-          rules.trailing_apart,
+          rules.apart(TRAILING),
           follows=_implied("B1-b-states", "the trailing edge is apart in state 3, which occurs")),
     Claim("B1-b-lead-kept", ("b1-b",), "Sec. 4", "the leading edge never separates (F3 > 0)",
           rules.positive("first", "F_n"),

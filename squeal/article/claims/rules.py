@@ -51,16 +51,14 @@ def _surface_apart(case: Case) -> float:
 # model B1
 
 
-def leading_apart(case: Case) -> Outcome:
-    """The leading edge separates."""
-    share = case.separated[LEADING] / case.duration
-    return Outcome(_apart(case, LEADING), f"apart {100 * share:.2f} % of the time")
+def apart(edge: int) -> Callable[[Case], Outcome]:
+    """An edge separates."""
 
+    def rule(case: Case) -> Outcome:
+        share = case.separated[edge] / case.duration
+        return Outcome(_apart(case, edge), f"apart {100 * share:.2f} % of the time")
 
-def trailing_apart(case: Case) -> Outcome:
-    """The trailing edge separates."""
-    share = case.separated[TRAILING] / case.duration
-    return Outcome(_apart(case, TRAILING), f"apart {100 * share:.2f} % of the time")
+    return rule
 
 
 def states(wanted: tuple[State, ...], unwanted: tuple[State, ...]) -> Callable[[Case], Outcome]:
@@ -171,13 +169,9 @@ def only_c_hammers(*cases: Case) -> Outcome:
     return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
 
 
-def _edge_apart(case: Case) -> float:
-    return 1.0 - _share(case, FULL)
-
-
 def more_loss_in_b1(*cases: Case) -> Outcome:
     """Edges are apart for more of the time in B1 than in B2, on average over the cases."""
-    b1, b2 = (sum(map(_edge_apart, four)) / 4 for four in (cases[:4], cases[4:]))
+    b1, b2 = (1.0 - sum(_share(c, FULL) for c in four) / 4 for four in (cases[:4], cases[4:]))
     words = f"an edge apart for {100 * b1:.1f} % of the time in B1, {100 * b2:.1f} % in B2"
     return Outcome(b1 - b2, words)
 

@@ -24,49 +24,24 @@ from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.verify import Switches
 from squeal.errors import InputError
 from squeal.files.writing import to_json
-from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
+from squeal.model.contact import CONSISTENT, Formulation
 
 WINDOWS = (1, 3, 10, 40)
 LAWS = {"consistent": CONSISTENT, "printed force": Formulation("mean", "centre", "+")}
 """The two laws that a pad is judged under, side by side: the force of Eq. (13) with delta from the
 mass centre and the sign that Eq. (10) needs, and the one that has a potential."""
 RIVAL = {
-    "h": 0.592499,
-    "inertia": 1.08695,
-    "k2": 0.77824,
-    "k3": 0.269525,
-    "k4": 0.780361,
-    "k_c": 0.597405,
-    "L": 1.0,
-    "mu": 0.320313,
-    "F_n": 2.00002e-4,
-    "preload": 2.14671,
-    "lift": 0.932908,
-    "first_y": 0.0209567,
-    "first_x": 0.0,
-    "tilt": 0.0,
-    "x0": 0.0,
-    "start": 0.0,
-}
+    "h": 0.592499, "inertia": 1.08695, "k2": 0.77824, "k3": 0.269525, "k4": 0.780361,
+    "k_c": 0.597405, "L": 1.0, "mu": 0.320313, "F_n": 2.00002e-4, "preload": 2.14671,
+    "lift": 0.932908, "first_y": 0.0209567, "first_x": 0.0, "tilt": 0.0, "x0": 0.0, "start": 0.0,
+}  # fmt: skip
 """A pad of the consistent law that was found apart from these searches."""
 MOST = {
-    "h": 0.17941,
-    "inertia": 0.772309,
-    "k2": 1.54689,
-    "k3": 0.0741395,
-    "k4": 0.823055,
-    "k_c": 0.595987,
-    "L": 8.26026,
-    "mu": 0.595212,
-    "F_n": 0.0126133,
-    "preload": 3.09249,
-    "lift": 3.99012,
-    "first_y": 0.240283,
-    "first_x": 0.76021,
-    "tilt": 0.383822,
-    "x0": -0.233703,
+    "h": 0.17941, "inertia": 0.772309, "k2": 1.54689, "k3": 0.0741395, "k4": 0.823055,
+    "k_c": 0.595987, "L": 8.26026, "mu": 0.595212, "F_n": 0.0126133, "preload": 3.09249,
+    "lift": 3.99012, "first_y": 0.240283, "first_x": 0.76021, "tilt": 0.383822, "x0": -0.233703,
     "start": 0.116853,
-}
+}  # fmt: skip
 """A pad of the consistent law that keeps most of the listed statements: `balanced` found it."""
 PLAUSIBLE = {"mu": (0.2, 0.5), "L": (0.5, 4.0), "F_n": (1e-4, 3e-3), "h": (0.1, 0.7)}
 """What an engineer would take: linings, supports of 20 to 160 mm, 2 kN on a stiff caliper, and a
@@ -185,8 +160,7 @@ def law_of(pads: dict[str, Pad]) -> str:
 def choice(pads: dict[str, Pad], origin: str) -> Choice:
     """The pad of the report, under the law with which it keeps more."""
     law = law_of(pads)
-    switches = Switches(**{name: getattr(LAWS[law], name) for name in FORMULATION_CHOICES})
-    return Choice(switches, pads[law].numbers, origin)
+    return Choice(Switches.of(LAWS[law]), pads[law].numbers, origin)
 
 
 def first_states(found: Choice) -> dict[str, tuple[float, ...]]:

@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+from squeal.article.results.verify import Switches
 from squeal.files.records import Record, Result
 
 Kind = Literal["informative", "implied", "identity", "tautology"]
@@ -55,12 +56,9 @@ class Hammering(Record):
         return tuple(name for name in self.cases["B1"] if name in self.cases["B2"])
 
 
-class SearchedFormulation(Record):
+class SearchedFormulation(Switches):
     """The most claims that one pad was found to keep in a formulation, of so many pads tried."""
 
-    line_force: str
-    delta_from: str
-    delta_moment: str
     pads: int
     kept: int
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from squeal.article.claims import hammering, judge_claims, linear_measures, measure_scenes
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, SearchedFormulation
+from squeal.article.results.verify import Switches
 from squeal.article.scenes import read_cases
-from squeal.model.contact import FORMULATION_CHOICES
 
 
 def study(files: Sequence[Path]) -> Claims:
@@ -21,9 +21,7 @@ def study(files: Sequence[Path]) -> Claims:
         hammering(cases, b2),
         tuple(
             SearchedFormulation(
-                **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES},
-                pads=search.pads,
-                kept=search.kept,
+                **vars(Switches.of(search.formulation)), pads=search.pads, kept=search.kept
             )
             for search in (read_searches(stored) if stored else ())
         ),

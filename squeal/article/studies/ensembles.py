@@ -56,7 +56,7 @@ from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
+from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES
 
 CHECKED = 3  # stored pads of each formulation that are judged afresh
 DENSER = 16  # times as many samples of the motions whose verdicts then differ
@@ -64,10 +64,6 @@ TAIL = 0.05  # on either side of the range of a number
 SLIDING = "B12-sliding"  # the statement that rests on an assumed speed of the surface
 TWINS = ("B2-b-trailing", "B2-b-tilt")
 LASTING, TRIED = 10, 24  # windows over which pads that keep a conclusion are judged, and how many
-
-
-def _switches(f: Formulation) -> Switches:
-    return Switches(**{name: getattr(f, name) for name in FORMULATION_CHOICES})
 
 
 def _shares(holds: np.ndarray, pads: int) -> dict[str, Share]:
@@ -107,7 +103,7 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
         for s in range(kept.best.shape[1])
     )
     return Ensemble(
-        formulation=_switches(f),
+        formulation=Switches.of(f),
         pads=int(pads),
         motions=int(motions),
         steps=int(steps),
@@ -240,7 +236,7 @@ def study(files: Sequence[Path]) -> Ensembles:
         (most,) = side_by_side([dict(MOST)], {"consistent": LAWS["consistent"]})
     fronts = tuple(
         Front(
-            _switches(FORMULATIONS[n]),
+            Switches.of(FORMULATIONS[n]),
             int(kept.seen[n]),
             tuple(map(int, kept.together[n])),
             tuple(map(int, kept.most[n])),

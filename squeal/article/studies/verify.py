@@ -13,7 +13,6 @@ from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
 from squeal.article.scenes import read_cases
 from squeal.errors import ComputationError
-from squeal.model.contact import FORMULATION_CHOICES
 
 TOLERANCE = 1e-12
 VARIATIONS = {
@@ -52,9 +51,7 @@ def verified(search: Search) -> VerifiedPad:
     judged = judge(TOLERANCE, STOP)
     failing = [j for j in judged if not j.holds]
     return VerifiedPad(
-        formulation=Switches(
-            **{name: getattr(search.formulation, name) for name in FORMULATION_CHOICES}
-        ),
+        formulation=Switches.of(search.formulation),
         seed=search.seed,
         starts=search.starts,
         pads=search.pads,
