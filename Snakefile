@@ -16,13 +16,15 @@ from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_fil
 from squeal.article.report.plain import plain
 from squeal.files.document import with_named_files
 from squeal.files.sources import sources
-from squeal.plots.warm import start
+from workflow.warm import start
 
 LOCK = "requirements/environment.txt"
+RUN = "python -m workflow.warm"  # as `python -m`
 
-# jobs run the Python that runs Snakemake, and write equal bytes whenever they run
+# jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]),
+    OPENBLAS_NUM_THREADS="1",
     SOURCE_DATE_EPOCH="1609459200",
     FORCE_SOURCE_DATE="1",
 )
@@ -38,7 +40,7 @@ localrules:
 onstart:
     # with a limit of jobs a second Snakemake 9 looks for jobs anew the more often the more have run
     workflow.scheduler.job_rate_limiter = None
-    start("squeal.article.figures")  # figures are drawn by forks of one process
+    start()  # jobs are forks of one process
 
 
 rule all:

@@ -19,7 +19,7 @@ for chapter in CHAPTERS:
             chapter=chapter.name,
             folder=subpath(output[0], parent=True),
         shell:
-            "python -m squeal.article.report {params.chapter} {input.files} --out {params.folder} "
+            "{RUN} squeal.article.report {params.chapter} {input.files} --out {params.folder} "
             "2> {log}"
 
 

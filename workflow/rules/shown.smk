@@ -41,7 +41,7 @@ rule picture:
         module=lambda wildcards: FIGURES[wildcards.name].module,
         arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
     shell:
-        "python -m squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
+        "{RUN} squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
 
 
 rule screen_table:
@@ -60,7 +60,7 @@ rule screen_table:
     wildcard_constraints:
         name="|".join(TABLES),
     shell:
-        "python -m squeal.article.report.screen {input.files} > {output} 2> {log}"
+        "{RUN} squeal.article.report.screen {input.files} > {output} 2> {log}"
 
 
 rule shown:

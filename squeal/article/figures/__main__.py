@@ -11,7 +11,9 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
-from squeal.plots.warm import run
+from squeal.errors import InputError
+from squeal.files.records import call
+from squeal.plots.style import save
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")
 
@@ -25,10 +27,6 @@ def main(given: Sequence[str] | None = None) -> int:
         "--out", type=Path, required=True, metavar="FILE", help="PDF (with a text), SVG or PNG"
     )
     chosen = parser.parse_args(given)
-    from squeal.errors import InputError  # not where another process draws
-    from squeal.files.records import call
-    from squeal.plots.style import save
-
     draw = import_module(f"{figures.__name__}.{chosen.module}").draw
     try:
         drawing = call(draw, chosen.arguments)
@@ -41,4 +39,4 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(run(main))
+    sys.exit(main())

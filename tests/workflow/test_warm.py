@@ -1,40 +1,51 @@
-"""Figures drawn by forks of a loaded process are those of processes of their own."""
+"""What forks of a loaded process make is what processes of their own make."""
 
+import json
 import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
-from squeal.plots.warm import FOR_OTHERS, VARIABLE, ask
 from tests.conftest import ROOT
+from workflow.warm import FOR_OTHERS, VARIABLE, ask
 
 ENV = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
 @pytest.fixture(scope="module")
-def drawing(tmp_path_factory):
-    """The socket of a process that draws."""
+def process(tmp_path_factory):
+    """A process that runs programs, and its socket."""
     path = tmp_path_factory.mktemp("warm") / "socket"
-    command = [sys.executable, "-m", "squeal.article.figures", FOR_OTHERS, str(path)]
+    command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS, str(path)]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, env=ENV)
     while not path.exists() and process.poll() is None:
         time.sleep(0.01)
-    yield str(path)
+    yield process, str(path)
     process.stdin.close()
     assert process.wait(timeout=60) == 0  # it ends with its input
 
 
-def draw(path, folder, *words):
+@pytest.fixture(scope="module")
+def drawing(process):
+    return process[1]
+
+
+def run(path, folder, *words):
     return subprocess.run(
-        [sys.executable, "-m", "squeal.article.figures", *words],
+        [sys.executable, "-m", "workflow.warm", *words],
         env=ENV | {VARIABLE: path},
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+def draw(path, folder, *words):
+    return run(path, folder, "squeal.article.figures", *words)
 
 
 def test_a_figure_is_that_of_a_process_of_its_own(drawing, tmp_path):
@@ -70,10 +81,47 @@ def test_an_error_is_told_and_is_none_of_the_next_figure(drawing, tmp_path):
 
 
 def test_it_is_asked_where_it_answers_alone(drawing, tmp_path, monkeypatch):
-    words = ["charts", "B1", "--out", str(tmp_path / "B1.pdf")]
+    words = ["squeal.article.figures", "charts", "B1", "--out", str(tmp_path / "B1.pdf")]
     monkeypatch.setenv(VARIABLE, drawing)
     assert ask(words) == 0
     monkeypatch.setenv(VARIABLE, str(tmp_path / "nobody"))
     assert ask(words) is None
     monkeypatch.delenv(VARIABLE)
     assert ask(words) is None
+
+
+def test_a_result_says_the_same_of_what_was_loaded(drawing, tmp_path):
+    scene = ROOT / "tests/hammering/b3.yaml"
+    made = [
+        run(path, tmp_path, "squeal.article.studies", "quasi_static", str(scene))
+        for path in (drawing, "nowhere")
+    ]
+    assert [(one.returncode, one.stderr) for one in made] == [(0, "")] * 2
+    assert made[0].stdout == made[1].stdout
+    assert "matplotlib" not in json.loads(made[0].stdout)["provenance"]["loaded"]
+
+
+@pytest.mark.parametrize("code", ["0", "3", "'a reason'", "None"])
+def test_exit_codes_and_children_are_those_of_a_process_of_its_own(drawing, tmp_path, code):
+    statement = "import subprocess, sys; print(subprocess.run('exit 7', shell=True).returncode)"
+    words = ["timeit", "-n1", "-r1", f"{statement}; sys.exit({code})"]
+    asked, alone = run(drawing, tmp_path, *words), run("nowhere", tmp_path, *words)
+    assert (asked.returncode, asked.stdout, asked.stderr) == (
+        (alone.returncode, alone.stdout, alone.stderr)
+    )
+    assert asked.stdout == "7\n"
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read in /proc")
+def test_a_fork_ends_with_who_asked_for_it(process, tmp_path):
+    serving, path = process
+    children = Path(f"/proc/{serving.pid}/task/{serving.pid}/children")
+    command = [sys.executable, "-m", "workflow.warm", "timeit", "import time; time.sleep(600)"]
+    asking = subprocess.Popen(command, env=ENV | {VARIABLE: path}, cwd=tmp_path)
+    for ended in (False, True):
+        deadline = time.monotonic() + 60.0
+        while bool(children.read_text()) == ended and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert bool(children.read_text()) != ended
+        asking.kill()
+    assert asking.wait() < 0

@@ -1,0 +1,124 @@
+"""Programs run by forks of one process that has loaded what most of them need.
+
+`python -m workflow.warm MODULE ARGUMENT ...` is `python -m MODULE ARGUMENT ...`, run by a fork of
+the process that the workflow starts, or by itself where none answers.
+"""
+
+import json
+import os
+import socket
+import sys
+from functools import cache
+from typing import Any
+
+VARIABLE = "SQUEAL_WARM"
+"""The variable of the environment that names the socket."""
+FOR_OTHERS = "--for-others"
+# no package that results name as loaded, since only some need it
+LOADED = (
+    "matplotlib.backends.backend_pdf",
+    "matplotlib.figure",
+    "squeal.article.studies.ensembles",
+)
+
+
+@cache  # which keeps the folder and the input's other end as long as this process lives
+def start() -> tuple[Any, Any]:
+    """Start the process whose forks run programs, and name its socket in the environment."""
+    import subprocess
+    import tempfile
+
+    folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+    os.environ[VARIABLE] = f"{folder.name}/socket"
+    command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS, os.environ[VARIABLE]]
+    # in a session of its own it is not interrupted together with this process, but ends after it
+    return folder, subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True
+    )
+
+
+def ask(words: list[str]) -> int | None:
+    """The exit code of a program with its arguments, run by a fork; None where nobody answers."""
+    if VARIABLE not in os.environ:
+        return None
+    with socket.socket(socket.AF_UNIX) as asking:
+        try:
+            asking.connect(os.environ[VARIABLE])
+        except OSError:  # it is not ready yet, or lives on another machine
+            return None
+        streams = [sys.stdout.fileno(), sys.stderr.fileno()]
+        socket.send_fds(asking, [json.dumps([os.getcwd(), *words]).encode()], streams)
+        return next(iter(asking.recv(1)), 1)
+
+
+def serve(path: str) -> None:
+    """Run programs for everybody who asks, each in a fork, until the standard input ends."""
+    import select
+    import signal
+    from importlib import import_module
+
+    for name in LOADED:
+        import_module(name)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(path)
+        server.listen()
+        while sys.stdin not in select.select([server, sys.stdin], [], [])[0]:
+            asked, _ = server.accept()
+            with asked:
+                if os.fork() == 0:
+                    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+                    _answer(asked)
+
+
+def _answer(asked: socket.socket) -> None:
+    import fcntl
+
+    code = 1
+    try:
+        sent, streams, _, _ = socket.recv_fds(asked, 1 << 16, 2)
+        for own, other in zip((sys.stdout, sys.stderr), streams, strict=True):
+            os.dup2(other, own.fileno())
+        # who asked says no more; that it is gone is a signal, which ends this process
+        fcntl.fcntl(asked, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(asked, fcntl.F_SETFL, os.O_ASYNC)
+        folder, *words = json.loads(sent)
+        os.chdir(folder)
+        code = run(words)
+        sys.stdout.flush()
+        asked.send(bytes([code]))
+    finally:
+        os._exit(code)
+
+
+def run(words: list[str]) -> int:
+    """Run a program with its arguments as `python -m` does; returns its exit code."""
+    import runpy
+    import traceback
+
+    sys.argv[1:] = words[1:]
+    try:
+        runpy.run_module(words[0], run_name="__main__", alter_sys=True)
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            return end.code or 0
+        print(end.code, file=sys.stderr)
+        return 1
+    except BaseException:
+        traceback.print_exc()
+        return 1
+    return 0
+
+
+def main() -> int:
+    """Serve others, ask the process that does, or run a program here."""
+    words = sys.argv[1:]
+    if words[:1] == [FOR_OTHERS]:
+        serve(words[1])
+        return 0
+    done = ask(words)
+    return run(words) if done is None else done
+
+
+if __name__ == "__main__":
+    sys.exit(main())
