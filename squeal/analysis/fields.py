@@ -12,6 +12,7 @@ from squeal.errors import InputError
 from squeal.files.arguments import takes
 from squeal.scene import Scene, takes_scene
 from squeal.stability import VERDICTS
+from squeal.stability.matrices import first_order
 
 LEVELS = 64  # of mu at which the verdicts of all points are taken; windows between are not seen
 HALVINGS = 44  # of the interval in which stability is lost: to 1e-13 of mu_max
@@ -91,10 +92,7 @@ def most_unstable(at: Points) -> np.ndarray:
         size = np.abs(values).max(axis=1, keepdims=True)
         values.real[values.real <= 1e-8 * size] = 0.0
     else:
-        companion = np.zeros((n, 6, 6))
-        companion[:, :3, 3:] = np.eye(3)
-        companion[:, 3:, :3], companion[:, 3:, 3:] = -A, -at.B
-        values = np.linalg.eigvals(companion).astype(complex)
+        values = np.linalg.eigvals(first_order(A, at.B, 1.0)[0]).astype(complex)
     # of several that grow alike the one of largest frequency
     best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
     return np.asarray(values[np.arange(n), best] * at.rate)

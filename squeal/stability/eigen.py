@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,13 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.stability.matrices import (
     Array,
-    Batched,
     Reduced,
-    System,
     first_order,
     rank_of,
     reduce,
-    reduce_stack,
     zero_roots,
 )
 
@@ -251,25 +247,3 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
     )
     zeros = sum(e.value == 0 for e in eigenvalues)
     return Spectrum(eigenvalues, reduced.B is None, zeros)
-
-
-def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
-    """Eigenvalues over a sweep, shape (n_mu, 2n), each row ordered as in a Spectrum.
-
-    One batched call for all values of mu; vectors and zero-root recognition are left to
-    `complex_eigenvalues`. Undamped only if every C of the sweep is None or zero.
-    """
-    places = list(mus)
-    matrices = system.many(places) if isinstance(system, Batched) else [*map(system, places)]
-    if not matrices:
-        raise ValueError("mus: at least one value is required")
-    A, B = reduce_stack(matrices)
-    if B is None:
-        s = np.linalg.eigvals(A).astype(complex)
-        half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
-        half = np.where(s.imag < 0, half.conj(), half)
-        values = np.concatenate([half, -half], axis=1)
-    else:
-        state, rates = first_order(A, B)
-        values = np.linalg.eigvals(state) * rates[:, None]
-    return np.take_along_axis(values, ordered(values), axis=1)

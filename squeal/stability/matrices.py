@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
@@ -32,6 +32,7 @@ class Batched:
 
 
 EPS = float(np.finfo(float).eps)
+SKEW = 1e-12  # of M, its diagonal scaled to 1, which is taken for rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
 REQUIRED = "a well-conditioned matrix is required"
 
@@ -138,62 +139,22 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite.
     """
     mass, damping, stiffness = checked(M, C, K)
-    T, rounding = _factor(mass.tobytes(), len(mass))
-    if np.count_nonzero(T - np.diag(np.diag(T))) == 0:
-        # symmetry of K survives to the last bit: one factor for each pair of entries
-        factor = np.outer(np.diag(T), np.diag(T))
-        return Reduced(
-            stiffness * factor, None if damping is None else damping * factor, T, rounding
-        )
-    B = None if damping is None else T.T @ damping @ T
-    return Reduced(T.T @ stiffness @ T, B, T, rounding)
+    T, rounding = factor(mass.tobytes(), len(mass))
+    B = None if damping is None else normalised(T, damping)
+    return Reduced(normalised(T, stiffness), B, T, rounding)
 
 
-def reduce_stack(matrices: Sequence[Matrices]) -> tuple[Array, Array | None]:
-    """A and B (m, n, n) of many systems in mass-normalised coordinates, B None without damping.
-
-    All at once where they share one M; raises InputError as `reduce` does.
-    """
-    stacks = _stacked(matrices)
-    if stacks is None:
-        each = [reduce(*given) for given in matrices]
-        A = np.array([r.A for r in each])
-        if all(r.B is None for r in each):
-            return A, None
-        return A, np.array([np.zeros_like(r.A) if r.B is None else r.B for r in each])
-    mass, damping, stiffness = stacks
-    T, _ = _factor(mass.tobytes(), len(mass))
-    if np.count_nonzero(T - np.diag(np.diag(T))) == 0:
-        factor = np.outer(np.diag(T), np.diag(T))
-        return stiffness * factor, None if damping is None else damping * factor
-    return T.T @ stiffness @ T, None if damping is None else T.T @ damping @ T
-
-
-def _stacked(matrices: Sequence[Matrices]) -> tuple[Array, Array | None, Array] | None:
-    """The M (n, n) that all share, C or None and K (m, n, n); None if they have to be looked at
-    one by one."""
-    try:
-        masses = [M for M, _, _ in matrices]
-        first = np.asarray(masses[0], dtype=float)
-        other = any(M is not masses[0] for M in masses)
-        if other and not np.array_equal(np.array(masses, dtype=float), [first] * len(masses)):
-            return None
-        K = np.array([k for _, _, k in matrices], dtype=float)
-        given = [c for _, c, _ in matrices]
-        C = None if all(c is None for c in given) else np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        return None
-    shape = (len(matrices), len(first), len(first)) if first.ndim == 2 else ()
-    for X in (K, C):
-        if X is not None and (X.shape != shape or not np.all(np.isfinite(X))):
-            return None
-    if first.shape != shape[1:] or not np.all(np.isfinite(first)):
-        return None
-    return first, C if C is not None and C.any() else None, K
+def normalised(T: Array, X: Array) -> Array:
+    """T' X T, also of stacks (..., n, n)."""
+    t = np.diagonal(T, axis1=-2, axis2=-1)
+    if np.count_nonzero(T) == t.size:  # T is regular
+        # symmetry of X survives to the last bit: one factor for each pair of entries
+        return np.asarray(X * (t[..., :, None] * t[..., None, :]))
+    return T.swapaxes(-2, -1) @ X @ T
 
 
 @lru_cache(maxsize=8)  # along mu the mass matrix stays
-def _factor(mass: bytes, n: int) -> tuple[Array, float]:
+def factor(mass: bytes, n: int) -> tuple[Array, float]:
     """T with T' M T = 1, and the relative size of the errors that it brings."""
     M = np.frombuffer(mass).reshape(n, n)
     diagonal = np.diag(M)
@@ -205,7 +166,7 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
         raise LightMassError(f"M: row {row} has no mass; {REQUIRED}")
     scale = 1.0 / np.sqrt(diagonal)
     unit = M * np.outer(scale, scale)
-    if np.abs(unit - unit.T).max() > 1e-12:
+    if np.abs(unit - unit.T).max() > SKEW:
         raise InputError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
         return np.diag(scale), 4 * EPS
@@ -241,17 +202,24 @@ def light_motions(M: Array) -> tuple[Array, Array]:
     return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 
-def first_order(A: Array, B: Array) -> tuple[Array, Array]:
+def first_order(A: Array, B: Array, rate: ArrayLike | None = None) -> tuple[Array, Array]:
     """First-order matrices of z'' + B z' + A z = 0 in the time unit 1/rate, and rate (1/s).
 
-    A, B have shape (..., n, n); the matrices (..., 2n, 2n), the rates (...).
+    A, B have shape (..., n, n); the matrices (..., 2n, 2n), the rates (...), each system's own if
+    none is given.
     """
-    sizes = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
-    rate = np.asarray(np.maximum(np.sqrt(next(sizes)), next(sizes)))
-    # a power of two rounds nothing
-    rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
-    unit, turn = np.broadcast_to(np.eye(A.shape[-1]), A.shape), rate[..., None, None]
-    return np.block([[np.zeros_like(A), unit], [-A / turn**2, -B / turn]]), rate
+    if rate is None:
+        sizes = (np.sqrt(np.einsum("...ij,...ij->...", X, X)) for X in (A, B))
+        rate = np.asarray(np.maximum(np.sqrt(next(sizes)), next(sizes)))
+        # a power of two rounds nothing
+        rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
+    n, rate = A.shape[-1], np.asarray(rate)
+    turn = rate[..., None, None]
+    state = np.zeros((*A.shape[:-2], 2 * n, 2 * n))
+    state[..., :n, n:] = np.eye(n)
+    np.multiply(A, -1.0 / turn**2, out=state[..., n:, :n])
+    np.multiply(B, -1.0 / turn, out=state[..., n:, n:])
+    return state, rate
 
 
 def zero_roots(A: Array, rounding: float = 4 * EPS) -> int:

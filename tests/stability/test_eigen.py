@@ -123,21 +123,6 @@ def test_single_oscillator():
     assert e.growth_rate == pytest.approx(-c / (2 * m), rel=1e-14)
 
 
-@pytest.mark.parametrize("mass", [0.0, 0.3])  # that changes along the sweep
-@pytest.mark.parametrize("damping", [None, 0.0, 0.05])
-def test_sweep_gives_the_same_values(mode_coupling, damping, mass):
-    def system(mu):
-        M, _, K = mode_coupling(mu)
-        C = None if damping is None else damping * np.diag([1.0, 2.0])
-        return M + mass * mu * np.eye(2), C, K
-
-    mus = np.linspace(0, 2, 9)
-    table = sweep(system, mus)
-    assert table.shape == (9, 4)
-    for row, mu in zip(table, mus, strict=True):
-        assert row == pytest.approx(complex_eigenvalues(*system(mu)).values, abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("M", "C", "K", "word"),
     [
