@@ -89,26 +89,15 @@ def article_linearisation(scene: Scene) -> Analysis:
 
 
 def _about_origin(model: PadModel) -> Analysis:
-    matrices = about_origin(model)
-    return _analysis(model.name, (0.0, 0.0, 0.0), None, model.full, _AT_ORIGIN, matrices)
+    at = about_origin(model)
+    found = roots_and_verdict(at.M, at.C, at.K)
+    return Analysis(model.name, (0.0, 0.0, 0.0), None, model.full, _AT_ORIGIN, at, *found)
 
 
-def _about(model: PadModel, found: Equilibrium, how: str) -> Analysis:
-    matrices = at_equilibrium(model.replace(mu=found.mu), found)
-    analysis = _analysis(model.name, found.q, found.R_n, found.state, how, matrices)
-    return dataclasses.replace(analysis, on_branch=found.on_branch, warnings=found.warnings)
-
-
-def _analysis(
-    model: str,
-    q: tuple[float, float, float],
-    R_n: float | None,
-    state: State,
-    how: str,
-    matrices: Linearisation,
-) -> Analysis:
-    spectrum, judgement = roots_and_verdict(matrices.M, matrices.C, matrices.K)
-    return Analysis(model, q, R_n, state, how, matrices, spectrum, judgement)
+def _about(model: PadModel, e: Equilibrium, how: str) -> Analysis:
+    at = at_equilibrium(model.replace(mu=e.mu), e)
+    found = (*roots_and_verdict(at.M, at.C, at.K), e.on_branch, e.warnings)
+    return Analysis(model.name, e.q, e.R_n, e.state, how, at, *found)
 
 
 def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:

@@ -37,30 +37,22 @@ class Formulation:
         return {f.name: v for f in fields(self) if (v := getattr(self, f.name)) != f.default}
 
 
-FORMULATION = Group(
-    {
-        "line_force": Key(
-            "integral: (k_c / 2w) x integral of the penetration; mean: Eq. (13) as printed",
-            Word(("integral", "mean")),
-            default="integral",
-        ),
-        "delta_from": Key(
-            "where delta is counted from: the centre of mass, or the frame as in Eqs. (17)-(20)",
-            Word(("centre", "frame")),
-            default="centre",
-        ),
-        "delta_moment": Key(
-            "sign of the moment of Rn: + as in Eq. (10), - as in Eq. (21)",
-            Word(("+", "-")),
-            default="+",
-        ),
-        "springs": Key(
-            "how many springs the lower face has, at w (2 i + 1 - N)/sqrt(N^2 - 1) from its middle",
-            Whole(2, 1000),
-            default="16",
-        ),
-    }
-)
+# fmt: off
+FORMULATION = Group({
+    "line_force": Key(
+        "integral: (k_c / 2w) x integral of the penetration; mean: Eq. (13) as printed",
+        Word(("integral", "mean")), default="integral"),
+    "delta_from": Key(
+        "where delta is counted from: the centre of mass, or the frame as in Eqs. (17)-(20)",
+        Word(("centre", "frame")), default="centre"),
+    "delta_moment": Key(
+        "sign of the moment of Rn: + as in Eq. (10), - as in Eq. (21)",
+        Word(("+", "-")), default="+"),
+    "springs": Key(
+        "how many springs the lower face has, at w (2 i + 1 - N)/sqrt(N^2 - 1) from its middle",
+        Whole(2, 1000), default="16"),
+})
+# fmt: on
 FORMULATION_CHOICES: dict[str, tuple[str, ...]] = {
     name: key.kind.choices for name, key in FORMULATION.keys.items() if isinstance(key.kind, Word)
 }

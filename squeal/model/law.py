@@ -63,32 +63,25 @@ class ContactLaw(Hashable, Protocol):
     @property
     def points(self) -> int:
         """How many contact points there are, in order from the leading edge to the trailing."""
-        ...
 
     def state_name(self, state: State) -> str:
         """The name of a contact state, one of `meanings`."""
-        ...
 
     def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
         """Height of each contact point over the surface; contact changes where it passes zero."""
-        ...
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
         """Normal and friction forces and their moment; zero where nothing touches."""
-        ...
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, ...]:
         """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
         arrays."""
-        ...
 
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
-        ...
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """Potential energy of the contact."""
-        ...
 
 
 NORMAL_REACTION = (

@@ -42,18 +42,26 @@ class Parameter(Key):
         return isinstance(self.kind, Angle)
 
 
-def _field(meaning: str, unit: str, dim: tuple[int, int, int], kind: Number, **more: Any) -> Any:
+_DIMENSIONS = {
+    "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
+    "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
+}  # fmt: skip
+_POSITIVE, _FROM_ZERO = Number(low=0.0), Number(low=0.0, low_allowed=True)
+_ANGLE, _TURN = Angle(), Angle(low=-math.pi / 2, high=math.pi / 2)
+
+
+def _field(meaning: str, unit: str, kind: Number, **more: Any) -> Any:
     needed = "default" not in more or "unless" in more
     parameter = Parameter(
-        meaning=meaning, unit=unit, dimension=dim, kind=kind, required=needed, **more
+        meaning=meaning, unit=unit, dimension=_DIMENSIONS[unit], kind=kind, required=needed, **more
     )
     # a placement is zero unless it is given; everything else is None where no model needs it
     return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
 
 
-_POSITIVE, _FROM_ZERO = Number(low=0.0), Number(low=0.0, low_allowed=True)
-_MASS, _LENGTH, _NONE = (1, 0, 0), (0, 1, 0), (0, 0, 0)
-_STIFFNESS, _FORCE = (1, 0, -2), (1, 1, -2)
+def _some(meaning: str, unit: str, kind: Number = _POSITIVE, **more: Any) -> Any:
+    """A parameter that not every model uses."""
+    return _field(meaning, unit, kind, common=False, **more)
 
 
 @dataclass(frozen=True)
@@ -66,94 +74,43 @@ class Pad:
     InputError for a number, or an entry of an array, that is out of range.
     """
 
-    m: float = _field("mass", "kg", _MASS, _POSITIVE)
-    w: float = _field("half length", "m", _LENGTH, _POSITIVE)
-    h: float = _field("half height", "m", _LENGTH, _POSITIVE)
-    I: float = _field(
-        "moment of inertia about the mass centre",
-        "kg m^2",
-        (1, 2, 0),
-        _POSITIVE,
-        default="m (w^2 + h^2)/3, a uniform rectangle",
-    )
-    k1: float = _field(
-        "stiffness of the inclined spring at the leading side", "N/m", _STIFFNESS, _FROM_ZERO
-    )
-    k2: float = _field(
-        "stiffness of the inclined spring at the trailing side", "N/m", _STIFFNESS, _FROM_ZERO
-    )
-    k3: float = _field(
-        "contact stiffness at the leading edge", "N/m", _STIFFNESS, _POSITIVE, common=False
-    )
-    k4: float = _field(
-        "contact stiffness at the trailing edge", "N/m", _STIFFNESS, _POSITIVE, common=False
-    )
-    k_c: float = _field("full-contact stiffness", "N/m", _STIFFNESS, _POSITIVE, common=False)
-    L1: float = _field("free length of spring 1", "m", _LENGTH, _POSITIVE, common=False)
-    L2: float = _field("free length of spring 2", "m", _LENGTH, _POSITIVE, common=False)
-    alpha1: float = _field("inclination of spring 1", "rad", _NONE, Angle())
-    alpha2: float = _field("inclination of spring 2", "rad", _NONE, Angle())
-    mu: float = _field(
-        "coefficient of friction",
-        "1",
-        _NONE,
-        _FROM_ZERO,
-        unless="mu_s",
-        default="refused, unless mu_s, mu_k, v_ref and V give it",
-    )
-    F_n: float = _field("actuation (brake) force", "N", _FORCE, _FROM_ZERO, common=False)
-    V: float | None = _field(
-        "speed of the sliding surface",
-        "m/s",
-        (0, 1, -1),
-        _POSITIVE,
-        common=False,
-        default="sliding is assumed and not checked",
-    )
-    mu_s: float | None = _field(
+    m: float = _field("mass", "kg", _POSITIVE)
+    w: float = _field("half length", "m", _POSITIVE)
+    h: float = _field("half height", "m", _POSITIVE)
+    # fmt: off
+    I: float = _field("moment of inertia about the mass centre", "kg m^2", _POSITIVE,
+                      default="m (w^2 + h^2)/3, a uniform rectangle")
+    # fmt: on
+    k1: float = _field("stiffness of the inclined spring at the leading side", "N/m", _FROM_ZERO)
+    k2: float = _field("stiffness of the inclined spring at the trailing side", "N/m", _FROM_ZERO)
+    k3: float = _some("contact stiffness at the leading edge", "N/m")
+    k4: float = _some("contact stiffness at the trailing edge", "N/m")
+    k_c: float = _some("full-contact stiffness", "N/m")
+    L1: float = _some("free length of spring 1", "m")
+    L2: float = _some("free length of spring 2", "m")
+    alpha1: float = _field("inclination of spring 1", "rad", _ANGLE)
+    alpha2: float = _field("inclination of spring 2", "rad", _ANGLE)
+    # fmt: off
+    mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
+                       default="refused, unless mu_s, mu_k, v_ref and V give it")
+    F_n: float = _some("actuation (brake) force", "N", _FROM_ZERO)
+    V: float | None = _some("speed of the sliding surface", "m/s",
+                            default="sliding is assumed and not checked")
+    mu_s: float | None = _some(
         "coefficient of friction at rest; at the sliding speed v = V - x_dot it is mu_k + (mu_s - "
         "mu_k) exp(-v/v_ref), scaled so that it is mu at v = V if mu is given too; a "
-        "simulation ends where x_dot reaches V",
-        "1",
-        _NONE,
-        _POSITIVE,
-        common=False,
-        default="friction does not depend on speed",
-        needs=("mu_k", "v_ref", "V"),
-    )
-    mu_k: float | None = _field(
-        "coefficient of friction of fast sliding",
-        "1",
-        _NONE,
-        _POSITIVE,
-        common=False,
-        default="refused beside mu_s",
-        needs=("mu_s",),
-    )
-    v_ref: float | None = _field(
-        "speed over which friction falls",
-        "m/s",
-        (0, 1, -1),
-        _POSITIVE,
-        common=False,
-        default="refused beside mu_s",
-        needs=("mu_s",),
-    )
-    x0: float = _field(
-        "initial position along the surface", "m", _LENGTH, Number(), common=False, default="0"
-    )
-    y0: float = _field(
+        "simulation ends where x_dot reaches V", "1",
+        default="friction does not depend on speed", needs=("mu_k", "v_ref", "V"))
+    mu_k: float | None = _some("coefficient of friction of fast sliding", "1",
+                               default="refused beside mu_s", needs=("mu_s",))
+    v_ref: float | None = _some("speed over which friction falls", "m/s",
+                                default="refused beside mu_s", needs=("mu_s",))
+    x0: float = _some("initial position along the surface", "m", Number(), default="0")
+    y0: float = _some(
         "initial height of the mass centre over its place at touch (without effect in B1, whose "
-        "contact springs are relaxed there)",
-        "m",
-        _LENGTH,
-        Number(),
-        common=False,
-        default="0",
-    )
-    theta0: float = _field(
-        "initial angle", "rad", _NONE, Angle(low=-math.pi / 2, high=math.pi / 2), default="0"
-    )
+        "contact springs are relaxed there)", "m", Number(), default="0")
+    # fmt: on
+    theta0: float = _field("initial angle", "rad", _TURN, default="0")
 
     uniform: bool = field(init=False, default=False, repr=False, compare=False)
     follows: bool = field(init=False, default=False, repr=False, compare=False)
@@ -243,7 +200,7 @@ class Pad:
         changes = {}
         for name, parameter in PARAMETERS.items():
             value = getattr(self, name)
-            if value is not None and parameter.dimension != _NONE:
+            if value is not None and any(parameter.dimension):
                 a, b, c = parameter.dimension
                 changes[name] = value / (mass**a * length**b * time**c)
         # neither checked again nor rounded anew: what leaves double precision is found later

@@ -59,4 +59,3 @@ class Integrator(Protocol):
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """Integrate from (t, state) until a point's gap passes zero in the direction that ends
         `contact`, until `stop`, or for a bounded number of steps."""
-        ...

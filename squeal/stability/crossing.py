@@ -1,7 +1,5 @@
 """What a search for thresholds gives: changes of verdict and crossings of the imaginary axis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 
@@ -29,9 +27,7 @@ class Crossing:
     direction: str  # up: it starts to grow; down: it ceases
     frequency_hz: float  # at mu; 0 for divergence
     interval: tuple[float, float]  # bracket of mu, rounding included; the point itself at a jump
-    mode: (
-        int  # number of the mode at mu by rising frequency, from 1; of a coalescing pair the first
-    )
+    mode: int  # by rising frequency at mu, from 1; of a coalescing pair the first
     changes_verdict: bool  # false where other modes grow all the same, and faster
     residual: float | None = None  # backward error of the root there, if it is known
 

@@ -10,8 +10,6 @@ own rounding error, with errors of the entries of A included; what is smaller th
 as zero.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

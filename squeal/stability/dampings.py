@@ -4,8 +4,6 @@ All three speak of the structure's own stiffness: the terms of K whose factor na
 which leaves friction out where it is written with its coefficient.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """A family of undamped systems of up to three degrees of freedom along mu, each value once."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

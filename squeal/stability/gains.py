@@ -18,8 +18,6 @@ The generalised eigenvalues x of either pencil are refined by Newton's method on
 on mu'(x). A real pole passes through zero at mu(0).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

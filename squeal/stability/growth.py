@@ -1,7 +1,5 @@
 """What grows in a system: how many pairs and real roots, by more than rounding, and how fast."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -15,8 +15,6 @@ condition number grows without limit at a coalescence, so the tolerance widens b
 square root of the machine precision there (m-th root where m eigenvalues meet), and only there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static condensati
 mass, and with a light one a few iterations more, each of which gains a factor of D2 L / K22.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

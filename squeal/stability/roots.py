@@ -6,8 +6,6 @@ companion matrix) it is monotone and changes sign at most once, so two roots clo
 are kept apart by the extremum between them, however fine: no grid has to hit the gap.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterator

@@ -5,8 +5,6 @@ passes through zero the determinant. A rigid-body mode makes both vanish for all
 the quadratic that remains tell.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

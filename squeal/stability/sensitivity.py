@@ -1,7 +1,5 @@
 """How each eigenvalue moves with a parameter."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -5,8 +5,6 @@ threshold lies. What no function announced (an exchange of growth rates, two cro
 noticed at the points that were sampled, and bisected.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator

@@ -6,8 +6,6 @@ verdict and its rounding decide where a threshold lies. What grows between neigh
 tells which of them matter (`survey`). Eigenvalues of all other systems are followed (`following`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Modes followed through a sweep, by the likeness of their shapes and not by their order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """The growing modes of a system, each with the parameter value at which it began to grow."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -86,14 +86,12 @@ def system_thresholds(
     low = start_of(system, low, high)
     if not low < high:
         raise InputError(f"--max {high:g}: is not allowed; it must exceed {low:g}")
-    if is_small(system) and system.real and (wanted.rectangle is None or _regular(system, low)):
+    # if M may be inverted all roots can be followed
+    if (is_small(system) and system.real) and (
+        wanted.rectangle is None or ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
+    ):
         return _small(system, low, high, wanted)
     return _large(system, low, high, wanted, progress, checkpoint)
-
-
-def _regular(system: TermSystem, low: float) -> bool:
-    """True if M may be inverted, so that all roots can be followed."""
-    return bool(ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0)
 
 
 def _in_band(frequency: float, wanted: Wanted) -> bool:
@@ -194,11 +192,7 @@ def _placed(
         slower = (roots.imag > 0) & (roots.imag < 2 * math.pi * c.frequency_hz * (1 - 1e-6))
         changes = _kind(before[1]) != _kind(after[1])
         mode = 1 + int(np.sum(slower))
-        placed.append(
-            Crossing(
-                c.mu, c.kind, c.direction, c.frequency_hz, c.interval, mode, changes, c.residual
-            )
-        )
+        placed.append(replace(c, mode=mode, changes_verdict=changes))
     return tuple(placed), states
 
 
@@ -247,12 +241,7 @@ def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Pr
     vectors = reduction.basis.vectors @ found.vectors
     known = Roots(found.values, vectors, np.full_like(vectors, np.nan))
     if reduction.system.real:
-        mirrored = known.mirrored()
-        known = Roots(
-            np.concatenate([known.values, mirrored.values]),
-            np.hstack([known.right, mirrored.right]),
-            np.hstack([known.left, mirrored.left]),
-        )
+        known = known.joined(known.mirrored())
     around = Discs(((region.centre, region.radius),))
     progress(f"counting growing roots at {name} = {value:.6g}")
     try:

@@ -35,6 +35,7 @@ REAL_MODES = 200  # of a modal reduction
 NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
 AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
 
+NO_BAND = "--band: is missing; a sweep of a large system needs --band, --region or --modes"
 Changes = Mapping[str, float]
 
 
@@ -92,9 +93,7 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
     if wanted.rectangle is not None:
         return wanted.rectangle
     if wanted.modes is None:
-        raise InputError(
-            "--band: is missing; a sweep of a large system needs --band, --region or --modes"
-        )
+        raise InputError(NO_BAND)
     found = lowest_modes(scaled.at(changes), wanted.modes, left=False, certify=False)
     assert isinstance(found.region, Disc)
     far = AROUND * found.region.radius
@@ -157,12 +156,15 @@ def full_rows(
 ) -> Iterator[SweepRow]:
     """The sweep on the system itself, one value after the other."""
     if is_small(system):
-        yield from _all_rows(system, wanted, values)
+        for value in values:
+            roots = roots_of_all(system, wanted, {system.parameter: value})
+            verdict = verdict_of(roots, noise_of(system))  # on all of them, however few are listed
+            if wanted.modes is not None:
+                roots = roots[roots.imag >= 0.0][: wanted.modes]
+            yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
         return
     if wanted.rectangle is None and wanted.modes is None:
-        raise InputError(
-            "--band: is missing; a sweep of a large system needs --band, --region or --modes"
-        )
+        raise InputError(NO_BAND)
     for value in values:
         progress(f"{system.parameter} = {value:g}")
         found = system_roots(system, wanted, {system.parameter: value}, progress)
@@ -185,16 +187,6 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
     elif wanted.region is not None:
         roots = roots[wanted.region.contains(roots)]
     return np.asarray(roots[ordered(roots)])
-
-
-def _all_rows(system: TermSystem, wanted: Wanted, values: Sequence[float]) -> Iterator[SweepRow]:
-    noise = noise_of(system)
-    for value in values:
-        roots = roots_of_all(system, wanted, {system.parameter: value})
-        verdict = verdict_of(roots, noise)  # on all of them, however few are listed
-        if wanted.modes is not None:
-            roots = roots[roots.imag >= 0.0][: wanted.modes]
-        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
 
 
 def check_method(method: str | None, system: TermSystem) -> str:

@@ -4,15 +4,8 @@ from squeal.article.claims.catalogue import CLAIMS, Claim
 from squeal.article.claims.judging import hammering, judge_claims, judge_scenes, measure_scenes
 from squeal.article.claims.measures import Case, case_of, linear_measures, measure
 
+# fmt: off
 __all__ = [
-    "CLAIMS",
-    "Case",
-    "Claim",
-    "case_of",
-    "hammering",
-    "judge_claims",
-    "judge_scenes",
-    "linear_measures",
-    "measure",
-    "measure_scenes",
+    "CLAIMS", "Case", "Claim", "case_of", "hammering", "judge_claims", "judge_scenes",
+    "linear_measures", "measure", "measure_scenes",
 ]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.ensembles.distance import INDEX
-from squeal.article.ensembles.draw import SEEDS, read_stage, stage_file, write_stage
+from squeal.article.ensembles.draw import SEEDS, files_there, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import B2, FRONT
 from squeal.article.ensembles.population import Stage, advance, first_stage
 from squeal.errors import InputError
@@ -32,13 +32,10 @@ def beginning(folder: Path) -> Stage:
     """
     chosen = []
     for seed in SEEDS:
-        stage = 0
-        while (file := stage_file(folder, LAW, seed, stage)).exists():
-            drawn = read_stage(file)
+        for drawn in map(read_stage, files_there(folder, LAW, seed)):
             three = drawn.margins[:, [INDEX[name] for name in FRONT]] > 0.0
             most = (drawn.margins[:, B2] > 0.0).sum(axis=1) >= MOST
             chosen.append(drawn.points[three.all(axis=1) & most])
-            stage += 1
     points = np.concatenate(chosen) if chosen else np.empty((0, len(INDEX)))
     if not len(points):
         raise InputError(f"{folder}: no pad keeps {', '.join(FRONT)}; draw more stages")

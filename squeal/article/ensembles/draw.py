@@ -5,10 +5,10 @@ A stage that stands in the folder is not drawn again.
 """
 
 import argparse
+import itertools
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -34,14 +34,19 @@ def name_of(formulation: Formulation) -> str:
     return f"{formulation.line_force}-{formulation.delta_from}-{sign}"
 
 
-def stage_file(folder: Path, formulation: Formulation, seed: int, stage: int) -> Path:
-    """The file of a stage."""
-    return folder / f"{name_of(formulation)}-{seed}" / f"stage-{stage:03}.npz"
+def stage_file(
+    folder: Path, formulation: Formulation, seed: int, stage: int, kind: str = "stage"
+) -> Path:
+    """The file of a stage; of kind "chance" that of a part of the further random pads."""
+    return folder / f"{name_of(formulation)}-{seed}" / f"{kind}-{stage:03}.npz"
 
 
-def chance_file(folder: Path, formulation: Formulation, seed: int, part: int) -> Path:
-    """The file of a part of the further random pads."""
-    return folder / f"{name_of(formulation)}-{seed}" / f"chance-{part:03}.npz"
+def files_there(
+    folder: Path, formulation: Formulation, seed: int, kind: str = "stage"
+) -> Iterator[Path]:
+    """The files of a search up to the first that is missing."""
+    files = (stage_file(folder, formulation, seed, n, kind) for n in itertools.count())
+    return itertools.takewhile(Path.exists, files)
 
 
 def read_stage(file: Path) -> Stage:
@@ -101,7 +106,7 @@ class _Searches:
 
     def chance(self, formulation: Formulation, seed: int, part: int) -> None:
         """Draw a part of further random pads, unless it is there."""
-        file = chance_file(self.folder, formulation, seed, part)
+        file = stage_file(self.folder, formulation, seed, part, "chance")
         if not file.exists():
             found = chance(formulation, seed, part)
             write_stage(file, found)
@@ -112,12 +117,12 @@ def work(
     folder: Path, stages: int, models: tuple[Model, ...], tasks: Sequence[tuple[Formulation, int]]
 ) -> None:
     """Draw some searches (formulation, seed), a stage of each in turn."""
-    searches, mine = _Searches(folder, models), tasks
-    for stage, key in product(range(min(stages, FIRST)), mine):
+    searches = _Searches(folder, models)
+    for stage, key in itertools.product(range(min(stages, FIRST)), tasks):
         searches.stage(*key, stage)
-    for part, key in product(range(PARTS if len(models) == 2 else 0), mine):
+    for part, key in itertools.product(range(PARTS if len(models) == 2 else 0), tasks):
         searches.chance(*key, part)
-    for stage, key in product(range(FIRST, stages), mine):
+    for stage, key in itertools.product(range(FIRST, stages), tasks):
         searches.stage(*key, stage)
 
 

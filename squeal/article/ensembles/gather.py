@@ -7,8 +7,9 @@ sample of its last population and the front of the three statements that hinder 
 import argparse
 import io
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,10 @@ import numpy as np
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.distance import INDEX, PARTS
-from squeal.article.ensembles.draw import SEEDS, chance_file, read_stage, stage_file
+from squeal.article.ensembles.draw import SEEDS, files_there, read_stage
 from squeal.article.ensembles.population import RANDOM_STAGES, Stage
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.errors import InputError
-from squeal.model.contact import Formulation
 
 SAMPLE = 40  # pads kept of each last population
 INFORMATIVE = np.array([c.informative for c in CLAIMS])
@@ -163,22 +163,11 @@ class _Front:
         self.points, self.margins = points[kept], margins[kept]
 
 
-def _stages(folder: Path, formulation: Formulation, seed: int, count: int) -> Iterator[Stage]:
-    for stage in range(count):
-        yield read_stage(stage_file(folder, formulation, seed, stage))
-
-
-def _there(folder: Path, formulation: Formulation, seed: int) -> int:
-    stage = 0
-    while stage_file(folder, formulation, seed, stage).exists():
-        stage += 1
-    return stage
-
-
 def gather(folder: Path, more: Path | None = None) -> Kept:
     """Gather the stages of all searches, as many as all of them have; `more`: searches of model B2
     alone, for the front."""
-    count = min(_there(folder, f, seed) for f in FORMULATIONS for seed in SEEDS)
+    searches = {key: list(files_there(folder, *key)) for key in product(FORMULATIONS, SEEDS)}
+    count = min(map(len, searches.values()))
     if count <= RANDOM_STAGES:
         raise InputError(f"{folder}: searches of {count} stages are not allowed; draw more")
     found: dict[str, list[Any]] = {f.name: [] for f in fields(Kept)}
@@ -188,11 +177,8 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
         of_random = np.zeros((3, len(CLAIMS) + 1), dtype=int)
         conclusions, parted = np.zeros(len(CONCLUSIONS), dtype=int), np.zeros(16, dtype=int)
         for seed in SEEDS:
-            part, drawn = 0, []
-            while (file := chance_file(folder, formulation, seed, part)).exists():
-                drawn.append(read_stage(file))
-                part += 1
-            stages = list(_stages(folder, formulation, seed, count))
+            drawn = list(map(read_stage, files_there(folder, formulation, seed, "chance")))
+            stages = list(map(read_stage, searches[formulation, seed][:count]))
             everything = stages + drawn
             for stage in everything:
                 front.add(stage)
@@ -205,39 +191,22 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
                 conclusions[at] += int(keep_all(margins, statements).sum())
             rows["random"].append([sum(len(s.points) for s in drawn), len(margins)])
             rows["random_holds"].append((margins > 0.0).sum(axis=0))
-            rows["effort"].append(
-                [
-                    sum(len(s.points) for s in everything),
-                    *(
-                        sum(getattr(s, n) for s in everything)
-                        for n in ("motions", "steps", "seconds")
-                    ),
-                ]
-            )
-            shares = [s.share for s in stages[RANDOM_STAGES - 1 :]]
+            efforts = [(len(s.points), s.motions, s.steps, s.seconds) for s in everything]
+            rows["effort"].append([sum(column) for column in zip(*efforts, strict=True)])
+            shares = np.cumsum(np.log([s.share for s in stages[RANDOM_STAGES - 1 :]]))
             rows["levels"].append([s.levels[-1] for s in stages])
-            rows["shares"].append(
-                np.concatenate([np.zeros(RANDOM_STAGES - 1), np.cumsum(np.log(shares))])
-            )
-            _best(stages, rows)
-            last, random = stages[-1], np.random.default_rng([number, seed])
-            own = _of_population(stages, last)
-            some = random.permutation(len(own[0]))[:SAMPLE]
-            some = np.resize(some, SAMPLE)
-            rows["sample"].append(own[0][some])
-            rows["sampled"].append(own[1][some])
+            rows["shares"].append(np.concatenate([np.zeros(RANDOM_STAGES - 1), shares]))
+            _of_search(stages, np.random.default_rng([number, seed]), rows)
             if more is not None:
-                for stage in _stages(more, formulation, seed, _there(more, formulation, seed)):
+                for stage in map(read_stage, files_there(more, formulation, seed)):
                     front.add(stage)
         rows["random_counts"] = of_random.tolist()
         rows["random_together"], rows["random_parting"] = conclusions.tolist(), parted.tolist()
         for name in rows:
             if rows[name]:
                 found[name].append(rows[name])
-        found["seen"].append(front.seen)
-        found["together"].append(front.together)
-        found["most"].append(front.most)
-        found["lacks"].append(front.lacks)
+        for name in ("seen", "together", "most", "lacks"):
+            found[name].append(getattr(front, name))
         found["front"].append(front.points)
         found["front_margins"].append(front.margins)
         found["front_of"].append(np.full(len(front.points), number))
@@ -248,8 +217,11 @@ def gather(folder: Path, more: Path | None = None) -> Kept:
     return Kept(**{n: v.astype(np.float32) if n in short else v for n, v in arrays.items()})
 
 
-def _best(stages: Sequence[Stage], rows: dict[str, list[Any]]) -> None:
-    """The pad of a search that keeps most, and the most kept in each way of counting."""
+def _of_search(
+    stages: Sequence[Stage], random: np.random.Generator, rows: dict[str, list[Any]]
+) -> None:
+    """The pad of a search that keeps most, the most kept in each way of counting, and some of the
+    different pads of the last population."""
     points = np.concatenate([s.points[s.whole] for s in stages])
     margins = np.concatenate([s.margins[s.whole] for s in stages])
     everything, listed, informative = counts(margins)
@@ -257,15 +229,11 @@ def _best(stages: Sequence[Stage], rows: dict[str, list[Any]]) -> None:
     rows["best"].append([everything.max(), listed.max(), informative.max()])
     rows["points"].append(points[at])
     rows["margins"].append(margins[at])
-
-
-def _of_population(stages: Sequence[Stage], last: Stage) -> tuple[np.ndarray, np.ndarray]:
-    """The different pads of the last population with their margins."""
-    points = np.concatenate([s.points[s.whole] for s in stages])
-    margins = np.concatenate([s.margins[s.whole] for s in stages])
     where = {point.tobytes(): i for i, point in enumerate(points)}
-    at = sorted({where[point.tobytes()] for point in last.population})
-    return points[at], margins[at]
+    own = np.array(sorted({where[point.tobytes()] for point in stages[-1].population}), dtype=int)
+    some = own[np.resize(random.permutation(len(own))[:SAMPLE], SAMPLE)]
+    rows["sample"].append(points[some])
+    rows["sampled"].append(margins[some])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

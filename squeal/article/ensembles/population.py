@@ -93,19 +93,10 @@ def first_stage(points: np.ndarray, formulation: Formulation, models: tuple[Mode
     begun = time.process_time()
     found = judge(decode(points), formulation, models=models)
     whole = found.whole
+    population, effort = (points[whole], found.partial[whole]), (found.motions, found.steps)
+    seconds = time.process_time() - begun
     return Stage(
-        points,
-        whole,
-        found.margins,
-        whole,
-        points[whole],
-        found.partial[whole],
-        NO_LEVELS,
-        1.0,
-        1.0,
-        found.motions,
-        found.steps,
-        time.process_time() - begun,
+        points, whole, found.margins, whole, *population, NO_LEVELS, 1.0, 1.0, *effort, seconds
     )
 
 
@@ -155,17 +146,6 @@ def advance(
         grown = width * (1.25 if taken.mean() > ACCEPTED[1] else 0.8)
         width = min(1.0, max(0.1, grown))
     population[taken], partial[taken] = points[taken], found.partial[taken]
-    return Stage(
-        points,
-        found.whole,
-        found.margins,
-        taken,
-        population,
-        partial,
-        levels,
-        share,
-        width,
-        found.motions,
-        found.steps,
-        time.process_time() - begun,
-    )
+    moved, effort = (points, taken, found.margins, taken), (found.motions, found.steps)
+    seconds = time.process_time() - begun
+    return Stage(*moved, population, partial, levels, share, width, *effort, seconds)

@@ -8,25 +8,15 @@ from squeal.model.states import EDGE_NAMES, FULL, LEAD, NONE, TRAIL, Condition, 
 _SPRINGS = ("3", "4")  # contact spring of the leading and of the trailing edge
 
 
-def _gap(edge: int) -> str:
-    i = _SPRINGS[edge]
-    return rf"$|\vec r_{i} - \vec r_{{f,{i}}}| - L_{i} = 0$"
-
-
 def _condition_rows(condition: Condition) -> list[list[str]]:
     name = contact_law("B1").state_name
     source, target = name(condition.source), name(condition.target)
     rows: list[list[str]] = []
     for edge, rising in condition.edges:
-        verb = "separates" if rising else "touches"
-        rows.append(
-            [
-                f"{source}--{target}" if not rows else "",
-                _gap(edge),
-                "positive" if rising else "negative",
-                f"{EDGE_NAMES[edge]} edge {verb}",
-            ]
-        )
+        i, ends = _SPRINGS[edge], "" if rows else f"{source}--{target}"
+        gap = rf"$|\vec r_{i} - \vec r_{{f,{i}}}| - L_{i} = 0$"
+        slope, verb = ("positive", "separates") if rising else ("negative", "touches")
+        rows.append([ends, gap, slope, f"{EDGE_NAMES[edge]} edge {verb}"])
     return rows
 
 
@@ -66,13 +56,8 @@ def table_2() -> str:
     for (tilt, state), printed in _EQUATION_12.items():
         leading = r"$p_l > 0$" if state.leading else r"$p_l \le 0$"
         trailing = r"$p_t > 0$" if state.trailing else r"$p_t \le 0$"
-        groups[tilt].append(
-            [
-                "" if groups[tilt] else _TILT[tilt],
-                printed,
-                f"{leading}, {trailing}",
-                f"{FACE_STATES[face_state(state)]} ({face_state(state)})",
-            ]
-        )
+        name = f"{FACE_STATES[face_state(state)]} ({face_state(state)})"
+        first = "" if groups[tilt] else _TILT[tilt]
+        groups[tilt].append([first, printed, f"{leading}, {trailing}", name])
     head = ["tilt", "printed condition", "penetrations", "contact state"]
     return tabular("llll", head, list(groups.values()))

@@ -18,17 +18,8 @@ WORDS = {
 
 def lasting_table(found: Onset) -> str:
     """The scenes' own starts that do not come to keep their contact with damping."""
-    head = [
-        "",
-        r"$\zeta$",
-        "lost",
-        "peak",
-        r"$\delta/w$",
-        "turns",
-        "hammers",
-        r"$\dot x/V$",
-        "growth, 1/ms",
-    ]
+    head = ["", r"$\zeta$", "lost", "peak", r"$\delta/w$", "turns", "hammers", r"$\dot x/V$"]
+    head.append("growth, 1/ms")
     groups: dict[str, list[list[str]]] = {}
     for name, row in found.late.items():
         for ratio, one in zip(found.ratios, row, strict=True):
@@ -38,15 +29,10 @@ def lasting_table(found: Onset) -> str:
             elif one.off:
                 cells = [r"\multicolumn{7}{l}{off the surface}"]
             elif one.goes_on:
-                cells = [
-                    percent(one.lost, 0),
-                    number(one.peak, 3),
-                    "--" if one.low is None else f"${one.low:.2f}$ to ${one.high:.2f}$",
-                    str(one.turns),
-                    "yes" if one.hammers else "no",
-                    number(one.slip, 2),
-                    number(one.growth, 2),
-                ]
+                span = "--" if one.low is None else f"${one.low:.2f}$ to ${one.high:.2f}$"
+                cells = [percent(one.lost, 0), number(one.peak, 3), span, str(one.turns)]
+                cells.append("yes" if one.hammers else "no")
+                cells += [number(one.slip, 2), number(one.growth, 2)]
             else:
                 continue
             groups.setdefault(name, []).append(first + cells)

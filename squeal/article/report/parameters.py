@@ -1,7 +1,7 @@
 """Values and the table of parameters: value, unit and origin, from the article's scenes."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from squeal.article.cases import CASES
@@ -29,17 +29,10 @@ ORIGIN = {
 SYMBOL = {"F_n": "$F_n$", "k_c": "$k_c$", "V": "$V$", "I": "$I$", "m": "$m$"}
 
 
-def _value(scenes: Sequence[Scene], key: str) -> str:
-    """The common value of a parameter in some scenes, or that it goes by case."""
-    values = {getattr(scene.pad, key) for scene in scenes}
-    if values == {None}:
-        return "--"
-    return number(values.pop(), 6) if len(values) == 1 else "by case"
-
-
-def _initial(scenes: Sequence[Scene], index: int) -> str:
-    values = {scene.initial[index] for scene in scenes}
-    return number(values.pop(), 6) if len(values) == 1 else "by case"
+def _common(values: Iterable[float | None]) -> str:
+    """The value that some scenes have in common, or that it goes by case."""
+    one, *others = set(values)
+    return "by case" if others else number(one, 6)
 
 
 def _origin(key: str, shown: Sequence[str], inertia_ratio: float) -> str:
@@ -54,7 +47,9 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
     rows = []
     for key, parameter in PARAMETERS.items():
         shown = [
-            _value(scenes, key) if model in models_with(key) else "--"
+            _common(getattr(scene.pad, key) for scene in scenes)
+            if model in models_with(key)
+            else "--"
             for model, scenes in (("B1", b1), ("B2", b2))
         ]
         if set(shown) == {"--"}:  # nothing that the article has
@@ -64,7 +59,7 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
         rows.append([symbol, parameter.meaning, unit, *shown, _origin(key, shown, ratio)])
     units = ("m", "m", "rad", "m/s", "m/s", "rad/s")
     for index, (key, unit) in enumerate(zip(COORDINATES, units, strict=True)):
-        shown = [_initial(scenes, index) for scenes in (b1, b2)]
+        shown = [_common(scene.initial[index] for scene in scenes) for scenes in (b1, b2)]
         if set(shown) != {"$0$"}:
             symbol = typeset(key.removesuffix("_dot"))
             dot = key.endswith("_dot")

@@ -151,12 +151,8 @@ def _both(found: Onset) -> str:
         where = f"{motion_title(name)} flutters from {_mu(mu)}"
         groups.setdefault(f"{loss}, and {beat}", []).append(where)
     parts = "; ".join(f"{in_words(names)}: {words}" for words, names in groups.items())
-    stable = [
-        (name, one) for name, one in going_on(found) if one.growth is not None and one.growth <= 0
-    ]
-    beside = (
-        f"; {grouped(stable)} goes on losing contact beside a stable equilibrium" if stable else ""
-    )
+    stable = grouped(beside_rest(found))
+    beside = f"; {stable} goes on losing contact beside a stable equilibrium" if stable else ""
     return rf"at $\zeta = {100.0 * found.ratio:g}\,\%$ and {range_}, {parts}{beside}"
 
 

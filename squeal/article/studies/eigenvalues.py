@@ -16,12 +16,6 @@ from squeal.scene import Scene, read_scene
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 
 
-def state_matrix(system: Linearisation) -> np.ndarray:
-    """A of z' = A z with z = (q, q'), shape (6, 6)."""
-    inverse = np.linalg.inv(system.M)
-    return np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ system.K, -inverse @ system.C]])
-
-
 def poles(system: Linearisation) -> tuple[Pole, ...]:
     """Poles with non-negative imaginary part by python-control, in order of frequency.
 
@@ -30,7 +24,10 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     """
     import control
 
-    plant = control.ss(state_matrix(system), np.zeros((6, 1)), np.eye(6), np.zeros((6, 1)))
+    from squeal.analysis.state_space import first_order
+
+    A, B = first_order(system.M, system.C, system.K)
+    plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))
     with np.errstate(invalid="ignore", divide="ignore"):
         _, ratios, values = control.damp(plant, doprint=False)
     found = []

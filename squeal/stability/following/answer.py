@@ -1,7 +1,5 @@
 """Thresholds of systems with more than three degrees of freedom, in the words of all others."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """Guesses made exact: on the root itself with its derivative, on the pair where two coalesce."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ Its mean and d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are w
 there although neither root is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -6,8 +6,6 @@ missing is bisected by the count. A second count, by the sign function of the ma
 eigenvalues, has to agree.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress

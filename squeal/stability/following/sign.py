@@ -5,8 +5,6 @@ its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges qu
 scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from squeal.stability.matrices import Array

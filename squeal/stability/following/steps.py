@@ -5,8 +5,6 @@ between growth and decay is crossed; two roots that coalesce in between are matc
 mean and squared difference. What is in doubt halves the step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ halved. A cubic through values and derivatives of the real part shows where it v
 between two values; Newton's method on the full system has the last word.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -6,8 +6,6 @@ iteration, Neumaier 1985, as a subspace method). What a factor in single precisi
 enough for that, since the residuals are those of the full problem in double precision.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -14,8 +14,6 @@ Around a disc at zero of real matrices no rate is needed: where what is left has
 phase is the harmonic conjugate of the logarithm of its size, which the pivots give as well.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Roots of small dense problems, such as reduced ones: all values, vectors of the wanted ones."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable
 

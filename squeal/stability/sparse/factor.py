@@ -4,8 +4,6 @@ SuperLU comes with SciPy. MUMPS (extra `mumps`) takes a third of its time and ha
 solids have many rows, and is taken there if it is installed.
 """
 
-from __future__ import annotations
-
 import warnings
 import weakref
 from collections.abc import Callable, Iterator
@@ -29,11 +27,9 @@ class Factor(Protocol):
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
-        ...
 
     def logarithm(self) -> complex:
         """log det A, its imaginary part up to whole turns."""
-        ...
 
 
 class _SuperLU:

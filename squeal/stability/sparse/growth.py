@@ -7,8 +7,6 @@ definite in low <= b <= high if it is at both ends, and it grows with a if 2 (a 
 t C_i is positive: the two ends at one a speak for all that lies to the right.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

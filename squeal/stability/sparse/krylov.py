@@ -7,8 +7,6 @@ are kept as U [G1; G2] with one orthonormal U (Lu, Su and Bai 2016), which halve
 of real matrices at a real shift all of it is real.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,12 @@ class Roots:
     def mirrored(self) -> Roots:
         """The conjugate roots."""
         return Roots(self.values.conj(), self.right.conj(), self.left.conj())
+
+    def joined(self, other: Roots) -> Roots:
+        """These roots, then the others."""
+        values = np.concatenate([self.values, other.values])
+        right, left = np.hstack([self.right, other.right]), np.hstack([self.left, other.left])
+        return Roots(values, right, left)
 
 
 def merged(old: Roots, new: Roots, scale: float) -> Roots:
@@ -58,9 +64,4 @@ def merged(old: Roots, new: Roots, scale: float) -> Roots:
             if outside <= SPANNED and len(basis.T) == len(near):
                 continue  # a multiple root whose space is known already
         fresh.append(j)
-    extra = new.picked(np.array(fresh, dtype=int))
-    return Roots(
-        np.concatenate([old.values, extra.values]),
-        np.hstack([old.right, extra.right]),
-        np.hstack([left, extra.left]),
-    )
+    return replace(old, left=left).joined(new.picked(np.array(fresh, dtype=int)))

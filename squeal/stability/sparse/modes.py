@@ -1,7 +1,5 @@
 """All roots of a large sparse system in a region, with a count that proves none is missing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

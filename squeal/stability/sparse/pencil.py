@@ -5,8 +5,6 @@ The QZ algorithm is backward stable in M, C and K: what a light mass does to the
 the roots of the heavy ones no digit.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from squeal.stability.matrices import EPS, Array, rank_of, unit_diagonal

@@ -5,8 +5,6 @@ system of terms like any other. Its roots are judged by the residual of the full
 one triangular factor of [A_1 V, ..., A_k V] gives without touching the full matrices again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 

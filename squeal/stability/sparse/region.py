@@ -158,15 +158,12 @@ class Region(Protocol):
     @property
     def sides(self) -> int:
         """Number of smooth pieces of the outline, one for each unit of t."""
-        ...
 
     def point(self, t: float) -> complex:
         """A point of the outline."""
-        ...
 
     def contains(self, values: NDArray) -> NDArray[np.bool_]:
         """True for each value inside."""
-        ...
 
 
 def paced(region: Region, sides: int, discs: Discs, most: float) -> list[float]:

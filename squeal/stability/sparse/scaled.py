@@ -1,7 +1,5 @@
 """Sparse systems of terms, freed of units and laid out on one pattern."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

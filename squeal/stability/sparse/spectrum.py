@@ -1,7 +1,5 @@
 """All roots of a small problem whose M may be singular, not symmetric or complex."""
 
-from __future__ import annotations
-
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.modes import listed
 from squeal.stability.sparse.pencil import pencil_roots
