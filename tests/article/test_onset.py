@@ -64,7 +64,7 @@ def test_strong_damping_brings_the_pad_to_rest():
     assert found is not None
     assert (found.lost, found.goes_on, found.hammers, found.turns) == (0.0, False, False, 0)
     assert found.low == pytest.approx(found.high, abs=1e-9)
-    assert found.slip == pytest.approx(0.0, abs=1e-6)
+    assert found.face == pytest.approx(0.0, abs=1e-6)
     assert np.abs(end[3:]).max() < 1e-9
 
 
@@ -80,7 +80,7 @@ def test_what_is_measured_is_what_a_simulation_of_the_scene_measures():
         assert found is not None
         assert found.hammers == hammering
         assert found.peak == pytest.approx(case.first.high, rel=1e-3)
-        assert found.slip == pytest.approx(case.slip, rel=1e-2)  # of samples
+        assert found.face == pytest.approx(case.face, rel=1e-2)  # of samples
         if scene.model == "B2":
             assert (found.low, found.high) == pytest.approx(
                 (case.second.low, case.second.high), abs=1e-2
@@ -128,8 +128,8 @@ def test_a_threshold_is_where_an_eigenvalue_crosses():
     assert study.threshold(scene_of("b1-c")) is None
 
 
-def step(mu: float, lost: float = 0.4, slip: float = 0.5, hammers: bool = False) -> Step:
-    return Step(lost, 2.0, hammers, 5 if hammers else 0, -0.5, 0.5, slip, mu)
+def step(mu: float, lost: float = 0.4, face: float = 0.5, hammers: bool = False) -> Step:
+    return Step(lost, 2.0, hammers, 5 if hammers else 0, -0.5, 0.5, face, mu)
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,9 @@ def step(mu: float, lost: float = 0.4, slip: float = 0.5, hammers: bool = False)
     [
         ({0: step(0.1, lost=0.0), 1: step(0.2)}, [1]),
         ({0: step(0.1), 1: step(0.2), 2: step(0.3, lost=0.0)}, [1]),
-        ({0: step(0.1), 1: step(0.2, slip=2.0), 2: step(0.3), 3: step(0.4, slip=2.0)}, [0, 3]),
-        ({0: step(0.1, slip=2.0)}, [0]),
-        ({0: step(0.1), 1: step(0.2, slip=2.0), 2: step(0.3, lost=0.0), 3: step(0.4)}, [0, 1]),
+        ({0: step(0.1), 1: step(0.2, face=2.0), 2: step(0.3), 3: step(0.4, face=2.0)}, [0, 3]),
+        ({0: step(0.1, face=2.0)}, [0]),
+        ({0: step(0.1), 1: step(0.2, face=2.0), 2: step(0.3, lost=0.0), 3: step(0.4)}, [0, 1]),
         ({0: step(0.1), 2: step(0.3)}, [0]),
         ({0: step(0.1, lost=0.0)}, []),
     ],
@@ -217,9 +217,9 @@ def made(
 
 
 FAST = {
-    "up": (step(0.6), step(0.65, slip=3.0), step(0.7, slip=7.0)),
+    "up": (step(0.6), step(0.65, face=3.0), step(0.7, face=7.0)),
     "down": (step(0.6),),
-    "beyond": (step(0.7, slip=7.0), step(0.65, slip=3.0), step(0.6)),
+    "beyond": (step(0.7, face=7.0), step(0.65, face=3.0), step(0.6)),
 }
 
 
@@ -253,7 +253,7 @@ FAST = {
             "both",
             r"hammering begins at $\mu = 0.7$ only",
         ),
-        ({"up": (step(0.7, slip=2.0, hammers=True),)}, "both", "do not begin with it"),
+        ({"up": (step(0.7, face=2.0, hammers=True),)}, "both", "do not begin with it"),
         ({"threshold": 0.6}, "both", r"lasting losses of contact begin at $\mu = 0.7$"),
         ({"threshold": None}, "both", "no equilibrium of the scenes flutters"),
         ({"growth": -0.1}, "both", "goes on losing contact beside a stable equilibrium"),

@@ -83,7 +83,10 @@ def naive(one):
     speed = np.array([np.gradient(h[name], h["t"]) for name in ("x_dot", "y_dot", "theta_dot")])
     size = np.hypot(np.hypot(speed[0], speed[1]), one.pad.w * speed[2])
     late = h["t"] >= one.stop - 0.1 * (one.stop - begin)
+    # the middle of the lower face lies at x + h sin(theta0 + theta), a constant aside
+    face = np.gradient(h["x"] + one.pad.h * np.sin(one.pad.theta0 + h["theta"]), h["t"])
     return {
+        "face": face[~np.isin(state, ("2", "SS"))].max(),
         "duration": one.stop - begin,
         "first": naive_range(first),
         "second": naive_range(second),
@@ -115,6 +118,7 @@ def test_measures_are_those_of_a_history(model, formulation):
         for found, j, close, time in ((r, i, 1e-3, 1.0), (fine, 0, 1e-6, unit)):
             assert found["duration"][j] * time == pytest.approx(exact["duration"], rel=1e-9)
             assert found["shares"][j][:2] == pytest.approx(exact["shares"], abs=1e-4)
+            assert found["face"][j] == pytest.approx(exact["face"], rel=2e-3)
             assert found["mean"][j] == pytest.approx(exact["mean"], rel=max(close, 1e-4))
             assert found["calm"][j] == pytest.approx(exact["calm"], rel=max(10 * close, 2e-4))
             for name in ("first", "second", "tilt") + (("together",) if model == "B1" else ()):
@@ -158,6 +162,16 @@ def test_both_edges_in_the_same_instant_in_closed_form():
         # the force starts from zero at first contact and comes back to it
         assert r["first"][i] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-4)
         assert r["duration"][i] == pytest.approx(4.5 * period - touch, rel=1e-10)
+
+
+def test_the_face_is_faster_than_the_mass_centre_of_a_pad_that_turns():
+    """By hand: the face lies h below the mass centre; off the surface it does not rub."""
+    pad, initial = upright(), np.zeros((4, 6))
+    initial[:, 1] = -1e-5, -1e-5, 1e-2, -1e-5
+    initial[:, 3:] = (0.1, 0.0, 2.0), (0.1, 0.0, -2.0), (0.1, 0.0, 2.0), (-0.1, 0.0, 2.0)
+    r = simulate_many("B1", pad, initial, 1e-9, 1e-12, measured=True)
+    assert r["fastest"] == pytest.approx([0.1, 0.1, 0.1, -0.1], rel=1e-3)
+    assert r["face"] == pytest.approx([0.14, 0.06, np.nan, -0.06], rel=1e-3, nan_ok=True)
 
 
 def test_rise_from_zero_at_first_contact_does_not_count():

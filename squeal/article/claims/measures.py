@@ -39,7 +39,8 @@ class Case:
     after first contact; first, second: range of F3, F4 (B1) or Rn, delta (B2); together: range of
     F3 + F4 (B1); tilt: range of theta0 + theta in rad; mean: time mean of the first signal; swings:
     how often delta changes sign; calm: greatest acceleration in the last tenth of the run over
-    that of the whole run; slip: greatest x_dot over the speed V of the surface (NaN without V);
+    that of the whole run; slip, face: greatest x_dot, and greatest speed of the lower face while it
+    touches, over the speed V of the surface (NaN without V);
     raised: reaction of the sliding equilibrium over that without friction, less one (NaN if one
     of them is not asked for or does not exist).
     """
@@ -56,6 +57,7 @@ class Case:
     swings: int
     calm: float
     slip: float = math.nan
+    face: float = math.nan
     raised: float = math.nan
 
 
@@ -138,6 +140,7 @@ def case_of(
         swings=int(found["swings"][pad]),
         calm=float(found["calm"][pad]),
         slip=math.nan if V is None else float(found["fastest"][pad]) / V,
+        face=math.nan if V is None else float(found["face"][pad]) / V,
         raised=raised,
     )
 

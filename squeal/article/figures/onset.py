@@ -101,7 +101,16 @@ def onset_figure(found: Onset) -> Figure:
         ]
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))
         handles.append(
-            Line2D([], [], color="k", marker="o", ls="", ms=3.5, alpha=PALE, label=r"$\dot x > V$")
+            Line2D(
+                [],
+                [],
+                color="k",
+                marker="o",
+                ls="",
+                ms=3.5,
+                alpha=PALE,
+                label="face faster than $V$",
+            )
         )
         figure.legend(handles=handles, loc="outside upper center", ncols=8)
     return figure

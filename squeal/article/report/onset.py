@@ -18,7 +18,7 @@ WORDS = {
 
 def lasting_table(found: Onset) -> str:
     """The scenes' own starts that do not come to keep their contact with damping."""
-    head = ["", r"$\zeta$", "lost", "peak", r"$\delta/w$", "turns", "hammers", r"$\dot x/V$"]
+    head = ["", r"$\zeta$", "lost", "peak", r"$\delta/w$", "turns", "hammers", "speed"]
     head.append("growth, 1/ms")
     groups: dict[str, list[list[str]]] = {}
     for name, row in found.late.items():
@@ -32,7 +32,7 @@ def lasting_table(found: Onset) -> str:
                 span = "--" if one.low is None else f"${one.low:.2f}$ to ${one.high:.2f}$"
                 cells = [percent(one.lost, 0), number(one.peak, 3), span, str(one.turns)]
                 cells.append("yes" if one.hammers else "no")
-                cells += [number(one.slip, 2), number(one.growth, 2)]
+                cells += [number(one.face, 2), number(one.growth, 2)]
             else:
                 continue
             groups.setdefault(name, []).append(first + cells)

@@ -102,7 +102,7 @@ def _beyond(found: Onset) -> str:
         fast = [step for step in own.changing if not step.slides] if own else []
         if own is None or not fast:
             continue
-        times = max(step.slip for step in (*fast, *own.beyond) if step.slip is not None)
+        times = max(step.face for step in (*fast, *own.beyond) if step.face is not None)
         least = {
             sweep.ratio: [step.mu for step in sweep.beyond if not step.slides] for sweep in sweeps
         }

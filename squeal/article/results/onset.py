@@ -17,8 +17,8 @@ class Settled(Record):
     lost: share of the time in which some contact is lost, 0 where contact does not change any more;
     peak: of the first signal over F_n; hammers: as the statements on hammering measure it; turns:
     changes of side of delta (model B2), or of the edge that separates (B1); low, high: range of
-    delta/w, None with B1 and off the surface; slip: greatest x_dot over the speed V of the surface,
-    None without V.
+    delta/w, None with B1 and off the surface; face: greatest speed of the
+    lower face while it touches over the speed V of the surface, None without V or contact.
     """
 
     lost: Share
@@ -27,7 +27,7 @@ class Settled(Record):
     turns: int
     low: float | None
     high: float | None
-    slip: float | None
+    face: float | None
 
     @property
     def off(self) -> bool:
@@ -41,8 +41,8 @@ class Settled(Record):
 
     @property
     def slides(self) -> bool:
-        """The pad stays slower than the surface, as the equations ask."""
-        return self.slip is None or self.slip < 1.0
+        """What rubs stays slower than the surface, as the equations ask."""
+        return self.face is None or self.face < 1.0
 
 
 class Late(Settled):

@@ -60,7 +60,7 @@ def _settled(case: Case, changes: int, lost: float, line: bool) -> Settled:
         turns=case.swings if line else turns,
         low=case.second.low if line and not off else None,
         high=case.second.high if line and not off else None,
-        slip=None if np.isnan(case.slip) else case.slip,
+        face=None if np.isnan(case.face) else case.face,
     )
 
 

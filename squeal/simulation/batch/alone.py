@@ -102,4 +102,4 @@ def measure_alone(scene: Scene) -> Measures:
     c = Coefficients(**{name: np.array([value]) for name, value in vars(model.c).items()})
     terms = model.term_values[:, None]
     found = measures(seen(model.law, c, motion, terms), np.array([scene.pad.theta0]))
-    return found | {"fastest": found["fastest"] * units.velocity}
+    return found | {name: found[name] * units.velocity for name in ("fastest", "face")}

@@ -162,7 +162,7 @@ class _Results:
             for name, values in measures(s, self._theta0[pads], self._task.calm).items():
                 if name in ("duration", "separated"):
                     values = (values.T * time).T
-                elif name == "fastest":
+                elif name in ("fastest", "face"):
                     values = values * self._natural.units.velocity[pads]  # type: ignore[index]
                 self._put(name, pads[whole], values[whole])
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.model.law import ContactLaw, Signal
-from squeal.model.mechanics import Coefficients, Pose, at_speed, pose, springs
+from squeal.model.mechanics import Coefficients, Pose, at_speed, facing, pose, springs
 from squeal.model.states import STATES
 from squeal.simulation.batch.motion import Motion
 
@@ -242,6 +242,21 @@ def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(late.max(axis=0) / size.max(axis=0)))
 
 
+def _face(s: Seen) -> np.ndarray:
+    """Greatest velocity (n,) along the surface of the middle of the lower face while some point
+    touches: x_dot + h cos(theta0 + theta) theta_dot, since the face lies h below the mass centre.
+    """
+
+    def velocity(c: Coefficients, at: Pose, state: np.ndarray) -> np.ndarray:
+        return np.asarray(state[3] + c.h * facing(c, at) * state[5] / c.w)
+
+    m = s.motion
+    inner = velocity(s.c, s.at, m.samples.swapaxes(0, 1))
+    high = _highest(np.where(s.on.any(axis=0), inner, np.nan), s)
+    np.fmax.at(high, m.lane, velocity(s.there, s.there_at, m.state))
+    return high
+
+
 def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
     """Measures of n motions, times in natural units; the claims on B1 and B2 rest on them.
 
@@ -251,7 +266,8 @@ def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
     F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
     (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
     acceleration in the last tenth over that of the whole run, NaN if not wanted; fastest (n,): the
-    greatest x_dot, which the speed V of the surface must exceed.
+    greatest x_dot; face (n,): the greatest speed of the lower face while it touches, NaN if it
+    never does. Friction never reverses if the speed V of the surface exceeds the latter.
     """
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
@@ -277,4 +293,5 @@ def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
             "swings": _swings(_since(begin, second).inner) if line else np.zeros(len(nothing), int),
             "calm": _calm(s, duration) if calm else np.full(len(duration), np.nan),
             "fastest": s.motion.samples[:, 3].max(axis=0),
+            "face": _face(s),
         }
