@@ -15,11 +15,7 @@ VARIABLE = "SQUEAL_WARM"
 """The variable of the environment that names the socket."""
 FOR_OTHERS = "--for-others"
 # no package that results name as loaded, since only some need it
-LOADED = (
-    "matplotlib.backends.backend_pdf",
-    "matplotlib.figure",
-    "squeal.article.studies.ensembles",
-)
+LOADED = ("matplotlib.backends.backend_pdf", "squeal.article.studies.ensembles")
 
 
 @cache  # which keeps the folder and the input's other end as long as this process lives
@@ -53,12 +49,21 @@ def ask(words: list[str]) -> int | None:
 
 def serve(path: str) -> None:
     """Run programs for everybody who asks, each in a fork, until the standard input ends."""
+    import io
     import select
     import signal
     from importlib import import_module
 
     for name in LOADED:
         import_module(name)
+    from matplotlib.figure import Figure
+
+    from squeal.plots.style import style
+
+    with style():  # a first drawing reads the fonts and makes the parser of formulas
+        figure = Figure(layout="constrained")
+        figure.subplots().set_title(r"words and $\mu^2$")
+        figure.savefig(io.BytesIO(), format="pdf")
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(path)

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from squeal.numerics.outline import Outline
 
@@ -58,12 +60,12 @@ def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) ->
     unit = np.asarray(unit)
     for k in np.unique(found.codes):
         own = found.polygons[found.codes == k] / unit
-        # a stroke of its own colour hides the hairlines that viewers leave between polygons
-        axes.add_collection(
-            PolyCollection(
-                list(own), facecolors=colours[k], edgecolors=colours[k], linewidths=0.4, zorder=1
-            )
-        )
+        closed = np.concatenate([own, own[:, :1]], axis=1)
+        ways = [Path.MOVETO, *[Path.LINETO] * (own.shape[1] - 1), Path.CLOSEPOLY]
+        # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
+        # that viewers leave between polygons
+        area = Path(closed.reshape(-1, 2), np.tile(ways, len(own)))
+        axes.add_patch(PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1))
     lines = [curve / unit for curve, _ in found.curves]
     axes.add_collection(
         LineCollection(lines, colors="black", linewidths=0.6, capstyle="round", zorder=2)
