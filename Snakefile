@@ -19,7 +19,6 @@ from squeal.files.sources import sources
 from workflow.warm import start
 
 LOCK = "requirements/environment.txt"
-RUN = "python -m workflow.warm"  # as `python -m`
 
 # jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run
 os.environ.update(

@@ -4,6 +4,7 @@
 the process that the workflow starts, or by itself where none answers.
 """
 
+import contextlib
 import json
 import os
 import socket
@@ -47,11 +48,9 @@ def ask(words: list[str]) -> int | None:
         return next(iter(asking.recv(1)), 1)
 
 
-def serve(path: str) -> None:
-    """Run programs for everybody who asks, each in a fork, until the standard input ends."""
+def load() -> None:
+    """Import what most programs need, and draw once, which reads fonts and how formulas are set."""
     import io
-    import select
-    import signal
     from importlib import import_module
 
     for name in LOADED:
@@ -60,10 +59,17 @@ def serve(path: str) -> None:
 
     from squeal.plots.style import style
 
-    with style():  # a first drawing reads the fonts and makes the parser of formulas
+    with style():
         figure = Figure(layout="constrained")
         figure.subplots().set_title(r"words and $\mu^2$")
         figure.savefig(io.BytesIO(), format="pdf")
+
+
+def serve(path: str) -> None:
+    """Run programs for everybody who asks, each in a fork, until the standard input ends."""
+    import select
+    import signal
+
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(path)
@@ -84,9 +90,12 @@ def _answer(asked: socket.socket) -> None:
         sent, streams, _, _ = socket.recv_fds(asked, 1 << 16, 2)
         for own, other in zip((sys.stdout, sys.stderr), streams, strict=True):
             os.dup2(other, own.fileno())
-        # who asked says no more; that it is gone is a signal, which ends this process
+        # who asked says no more: that it is gone is a signal, which ends this process
         fcntl.fcntl(asked, fcntl.F_SETOWN, os.getpid())
-        fcntl.fcntl(asked, fcntl.F_SETFL, os.O_ASYNC)
+        fcntl.fcntl(asked, fcntl.F_SETFL, os.O_ASYNC | os.O_NONBLOCK)
+        with contextlib.suppress(BlockingIOError):
+            asked.recv(1)  # it was gone before
+            return
         folder, *words = json.loads(sent)
         os.chdir(folder)
         code = run(words)
@@ -119,6 +128,7 @@ def main() -> int:
     """Serve others, ask the process that does, or run a program here."""
     words = sys.argv[1:]
     if words[:1] == [FOR_OTHERS]:
+        load()
         serve(words[1])
         return 0
     done = ask(words)

@@ -19,6 +19,7 @@ from squeal.article.report.captions import captions
 from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
 from squeal.files.sources import sources
 from tests.conftest import ROOT
+from workflow.warm import VARIABLE
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 SHOWN_TABLES = {table for chapter in CHAPTERS for table in chapter.tables} - {"advice", "chapters"}
@@ -30,15 +31,30 @@ def reading(file):
     return {study.name for study in STUDIES.values() if file in study.reads}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def loaded(tmp_path_factory):
+    """A process that has loaded Snakemake, and nothing of this package: its forks are runs."""
+    path = tmp_path_factory.mktemp("loaded") / "socket"
+    code = f"import snakemake.cli, workflow.warm; workflow.warm.serve({str(path)!r})"
+    command = [sys.executable, "-c", code]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(ROOT))
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, cwd=path.parent)
+        while not path.exists() and process.poll() is None:
+            time.sleep(0.01)
+        patch.setenv(VARIABLE, str(path))
+        yield
+        process.communicate()
+
+
 def snakemake(folder, *arguments):
     """What a run of Snakemake prints; the environment's own profile is not read."""
     run = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--nolock", *arguments],
+        [sys.executable, "-m", "workflow.warm", "snakemake", "--nolock", *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "PYTHONPATH": str(folder)},
     )
     return run.stdout + run.stderr
 

@@ -19,8 +19,8 @@ for chapter in CHAPTERS:
             chapter=chapter.name,
             folder=subpath(output[0], parent=True),
         shell:
-            "{RUN} squeal.article.report {params.chapter} {input.files} --out {params.folder} "
-            "2> {log}"
+            "python -m workflow.warm squeal.article.report {params.chapter} {input.files} "
+            "--out {params.folder} 2> {log}"
 
 
 rule everything_but_pdf:

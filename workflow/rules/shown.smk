@@ -41,7 +41,8 @@ rule picture:
         module=lambda wildcards: FIGURES[wildcards.name].module,
         arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
     shell:
-        "{RUN} squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
+        "python -m workflow.warm squeal.article.figures {params.module} {params.arguments} "
+        "--out {output} 2> {log}"
 
 
 rule screen_table:
@@ -60,7 +61,7 @@ rule screen_table:
     wildcard_constraints:
         name="|".join(TABLES),
     shell:
-        "{RUN} squeal.article.report.screen {input.files} > {output} 2> {log}"
+        "python -m workflow.warm squeal.article.report.screen {input.files} > {output} 2> {log}"
 
 
 rule shown:

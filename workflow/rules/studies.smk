@@ -12,4 +12,5 @@ rule study:
     wildcard_constraints:
         study="|".join(STUDIES),
     shell:
-        "{RUN} squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"
+        "python -m workflow.warm squeal.article.studies {wildcards.study} {input.files} "
+        "> {output} 2> {log}"
