@@ -23,7 +23,6 @@ from squeal.stability import (
     Matrices,
     System,
     thresholds,
-    verdict,
 )
 from squeal.stability.eigen import hidden
 from squeal.stability.matrices import checked, reduce
@@ -124,8 +123,8 @@ def critical_parameter(system: System, high: float, name: str = "mu") -> Critica
     """The same for a system of matrices along its parameter from 0 to `high`."""
     found = thresholds(system, high)
     end = f"{name} = {high:g} is reached"
-    at_zero = verdict(*system(0.0))
-    return CriticalFriction(at_zero, tuple(found.points), high, end, tuple(found.crossings))
+    _, at_zero = roots_and_verdict(*system(0.0))
+    return CriticalFriction(at_zero.verdict, tuple(found.points), high, end, tuple(found.crossings))
 
 
 def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:

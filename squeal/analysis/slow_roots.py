@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
 from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
-from squeal.stability.eigen import hidden, ordered
+from squeal.stability.eigen import hidden, ordered, scaled_rank
 from squeal.stability.matrices import EPS, checked, reduce
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
@@ -37,9 +37,11 @@ def roots_and_verdict(
     found = dense_spectrum(M, C, K)
     if len(found) < 2 * len(M):  # a pad has no motion without mass
         raise OverflowError("the eigenvalues are beyond double precision")
-    errors = [max(e.residual, ROUNDING) * e.condition for e in found]
+    regular = scaled_rank(K) == len(K)  # else roots may be exactly zero
+    errors = [max(e.residual, ROUNDING) * e.condition if e.value or regular else 0.0 for e in found]
     if not all(error <= LOST for error in errors):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     noise = [abs(e.value) * error for e, error in zip(found, errors, strict=True)]
     order = ordered(np.array([e.value for e in found]))
-    return Spectrum(tuple(found[k] for k in order), C is None, 0), decided(found, noise)
+    zeros = errors.count(0.0)
+    return Spectrum(tuple(found[k] for k in order), C is None, zeros), decided(found, noise)

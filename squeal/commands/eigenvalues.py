@@ -7,6 +7,7 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
 from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
+from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.analysis.unstable import growing_modes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
@@ -39,7 +40,7 @@ from squeal.commands.unstable import (
     unstable_text,
 )
 from squeal.scene import PlainSystem, Scene
-from squeal.stability import Spectrum, complex_eigenvalues, judge
+from squeal.stability import Spectrum
 
 
 def options(parser: Parser) -> None:
@@ -130,7 +131,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     """The answer for a plain system."""
     at = value_of(given.at, system)
     M, C, K = matrices = system(at)
-    spectrum, judgement = complex_eigenvalues(*matrices), judge(*matrices)
+    spectrum, judgement = roots_and_verdict(*matrices)
     grow, chosen = of_system(system, at), filter_of(given)
     listed = chosen(grow)
     steps = sweep(system, mus) if mus else []

@@ -9,10 +9,11 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.modes import ModeShape, mode_shapes, sweep_modes
+from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.commands.tables import elided, number
 from squeal.files.writing import write_table
 from squeal.scene import PlainSystem, Scene
-from squeal.stability import Spectrum, complex_eigenvalues, verdict
+from squeal.stability import Spectrum
 
 LISTED = 8  # frequencies in a line of a table
 NOISE = 1e-9  # of an eigenvalue: growth that is rounding
@@ -41,8 +42,8 @@ def sweep(source: Scene | PlainSystem, mus: Sequence[float]) -> list[Step]:
             else Step(mu, None, None, None, False)
             for mu, a in sweep_mu(source, list(mus))
         ]
-    at = [(mu, source(mu)) for mu in mus]
-    return [Step(mu, None, complex_eigenvalues(*m), verdict(*m)) for mu, m in at]
+    at = [(mu, *roots_and_verdict(*source(mu))) for mu in mus]
+    return [Step(mu, None, spectrum, found.verdict) for mu, spectrum, found in at]
 
 
 def eigenvalue_rows(spectrum: Spectrum) -> list[dict[str, float]]:

@@ -123,16 +123,18 @@ def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Comple
 
 
 def standard_eigenvalues(
-    A: Array, rounding: float
+    A: Array, rounding: float, stiffness: Array | None = None
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
     """Eigenvalues, unit right and left vectors, conditions 1/|y^H x| of a real matrix.
 
-    Zero roots counted by rank are set to exactly zero, with vectors from the null spaces.
+    Zero roots counted by rank are set to exactly zero, with vectors from the null spaces; of a
+    first-order matrix with a regular `stiffness` block there are none, however strong the damping.
     """
     values, right = np.linalg.eig(A)
     values, right = values.astype(complex), right.astype(complex)
     left = _left_vectors(A, values, right)
-    zeros = zero_roots(A, rounding)
+    regular = stiffness is not None and not zero_roots(stiffness, rounding)
+    zeros = 0 if regular else zero_roots(A, rounding)
     if zeros:
         where = np.argsort(np.abs(values))[:zeros]
         values[where] = 0.0
@@ -175,6 +177,15 @@ def squared_frequencies(reduced: Reduced) -> tuple[ComplexArray, ComplexArray, C
     return values, right, left, condition
 
 
+def scaled_rank(K: Array) -> int:
+    """The rank of K with its rows and columns scaled to a largest entry of one: what is small
+    beside others still counts."""
+    for axis in (1, 0):
+        size = np.abs(K).max(axis=axis, keepdims=True)
+        K = K / np.where(size > 0, size, 1.0)
+    return rank_of(np.linalg.svd(np.asarray(K, dtype=np.float64), compute_uv=False))
+
+
 def hidden(reduced: Reduced, K: Array) -> bool:
     """True if rounding of A or B, far greater than what moves slow modes, leaves those too few
     digits: where a mass is light, a spring stiff or a damper strong beside the others."""
@@ -184,12 +195,7 @@ def hidden(reduced: Reduced, K: Array) -> bool:
         square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
     error = 2 * reduced.n * reduced.rounding
     present = sizes[sizes > error * sizes[0]]
-    # rows and columns scaled to a largest entry of one: what is small beside others still counts
-    for axis in (1, 0):
-        size = np.abs(K).max(axis=axis, keepdims=True)
-        K = K / np.where(size > 0, size, 1.0)
-    rank = rank_of(np.linalg.svd(np.asarray(K, dtype=np.float64), compute_uv=False))
-    if len(present) != rank:
+    if len(present) != scaled_rank(K):
         return True
     return bool(len(present) and error * square > HIDDEN * present[-1])
 
@@ -233,7 +239,7 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
             rows += [(v + 0.0, right[:, k], left[:, k], float(condition[k])) for v in (root, -root)]
     else:
         matrix, rate = first_order(reduced.A, reduced.B)
-        values, right, left, condition = standard_eigenvalues(matrix, reduced.rounding)
+        values, right, left, condition = standard_eigenvalues(matrix, reduced.rounding, reduced.A)
         n = reduced.n
         for k, v in enumerate(values * rate):
             rows.append((complex(v), right[:n, k], left[n:, k], float(condition[k])))

@@ -46,7 +46,7 @@ def growth_of(reduced: Reduced) -> Growth:
     """What grows in a system in mass-normalised coordinates."""
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
-        v, _, _, condition = standard_eigenvalues(matrix, reduced.rounding)
+        v, _, _, condition = standard_eigenvalues(matrix, reduced.rounding, reduced.A)
         noise = axis_noise(matrix, v, condition, reduced.rounding)
         grows = (v.real > noise) & (v != 0)
         return counted(grows & (v.imag > 0), grows & (v.imag == 0), v.real * rate)

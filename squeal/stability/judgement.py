@@ -102,7 +102,7 @@ def _by_squares(reduced: Reduced) -> Judgement:
 def _damped(reduced: Reduced) -> Judgement:
     assert reduced.B is not None
     matrix, rate = first_order(reduced.A, reduced.B)
-    values, _, _, condition = standard_eigenvalues(matrix, reduced.rounding)
+    values, _, _, condition = standard_eigenvalues(matrix, reduced.rounding, reduced.A)
     noise = axis_noise(matrix, values, condition, reduced.rounding)
     noise[values == 0] = 0.0  # found by rank, hence exact
     excess = np.where(values.real > noise, values.real, -np.inf)

@@ -4,12 +4,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import branch_system, critical_friction
+from squeal.analysis.critical import branch_system, critical_friction, critical_parameter
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.slow_roots import roots_and_verdict
+from squeal.commands.sweep import sweep
 from squeal.errors import ComputationError
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene
+from squeal.scene import Damping, PlainSystem, Scene
 from tests.exact import Exact, discriminant
+from tests.stability.conftest import exact_damped
 
 VALUES = {
     "m": 0.2,
@@ -64,6 +67,31 @@ def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
     values = sorted(e.value.imag for e in found.spectrum.eigenvalues if e.value.imag > 0)
     assert found.judgement.verdict == "marginal"
     assert values == pytest.approx(frequencies, rel=1e-15 * 10**decades)
+
+
+@pytest.mark.parametrize("stiffness", [9.0, 0.0])
+def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffness):
+    M, C, K = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
+    K[1] *= stiffness / 9.0
+    spectrum, found = roots_and_verdict(M, C, K)
+    assert found.verdict == ("stable" if stiffness else "marginal")
+    assert spectrum.rigid_body_roots == (not stiffness)
+    for exact in exact_damped(M, C, K):
+        assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
+    system = PlainSystem("light", "", "mu", M, (C,), (K,))
+    (step,) = sweep(system, [0.0])
+    assert (step.verdict, critical_parameter(system, 1.0).at_zero) == (found.verdict,) * 2
+
+
+def test_a_free_body_beside_a_stiff_spring_has_two_roots_of_exactly_zero():
+    stiff, soft = (1e13 * np.diag([1.0, 1.0, 0.0])), np.diag([0.0, 1.0, 1.0])
+    stiff[0, 1] = stiff[1, 0] = -1e13
+    soft[1, 2] = soft[2, 1] = -1.0
+    spectrum, found = roots_and_verdict(np.eye(3), None, stiff + soft)
+    assert found.verdict == "marginal"
+    assert spectrum.rigid_body_roots == 2
+    assert spectrum.values[:2].tolist() == [0.0, 0.0]
+    assert spectrum.values[2] == pytest.approx(1j * np.sqrt(1.5), rel=0.03)
 
 
 def test_what_rounding_hides_is_not_given():

@@ -104,6 +104,17 @@ def test_rigid_body_modes_are_exactly_zero():
     assert [e.damping_ratio for e in undamped.eigenvalues[:2]] == [0.0, 0.0]
 
 
+@pytest.mark.parametrize("coupling", [0.9, 1 - 1e-6, 1 - 2e-7])
+def test_strong_damping_of_a_light_motion_leaves_a_stiff_system_no_zero_root(coupling):
+    M, C, K = np.array([[1.0, coupling], [coupling, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
+    spectrum = complex_eigenvalues(M, C, K)
+    assert spectrum.rigid_body_roots == 0
+    for exact in exact_damped(M, C, K):
+        assert np.abs(spectrum.values / complex(exact) - 1.0).min() < 1e-6
+    if coupling == 0.9:
+        assert complex_eigenvalues(M, C, np.diag([4.0, 0.0])).rigid_body_roots == 1
+
+
 def test_condition_grows_towards_a_coalescence(mode_coupling):
     # closed form for [[2, -1 + x], [-1, 2]], x = 4 mu/3: 1/|y^H x| = (2 - x)/(2 sqrt(1 - x))
     for mu in (0.3, 0.7, 0.74999):
