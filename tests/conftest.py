@@ -4,6 +4,7 @@ The scenes are a fixed pad with flutter, folds and changes of contact; those of 
 identified anew at any time.
 """
 
+import dataclasses
 import importlib.util
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 
 from squeal.model.contact import models_with
 from squeal.model.pad import Pad
+from squeal.scene import read_scene
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"
@@ -67,3 +69,9 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture
 def scenes():
     return SCENES
+
+
+def scene_of(stem, **changes):
+    """A scene with another pad."""
+    scene = read_scene(SCENES / f"{stem}.yaml")
+    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))

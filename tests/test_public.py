@@ -12,6 +12,7 @@ import squeal
 from squeal.errors import InputError
 from squeal.scene import Scene
 from tests.conftest import ROOT, SCENES
+from tests.known import coupled as system
 
 FUNCTIONS = [n for n in squeal.__all__ if inspect.isfunction(getattr(squeal, n))]
 OF_SCENES = [
@@ -20,10 +21,6 @@ OF_SCENES = [
     if next(iter(inspect.signature(getattr(squeal, n)).parameters), "") == "scene"
 ]
 OF_SYSTEMS = ["critical_points", "crossings", "friction_loop", "track", "unstable_modes"]
-
-
-def system(mu):
-    return np.eye(2), None, np.array([[2.0, -1.0 + 4 / 3 * mu], [-1.0, 2.0]])
 
 
 def test_only_public_names_are_listed():

@@ -178,19 +178,10 @@ def advise(
             _changed(subject, name, changed, nominal, mu_max)
             for changed in (value - step, value + step)
         )
-        levers.append(
-            Lever(
-                name,
-                unit_of(subject, name),
-                value,
-                chosen[name],
-                step,
-                lowered,
-                raised,
-                (_moved(lowered, nominal, mu_max), _moved(raised, nominal, mu_max)),
-                (_parted(lowered, nominal), _parted(raised, nominal)),
-            )
-        )
+        moved = (_moved(lowered, nominal, mu_max), _moved(raised, nominal, mu_max))
+        parted = (_parted(lowered, nominal), _parted(raised, nominal))
+        about = (name, unit_of(subject, name), value, chosen[name], step)
+        levers.append(Lever(*about, lowered, raised, moved, parted))
         if progress is not None:
             progress(done, len(values))
     ranked = tuple(sorted(levers, key=lambda lever: lever.size, reverse=True))

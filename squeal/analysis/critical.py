@@ -91,8 +91,7 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     if path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    _, at_zero = roots_and_verdict(M, C, K)
-    stiff = hidden(reduce(M, C, K), K)
+    at_zero, stiff = roots_and_verdict(M, C, K)[1].verdict, hidden(reduce(M, C, K), K)
     if stiff and C is not None:
         raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
     found = thresholds(system, path.mu_end, path.breakpoints)
@@ -108,15 +107,8 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
             f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 turns "
             f"back at mu = {path.fold:.9g}",
         )
-    return CriticalFriction(
-        at_zero.verdict,
-        tuple(reached),
-        path.mu_end,
-        path.end,
-        tuple(crossing for crossing in found.crossings if crossing.mu < end_of_path),
-        admissible_to,
-        warnings,
-    )
+    ends = (path.mu_end, path.end, tuple(c for c in found.crossings if c.mu < end_of_path))
+    return CriticalFriction(at_zero, tuple(reached), *ends, admissible_to, warnings)
 
 
 def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:

@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -54,14 +55,9 @@ def fit(scene: Scene, at: Equilibrium) -> Fit | None:
     if mode.value.imag == 0.0:
         return None
     period = 2 * np.pi / abs(mode.value.imag)
-    task = dataclasses.replace(
-        scene,
-        pad=model.pad,
-        initial=(*at.q, 0.0, 0.0, 0.0),
-        start="origin",
-        stop=PERIODS * period,
-        samples=2,
-    )
+    way: Any = {"initial": (*at.q, 0.0, 0.0, 0.0), "start": "origin"}
+    way |= {"stop": PERIODS * period, "samples": 2}
+    task = dataclasses.replace(scene, pad=model.pad, **way)
     units, scaled, start, stop = in_natural_units(task)
     shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))
     size = DISPLACEMENT * np.max(np.abs(start[:3])) / np.max(np.abs(shape[:3]))

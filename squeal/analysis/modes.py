@@ -111,17 +111,9 @@ def sweep_modes(subject: Scene | System, low: float, high: float, name: str = "m
     marked = [*edges, *(c.mu for c in found.crossings)]
     steps = values_of_mu(path, low, stop, marked, FINE if n <= SMALL else COARSE)
     tracked = track(system, steps, halvings=7 if n <= SMALL else 2)
-    return ModeSweep(
-        name,
-        low,
-        high,
-        end,
-        tracked.mus,
-        tracked.values,
-        tuple(spans),
-        tuple(found.crossings),
-        tuple((mu, _state(path, mu)) for mu in breaks),
-    )
+    changes = tuple((mu, _state(path, mu)) for mu in breaks)
+    way = (tracked.mus, tracked.values, tuple(spans))
+    return ModeSweep(name, low, high, end, *way, tuple(found.crossings), changes)
 
 
 def _state(path: Path | None, mu: float) -> str:

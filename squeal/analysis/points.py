@@ -139,15 +139,8 @@ def points_at(
     if part.model.terms:
         falling = normalised(part.model.pad, _falling(part.model, names, q, touch))
         B = falling if B is None else B + falling
-    return Points(
-        here,
-        touching,
-        np.array([*z[:3], side]),
-        part.model.pad,
-        K,
-        B,
-        1.0 / units.time,
-        np.zeros((3, int(here.sum())), dtype=bool)
-        if held
-        else excursion(part, z[:, here], touching[:, here]).beyond(),
-    )
+    beyond = np.zeros((3, int(here.sum())), dtype=bool)
+    if not held:
+        beyond = excursion(part, z[:, here], touching[:, here]).beyond()
+    at = np.array([*z[:3], side])
+    return Points(here, touching, at, part.model.pad, K, B, 1.0 / units.time, beyond)

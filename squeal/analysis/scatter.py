@@ -187,12 +187,6 @@ def scatter(
     critical = np.sort([mu for mu in mus if mu is not None])  # NaN, above mu_max, comes last
     if not len(critical):
         raise ComputationError("no sample has an equilibrium in contact without friction")
-    above = int(np.sum(~(critical <= mu)))
-    return Scatter(
-        mu,
-        mu_max,
-        critical,
-        count - len(critical),
-        above / len(critical),
-        wilson(above, len(critical), CONFIDENCE),
-    )
+    above, made = int(np.sum(~(critical <= mu))), len(critical)
+    interval = wilson(above, made, CONFIDENCE)
+    return Scatter(mu, mu_max, critical, count - made, above / made, interval)

@@ -15,7 +15,7 @@ from squeal.commands.progress import progress_line
 from squeal.commands.tables import number, table
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.scene import Scene
 
 COLUMNS = {
@@ -68,42 +68,25 @@ def tolerances(given: list[str], subject: Subject) -> dict[str, Tolerance]:
 
 
 def _outcome_row(outcome: Outcome, change: float | None, gap: float | None) -> dict[str, Any]:
-    return {
-        "value": outcome.value,
-        "critical": outcome.critical,
-        "kind": outcome.kind,
-        "frequency_hz": outcome.frequency_hz,
-        "change": change,
-        "frequency_gap": outcome.gap,
-        "frequency_gap_change": gap,
-        "reason": outcome.reason,
-    }
+    found = picked(outcome, "value critical kind frequency_hz")
+    found |= {"change": change, "frequency_gap": outcome.gap, "frequency_gap_change": gap}
+    return found | {"reason": outcome.reason}
 
 
 def data(advice: Advice) -> dict[str, Any]:
     """The answer as a JSON object."""
     nominal = advice.nominal
-    return {
-        "parameter": advice.name,
-        "mu": advice.mu,
-        "mu_max": advice.mu_max,
-        "critical": nominal.critical,
-        "kind": nominal.kind,
-        "frequency_hz": nominal.frequency_hz,
-        "frequency_gap": nominal.gap,
-        "levers": [
-            {
-                "parameter": lever.parameter,
-                "unit": lever.unit,
-                "value": lever.value,
-                "step": lever.step,
-                "lowered": _outcome_row(lever.lowered, lever.changes[0], lever.gap_changes[0]),
-                "raised": _outcome_row(lever.raised, lever.changes[1], lever.gap_changes[1]),
-            }
-            for lever in advice.levers
-        ],
-        "advice": advice_in_words(advice),
-    }
+    found: dict[str, Any] = {"parameter": advice.name} | picked(advice, "mu mu_max")
+    found |= picked(nominal, "critical kind frequency_hz") | {"frequency_gap": nominal.gap}
+    levers = [
+        picked(lever, "parameter unit value step")
+        | {
+            "lowered": _outcome_row(lever.lowered, lever.changes[0], lever.gap_changes[0]),
+            "raised": _outcome_row(lever.raised, lever.changes[1], lever.gap_changes[1]),
+        }
+        for lever in advice.levers
+    ]
+    return found | {"levers": levers, "advice": advice_in_words(advice)}
 
 
 def _cells(lever: Lever, outcome: Outcome, k: int, advice: Advice) -> tuple[str, str]:
@@ -123,15 +106,12 @@ def text(advice: Advice) -> str:
         ("  parameter", "value", "step", "lowered:", what, "raised:", what)
     ]
     for lever in advice.levers:
-        rows.append(
-            (
-                f"  {lever.parameter}",
-                f"{number(lever.value)} {lever.unit}".strip(),
-                change_in_words(lever),
-                *_cells(lever, lever.lowered, 0, advice),
-                *_cells(lever, lever.raised, 1, advice),
-            )
+        value = f"{number(lever.value)} {lever.unit}".strip()
+        lowered, raised = (
+            _cells(lever, outcome, k, advice)
+            for k, outcome in enumerate((lever.lowered, lever.raised))
         )
+        rows.append((f"  {lever.parameter}", value, change_in_words(lever), *lowered, *raised))
     head = (
         f"critical {advice.name} with one parameter at a time lowered and raised, strongest first"
     )

@@ -125,23 +125,19 @@ class Command:
                 text = self._answer(options)
             return printed(text)
         except InputError as error:
-            print(f"squeal: {error}", file=sys.stderr)
-            return 2
+            code, words = 2, str(error)
         except ComputationError as error:
-            print(f"squeal: {error}", file=sys.stderr)
-            return 1
+            code, words = 1, str(error)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
-            print(f"squeal: {error.args[-1]}; {BEYOND}", file=sys.stderr)
-            return 1
+            code, words = 1, f"{error.args[-1]}; {BEYOND}"
         except MemoryError:
-            print("squeal: there is not enough memory for this scene", file=sys.stderr)
-            return 1
+            code, words = 1, "there is not enough memory for this scene"
         except OSError as error:
-            print(f"squeal: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
-            return 1
+            code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
         except KeyboardInterrupt:
-            print("squeal: stopped", file=sys.stderr)
-            return 130
+            code, words = 130, "stopped"
+        print(f"squeal: {words}", file=sys.stderr)
+        return code
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:

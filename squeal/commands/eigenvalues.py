@@ -9,25 +9,12 @@ from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
 from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.analysis.unstable import growing_modes
+from squeal.commands import sweep as sweeps
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
 from squeal.commands.outputs import file_options, option_of
 from squeal.commands.plain import refuse_sensitivity, value_of
 from squeal.commands.sensitivity import eigenvalue_moves, eigenvalue_moves_text
-from squeal.commands.sweep import (
-    Step,
-    draw,
-    eigenvalue_rows,
-    eigenvalue_table,
-    plain_shape_rows,
-    shape_rows,
-    sweep,
-    sweep_rows,
-    sweep_text,
-    sweep_warnings,
-    write_eigenvalues,
-    write_sweep,
-)
 from squeal.commands.system_options import refuse_options, system_of, work_options
 from squeal.commands.system_shapes import OPTIONS as SHAPE
 from squeal.commands.system_shapes import shape_options
@@ -39,6 +26,7 @@ from squeal.commands.unstable import (
     unstable_rows,
     unstable_text,
 )
+from squeal.files.writing import picked
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum
 
@@ -81,20 +69,12 @@ def options(parser: Parser) -> None:
 
 def data(analysis: Analysis) -> dict[str, Any]:
     """What was found about one equilibrium, as a JSON object."""
-    x, y, theta = analysis.q
+    at = dict(zip(("x", "y", "theta"), analysis.q, strict=True))
     return {
-        "equilibrium": {
-            "x": x,
-            "y": y,
-            "theta": theta,
-            "R_n": analysis.R_n,
-            "contact": analysis.contact,
-        },
+        "equilibrium": at | picked(analysis, "R_n contact"),
         "how": analysis.how,
-        "M": analysis.matrices.M.tolist(),
-        "C": analysis.matrices.C.tolist(),
-        "K": analysis.matrices.K.tolist(),
-        "eigenvalues": eigenvalue_rows(analysis.spectrum),
+        **{name: getattr(analysis.matrices, name).tolist() for name in ("M", "C", "K")},
+        "eigenvalues": sweeps.eigenvalue_rows(analysis.spectrum),
         "verdict": analysis.judgement.verdict,
         "criterion": str(analysis.judgement),
     }
@@ -104,16 +84,11 @@ def text(analysis: Analysis) -> str:
     """The same for people."""
     x, y, theta = analysis.q
     reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
-    return "\n".join(
-        [
-            f"model {analysis.model}: x = {number(x)} m, y = {number(y)} m, "
-            f"theta = {number(theta)} rad, contact {analysis.contact}{reaction}",
-            f"({analysis.how})",
-            "",
-            eigenvalue_table(analysis.spectrum),
-            "",
-            f"verdict: {in_words(str(analysis.judgement))}",
-        ]
+    return (
+        f"model {analysis.model}: x = {number(x)} m, y = {number(y)} m, "
+        f"theta = {number(theta)} rad, contact {analysis.contact}{reaction}\n({analysis.how})\n\n"
+        f"{sweeps.eigenvalue_table(analysis.spectrum)}\n\n"
+        f"verdict: {in_words(str(analysis.judgement))}"
     )
 
 
@@ -134,14 +109,16 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     spectrum, judgement = roots_and_verdict(*matrices)
     grow, chosen = of_system(system, at), filter_of(given)
     listed = chosen(grow)
-    steps = sweep(system, mus) if mus else []
+    steps = sweeps.sweep(system, mus) if mus else []
     write_tables(given, spectrum, steps)
     if given.figure is not None:
         from squeal.plots.modes import eigenvalue_figure, save_modes
 
         name, values = given.source.name, spectrum.values
         if mus:
-            draw(given.figure, name, system, mus[0], mus[-1], None if given.at is None else at)
+            sweeps.draw(
+                given.figure, name, system, mus[0], mus[-1], None if given.at is None else at
+            )
         else:
             save_modes(given.figure, name, eigenvalue_figure(values), values)
     found: dict[str, Any] = {"name": system.name} | {system.parameter: at}  # its name may be one
@@ -154,7 +131,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "K": K.tolist(),
         "eigenvalues": [e.to_dict() | {"residual": e.residual} for e in spectrum.eigenvalues],
         "unstable": unstable_rows(listed),
-        "mode_shapes": plain_shape_rows(spectrum),
+        "mode_shapes": sweeps.plain_shape_rows(spectrum),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
         "certified": len(spectrum) == 2 * system.n,
@@ -163,13 +140,15 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     }
     parts = [
         f"{system.name}, {system.parameter} = {number(at)}",
-        eigenvalue_table(spectrum),
+        sweeps.eigenvalue_table(spectrum),
         f"verdict: {in_words(str(judgement))}",
         unstable_text(listed, chosen, len(grow), system.parameter),
     ]
     return Answer(
-        lambda: found | ({"sweep": sweep_rows(steps, contact=False)} if steps else {}),
-        lambda: "\n\n".join(parts + ([sweep_text(steps, system.parameter)] if steps else [])),
+        lambda: found | ({"sweep": sweeps.sweep_rows(steps, contact=False)} if steps else {}),
+        lambda: "\n\n".join(
+            parts + ([sweeps.sweep_text(steps, system.parameter)] if steps else [])
+        ),
     )
 
 
@@ -179,7 +158,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
     grow, chosen = growing_modes(scene, analysis), filter_of(given)
     listed = chosen(grow)
     origin = None if scene.pad_model.linear else article_linearisation(scene)
-    steps = sweep(scene, mus) if mus else []
+    steps = sweeps.sweep(scene, mus) if mus else []
     moves = eigenvalue_moves(scene, analysis) if given.sensitivity else None
     shapes = shapes_of_pad(analysis, scene.pad.w)
     write_tables(given, analysis.spectrum, steps)
@@ -188,7 +167,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
 
         name, values = given.source.name, analysis.spectrum.values
         if mus:
-            draw(given.figure, name, scene, mus[0], mus[-1], scene.pad.mu)
+            sweeps.draw(given.figure, name, scene, mus[0], mus[-1], scene.pad.mu)
         else:
             beside = None if origin is None else origin.spectrum.values
             figure = pad_figure(scene.pad, analysis.q, shapes, values, beside)
@@ -197,16 +176,18 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
     def full() -> dict[str, Any]:
         found = data(analysis) | {
             "unstable": unstable_rows(listed),
-            "mode_shapes": shape_rows(shapes, PAD_COORDINATES, "largest of x, y, w theta 1 m"),
+            "mode_shapes": sweeps.shape_rows(
+                shapes, PAD_COORDINATES, "largest of x, y, w theta 1 m"
+            ),
         }
         if origin is not None:
             found["origin"] = {
                 "K": origin.matrices.K.tolist(),
-                "eigenvalues": eigenvalue_rows(origin.spectrum),
+                "eigenvalues": sweeps.eigenvalue_rows(origin.spectrum),
                 "verdict": origin.judgement.verdict,
             }
         if steps:
-            found["sweep"] = sweep_rows(steps, contact=True)
+            found["sweep"] = sweeps.sweep_rows(steps, contact=True)
         if moves is not None:
             found["sensitivity"] = moves
         return found
@@ -216,21 +197,21 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
         if origin is not None:
             parts.append(beside_text(origin))
         if steps:
-            parts.append("sweep of mu along the branch\n" + sweep_text(steps))
+            parts.append("sweep of mu along the branch\n" + sweeps.sweep_text(steps))
         if moves is not None:
             parts.append(eigenvalue_moves_text(scene, analysis, moves))
         return "\n\n".join(parts)
 
-    return Answer(full, shown, warnings=[*analysis.warnings, *sweep_warnings(steps)])
+    return Answer(full, shown, warnings=[*analysis.warnings, *sweeps.sweep_warnings(steps)])
 
 
-def write_tables(given: argparse.Namespace, spectrum: Spectrum, steps: list[Step]) -> None:
+def write_tables(given: argparse.Namespace, spectrum: Spectrum, steps: list[sweeps.Step]) -> None:
     """Write the table that is asked for: of the sweep if there is one."""
     if given.table is not None:
         if steps:
-            write_sweep(given.table, steps)
+            sweeps.write_sweep(given.table, steps)
         else:
-            write_eigenvalues(given.table, spectrum)
+            sweeps.write_eigenvalues(given.table, spectrum)
 
 
 def run(given: argparse.Namespace) -> Answer:

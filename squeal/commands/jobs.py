@@ -89,6 +89,8 @@ class Job(Protocol):
 
     def gather(self, path: Path, parts: Sequence[Path]) -> None:
         """Write the whole table from those of the parts, which are given in their order."""
+        head, tables = _read(parts)
+        write_csv(path, head, (row for table in tables for row in table))
 
 
 def _read(parts: Sequence[Path]) -> tuple[list[str], list[list[list[str]]]]:
@@ -100,13 +102,8 @@ def _read(parts: Sequence[Path]) -> tuple[list[str], list[list[list[str]]]]:
     return tables[0][0], [table[1:] for table in tables]
 
 
-def _stack(path: Path, parts: Sequence[Path]) -> None:
-    head, tables = _read(parts)
-    write_csv(path, head, (row for table in tables for row in table))
-
-
 @dataclass(frozen=True)
-class Map:
+class Map(Job):
     """The verdict over two parameters, as `squeal map --csv`; a unit is a row of points."""
 
     scene: Scene
@@ -123,11 +120,9 @@ class Map:
         found = stability_map(self.scene, (rows, self.axes[1]))
         write_map(path, found, None, not self.scene.pad_model.linear)
 
-    gather = staticmethod(_stack)
-
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Job):
     """Eigenvalues at values of the parameter, as `squeal eigenvalues --mu A:B:N --csv`."""
 
     source: Scene | PlainSystem
@@ -144,11 +139,9 @@ class Sweep:
         steps = sweep(self.source, (*self.values[start:stop], self.values[-1]))
         write_sweep(path, steps[:-1])
 
-    gather = staticmethod(_stack)
-
 
 @dataclass(frozen=True)
-class SystemSweep:
+class SystemSweep(Job):
     """Roots of a system from matrices, each value solved on the full system.
 
     As `squeal eigenvalues --sweep A:B:N --method full --csv`; a basis that serves all values would
@@ -172,11 +165,9 @@ class SystemSweep:
         rows = list(full_rows(self.system, self.wanted, self.values[start:stop]))
         write_sweep(path, self.system.parameter, rows)
 
-    gather = staticmethod(_stack)
-
 
 @dataclass(frozen=True)
-class Pads:
+class Pads(Job):
     """How many random pads have each verdict; a unit is a block of them."""
 
     pads: RandomPads

@@ -8,16 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis import maps
 from squeal.analysis.fields import QUANTITIES, Field, field
-from squeal.analysis.maps import (
-    NAMES,
-    Axis,
-    StabilityMap,
-    angle_axes,
-    check_axis,
-    check_names,
-    stability_map,
-)
 from squeal.analysis.threshold_curve import ThresholdCurve, threshold_curves
 from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
@@ -27,7 +19,7 @@ from squeal.commands.tables import table
 from squeal.files.document import scalar
 from squeal.files.place import Place
 from squeal.files.values import Angle, Number, Whole, warn_of_degrees
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene
 
@@ -60,10 +52,10 @@ def options(parser: Parser) -> None:
     )
 
 
-def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
+def _axis(given: str, option: str, scene: Scene, n: int) -> maps.Axis:
     at = Place(f"{option} {given}")
     parts = given.split(":")
-    check_names(scene, parts[:1], at)
+    maps.check_names(scene, parts[:1], at)
     log = parts[3:] == ["log"]
     if len(parts) != 3 + log:
         raise at.refuse(
@@ -74,24 +66,26 @@ def _axis(given: str, option: str, scene: Scene, n: int) -> Axis:
     low, high = (kind.read(end, at) for end in ends)
     if isinstance(kind, Angle):
         warn_of_degrees(ends[1], at)
-    check_axis(parts[0], low, high, n, at, log)
-    return Axis(parts[0], low, high, n, log)
+    maps.check_axis(parts[0], low, high, n, at, log)
+    return maps.Axis(parts[0], low, high, n, log)
 
 
-def axes(given: argparse.Namespace, scene: Scene) -> tuple[Axis, Axis]:
+def axes(given: argparse.Namespace, scene: Scene) -> tuple[maps.Axis, maps.Axis]:
     """The two axes that the options name. Raises InputError."""
     number = "200" if given.n is None else given.n
     n = Whole(2, MOST_POINTS).read(scalar(number), Place(f"--n {number}"))
-    first, second = angle_axes(n)
+    first, second = maps.angle_axes(n)
     if given.first:
         first = _axis(given.first, "--first", scene, n)
     if given.second:
         second = _axis(given.second, "--second", scene, n)
-    check_names(scene, (first.name, second.name), Place(f"--second {given.second or 'alpha2'}"))
+    maps.check_names(
+        scene, (first.name, second.name), Place(f"--second {given.second or 'alpha2'}")
+    )
     return first, second
 
 
-def write_map(path: Path, found: StabilityMap, shown: Field | None, judged: bool) -> None:
+def write_map(path: Path, found: maps.StabilityMap, shown: Field | None, judged: bool) -> None:
     """A row for each point: both parameters, the verdict, the quantity if there is one.
 
     judged: also whether the equilibrium is admissible, 1 or 0.
@@ -102,7 +96,7 @@ def write_map(path: Path, found: StabilityMap, shown: Field | None, judged: bool
         (
             a,
             b,
-            NAMES[found.codes[i, j]],
+            maps.NAMES[found.codes[i, j]],
             *([] if shown is None else [float(shown.values[i, j])]),
             *([int(admissible[i, j])] if judged else []),
         )
@@ -118,7 +112,9 @@ def write_map(path: Path, found: StabilityMap, shown: Field | None, judged: bool
     write_table(path, heads, rows)
 
 
-def write_curves(path: Path, axes: tuple[Axis, Axis], curves: Sequence[ThresholdCurve]) -> None:
+def write_curves(
+    path: Path, axes: tuple[maps.Axis, maps.Axis], curves: Sequence[ThresholdCurve]
+) -> None:
     """A row for each point of each curve: its number, both parameters, what happens, frequency."""
     heads = {"curve": ""}
     heads |= {axis.name: PARAMETERS[axis.name].unit.removeprefix("1") for axis in axes}
@@ -165,7 +161,7 @@ def run(given: argparse.Namespace) -> Answer:
     scene = given.source.scene()
     wanted = axes(given, scene)
     shown = None if given.quantity is None else field(scene, wanted, given.quantity)
-    found = stability_map(scene, wanted, traced=given.figure is not None and shown is None)
+    found = maps.stability_map(scene, wanted, traced=given.figure is not None and shown is None)
     if given.table is not None:
         write_map(given.table, found, shown, not scene.pad_model.linear)
     curves = None if given.curve is None else threshold_curves(scene, wanted, found.codes)
@@ -189,13 +185,7 @@ def run(given: argparse.Namespace) -> Answer:
             "admissible_share": float(found.admissible.mean()),
             "n": wanted[0].n,
             "axes": [
-                {
-                    "name": a.name,
-                    "low": a.low,
-                    "high": a.high,
-                    "scale": "log" if a.log else "linear",
-                }
-                for a in wanted
+                picked(a, "name low high") | {"scale": "log" if a.log else "linear"} for a in wanted
             ],
             **({} if shown is None else _numbers(shown)),
             **({} if curves is None else {"threshold_curve": [_curve(c) for c in curves]}),

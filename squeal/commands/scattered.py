@@ -11,7 +11,7 @@ from squeal.commands.base import Answer
 from squeal.commands.numbers import whole
 from squeal.commands.progress import progress_line
 from squeal.commands.tables import number, table
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 
 MOST_WORKERS = 256
 
@@ -41,21 +41,11 @@ def scattered(given: argparse.Namespace, subject: Subject, mu_max: float) -> Ans
 
 def data(found: Scatter, asked: SpreadFile) -> dict[str, Any]:
     """The answer as a JSON object."""
-    return {
-        "scatter": {
-            "mu": found.mu,
-            "mu_max": found.mu_max,
-            "samples": asked.samples,
-            "seed": asked.seed,
-            "failed": found.failed,
-            "beyond": found.beyond,
-            "spreads": [dataclasses.asdict(spread) for spread in asked.spreads],
-            "stable": found.stable,
-            "interval": list(found.interval),
-            "confidence": CONFIDENCE,
-            "quantiles": [dataclasses.asdict(q) for q in found.quantiles],
-        }
-    }
+    rows = picked(found, "mu mu_max") | picked(asked, "samples seed")
+    rows |= picked(found, "failed beyond")
+    rows["spreads"] = [dataclasses.asdict(spread) for spread in asked.spreads]
+    rows |= picked(found, "stable") | {"interval": list(found.interval), "confidence": CONFIDENCE}
+    return {"scatter": rows | {"quantiles": [dataclasses.asdict(q) for q in found.quantiles]}}
 
 
 def text(found: Scatter, asked: SpreadFile, name: str) -> str:

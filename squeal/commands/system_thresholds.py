@@ -84,18 +84,10 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
         rows = [(f"  {p}", "crossing", "frequency, Hz", "mode", "verdict", "error")]
         for c in found.crossings:
             change = next((q.kind for q in found.points if q.mu == c.mu), "-")
-            half = (c.interval[1] - c.interval[0]) / 2
-            kind = f"{c.kind} {c.direction}"
-            rows.append(
-                (
-                    f"  {c.mu:.12g}",
-                    kind,
-                    number(c.frequency_hz),
-                    str(c.mode),
-                    change if c.changes_verdict else "-",
-                    number(half, 2),
-                )
-            )
+            change = change if c.changes_verdict else "-"
+            kind, half = f"{c.kind} {c.direction}", (c.interval[1] - c.interval[0]) / 2
+            cells = (kind, number(c.frequency_hz), str(c.mode), change, number(half, 2))
+            rows.append((f"  {c.mu:.12g}", *cells))
         parts.append(elided(rows, "--json"))
     else:
         parts.append("no crossing of the imaginary axis")

@@ -88,37 +88,24 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     def data() -> dict[str, Any]:
         found = _head(file, system)
         found["eigenvalues"] = [root_row(e) for e in roots.eigenvalues]
+        found["unstable"] = unstable_rows(chosen(grow))
         found |= {
-            "unstable": unstable_rows(chosen(grow)),
-            "verdict": roots.verdict,
-            "criterion": roots.criterion,
-            "certified": roots.certified,
-            "count": roots.count,
-            "region": extent(roots.region),
-            "growth_limit": roots.growth_limit,
-            "method": method,
-            "basis": basis_row(swept.reduction, wanted),
+            key: getattr(roots, key) for key in ("verdict", "criterion", "certified", "count")
         }
+        found |= {"region": extent(roots.region), "growth_limit": roots.growth_limit}
+        found |= {"method": method, "basis": basis_row(swept.reduction, wanted)}
         if system.n <= SHOWN_ROWS:
             found["mode_shapes"] = plain_shape_rows(Spectrum(roots.eigenvalues, False, 0))
         if values:
             found["sweep"] = [sweep_row(row) for row in swept.rows]
         return found
 
-    return Answer(
-        data,
-        lambda: _text(
-            file,
-            system,
-            roots,
-            swept,
-            wanted,
-            unstable_text(
-                chosen(grow), chosen, len(grow), system.parameter, f" among {words}" if part else ""
-            ),
-        ),
-        [given.source.file, *file.inputs],
-    )
+    def shown() -> str:
+        where = f" among {words}" if part else ""
+        listed = unstable_text(chosen(grow), chosen, len(grow), system.parameter, where)
+        return _text(file, system, roots, swept, wanted, listed)
+
+    return Answer(data, shown, [given.source.file, *file.inputs])
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
@@ -174,14 +161,8 @@ def identity(system: TermSystem) -> dict[str, Any]:
 
 def root_row(e: Eigenvalue) -> dict[str, Any]:
     """An eigenvalue as a JSON row."""
-    return {
-        "real": e.value.real,
-        "imag": e.value.imag,
-        "frequency_hz": e.frequency_hz,
-        "damping_ratio": e.damping_ratio,
-        "residual": e.residual,
-        "condition": e.condition if np.isfinite(e.condition) else None,
-    }
+    condition = e.condition if np.isfinite(e.condition) else None
+    return e.to_dict() | {"residual": e.residual, "condition": condition}
 
 
 def sweep_row(row: SweepRow) -> dict[str, Any]:

@@ -78,16 +78,10 @@ def unstable_text(
         elsewhere = f" ({all_of_them} elsewhere)" if all_of_them else ""
         return f"no unstable mode{where or chosen}{elsewhere}"
     rows = [("  unstable", "frequency, Hz", "growth, 1/s", "damping ratio", f"onset, {parameter}")]
-    rows += [
-        (
-            f"  {mode.kind}",
-            number(mode.frequency_hz),
-            number(mode.growth_rate),
-            number(mode.damping_ratio),
-            "-" if mode.onset is None else number(mode.onset, 9),
-        )
-        for mode in modes
-    ]
+    for m in modes:
+        cells = map(number, (m.frequency_hz, m.growth_rate, m.damping_ratio))
+        onset = "-" if m.onset is None else number(m.onset, 9)
+        rows.append((f"  {m.kind}", *cells, onset))  # type: ignore[arg-type]
     left = all_of_them - len(modes)
     note = f"\n  {left} more unstable, not{chosen}" if left else ""
     return elided(rows, "--json") + note

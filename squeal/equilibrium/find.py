@@ -57,16 +57,8 @@ def record(
         return None
     x, y, theta = (float(v) for v in statics.to_si(z))
     potential = statics.potential(z, state) * statics.units.energy
-    return Equilibrium(
-        (x, y, theta),
-        float(z[3]),
-        state,
-        R_n,
-        delta,
-        potential,
-        on_branch,
-        excesses=excursion(statics, z, state).warnings(),
-    )
+    place, excesses = ((x, y, theta), float(z[3]), state), excursion(statics, z, state).warnings()
+    return Equilibrium(*place, R_n, delta, potential, on_branch, excesses=excesses)
 
 
 def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:

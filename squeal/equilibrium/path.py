@@ -56,14 +56,8 @@ class Path:
         steps = itertools.pairwise(mus)
         rising = 1 + sum(1 for _ in itertools.takewhile(lambda step: step[1] > step[0], steps))
         fold = mus[rising - 1] if rising < len(mus) else None
-        return Path(
-            model,
-            branch,
-            branch.points[:rising],
-            [mus[i] for i in branch.changes if i < rising],
-            fold,
-            branch.end,
-        )
+        changes = [mus[i] for i in branch.changes if i < rising]
+        return Path(model, branch, branch.points[:rising], changes, fold, branch.end)
 
     def at(self, mu: float) -> tuple[np.ndarray, State]:
         """The equilibrium z (natural units) at mu and its contact state, at a break the new one.

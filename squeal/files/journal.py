@@ -11,7 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Journal:
+class _Beside:
+    """A file that is kept beside an output until that is complete; `path` None keeps nothing."""
+
+    def __init__(self, output: Path | None, ending: str) -> None:
+        self.path = None if output is None else output.with_name(output.name + ending)
+
+    def close(self) -> None:
+        """Remove the file: the output is complete."""
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)
+
+
+class Journal(_Beside):
     """A file beside an output, one JSON value a line: a head that says what it is of, then rows.
 
     A file with another head is of another computation and begins anew; a last line that was cut
@@ -19,7 +31,7 @@ class Journal:
     """
 
     def __init__(self, path: Path | None, head: dict[str, Any]) -> None:
-        self.path = None if path is None else path.with_name(path.name + ".partial")
+        super().__init__(path, ".partial")
         self._head = json.dumps(head, sort_keys=True)
         self.rows = list(self._kept())
         if self.path is not None:
@@ -48,13 +60,8 @@ class Journal:
             stream.flush()
             os.fsync(stream.fileno())
 
-    def close(self) -> None:
-        """Remove the file: the output is complete."""
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)
 
-
-class Checkpoint:
+class Checkpoint(_Beside):
     """Arrays of a long computation in a file beside an output, the last ones that were saved.
 
     A file with another head is of another computation and does not count. `path` None keeps
@@ -62,7 +69,7 @@ class Checkpoint:
     """
 
     def __init__(self, path: Path | None, head: Callable[[], dict[str, Any]]) -> None:
-        self.path = None if path is None else path.with_name(path.name + ".partial.npz")
+        super().__init__(path, ".partial.npz")
         self._head = "" if path is None else json.dumps(head(), sort_keys=True)
 
     def load(self) -> dict[str, NDArray]:
@@ -84,8 +91,3 @@ class Checkpoint:
         with new.open("wb") as stream:
             np.savez(stream, head=np.array(self._head), **arrays)  # type: ignore[arg-type]
         new.replace(self.path)
-
-    def close(self) -> None:
-        """Remove the file: the output is complete."""
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)

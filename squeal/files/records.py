@@ -143,6 +143,14 @@ class Record:
     def __init_subclass__(cls, kw_only: bool = False) -> None:
         dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)
 
+    @classmethod
+    def of(cls, *sources: Any, **more: Any) -> Self:
+        """A record of `more` and, of every other field, the first object's attribute so named."""
+        for name in _names(cls) - more.keys():
+            if one := [source for source in sources if hasattr(source, name)]:
+                more[name] = getattr(one[0], name)
+        return cls(**more)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain mappings, lists, numbers and text."""
         return _fields_of(self)

@@ -12,6 +12,11 @@ from typing import IO, Any
 from squeal.errors import BEYOND, ComputationError, InputError
 
 
+def picked(source: object, names: str) -> dict[str, Any]:
+    """Some attributes of an object by name."""
+    return {name: getattr(source, name) for name in names.split()}
+
+
 def check_writable(path: Path, option: str) -> None:
     """Refuse an output file that could not be written, before anything is computed."""
     if path.exists() and not path.is_file():

@@ -39,17 +39,8 @@ def mark(
     """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
     box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
     for name, (x, y) in marks.items():
-        axes.text(
-            x / unit,
-            y / unit,
-            name,
-            ha="center",
-            va="center",
-            fontsize=size,
-            bbox=box,
-            clip_on=False,
-            zorder=5,
-        )
+        look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5}
+        axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
 
 
 def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:

@@ -51,17 +51,10 @@ def mark_events(
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
         before = mu - free > width
-        lower.annotate(
-            label,
-            (mu, 0.96),
-            xycoords=("data", "axes fraction"),
-            xytext=(-2.0 if before else 2.0, 0.0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right" if before else "left",
-            va="top",
-            bbox={"fc": "w", "ec": "none", "pad": 0.6},
-        )
+        x, side = (-2.0, "right") if before else (2.0, "left")
+        place: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+        look: Any = {"rotation": 90, "va": "top", "bbox": {"fc": "w", "ec": "none", "pad": 0.6}}
+        lower.annotate(label, (mu, 0.96), (x, 0.0), ha=side, **place, **look)
         free = mu if before else mu + width
 
 

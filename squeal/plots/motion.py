@@ -1,5 +1,7 @@
 """A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -70,14 +72,9 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     frequencies, amplitudes = frequencies[1:], amplitudes[1:]
     top = max(float(amplitudes.max()), 1e-12)
     for signal, column, (colour, dashes) in zip(forces, amplitudes.T, _LINES, strict=False):
-        axes.plot(
-            frequencies / 1e3,
-            np.maximum(column, 1e-3 * 10**-DECADES * top),
-            color=colour,
-            linestyle=dashes,
-            label=f"${signal.symbol}$",
-            gid=f"spectrum {signal.name}",
-        )
+        seen = np.maximum(column, 1e-3 * 10**-DECADES * top)
+        named: Any = {"label": f"${signal.symbol}$", "gid": f"spectrum {signal.name}"}
+        axes.plot(frequencies / 1e3, seen, color=colour, linestyle=dashes, **named)
     strong = frequencies[(amplitudes >= 0.01 * top).any(axis=1)]
     axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(frequencies[-1])) / 1e3)
     axes.set_yscale("log")

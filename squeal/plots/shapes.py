@@ -97,15 +97,5 @@ def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) ->
             frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("P"))
             drawn.remove()
     first, *rest = frames
-    write_whole(
-        path,
-        lambda stream: first.save(
-            stream,
-            format="GIF",
-            save_all=True,
-            append_images=rest,
-            duration=round(1e3 * PERIOD / FRAMES),
-            loop=0,
-        ),
-        binary=True,
-    )
+    options = {"save_all": True, "duration": round(1e3 * PERIOD / FRAMES), "loop": 0}
+    write_whole(path, lambda to: first.save(to, "GIF", append_images=rest, **options), binary=True)

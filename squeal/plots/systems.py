@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -19,6 +19,7 @@ NAMED = 6  # growing frequencies that are named in a figure
 NOISE = 1e-9  # of |lambda|: growth that may be rounding
 MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
 STABLE, GROWING = "0.25", "#C8380E"
+NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": GROWING}
 
 
 class Row(Protocol):
@@ -49,26 +50,12 @@ def roots_figure(values: np.ndarray) -> Figure:
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     grows, unit = _grows(upper), units_of(upper)[0]
     for kept, colour, marker in ((~grows, STABLE, "o"), (grows, GROWING, "s")):
-        axes.scatter(
-            upper[kept].real,
-            upper[kept].imag / unit.factor,
-            s=14,
-            marker=marker,
-            facecolor="none",
-            edgecolor=colour,
-            linewidth=0.8,
-        )
+        own = upper[kept]
+        ring: Any = {"s": 14, "facecolor": "none", "edgecolor": colour, "linewidth": 0.8}
+        axes.scatter(own.real, own.imag / unit.factor, marker=marker, **ring)
     for root in sorted(upper[grows], key=lambda r: -r.real)[:NAMED]:
-        axes.annotate(
-            in_unit(root.imag, unit),
-            (root.real, root.imag / unit.factor),
-            xytext=(-4, 0),
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            fontsize=7,
-            color=GROWING,
-        )
+        at = (root.real, root.imag / unit.factor)
+        axes.annotate(in_unit(root.imag, unit), at, (-4, 0), ha="right", va="center", **NAME)
     axes.set_xlabel("real part [1/s]")
     axes.set_ylabel(rf"imaginary part / $2\pi$ [{unit.name}]")
     axes.margins(x=0.15)
@@ -132,15 +119,8 @@ def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # typ
             taken.append(one)
             share = (at[k] - axes.get_xlim()[0]) / np.ptp(axes.get_xlim())
             side, moved = ("left", 3) if share < 0.1 else ("right", -3) if share > 0.9 else MIDDLE
-            axes.annotate(
-                in_unit(one, unit),
-                (at[k], one / unit.factor),
-                xytext=(moved, 4),
-                textcoords="offset points",
-                ha=side,
-                fontsize=7,
-                color=GROWING,
-            )
+            place = (at[k], one / unit.factor)
+            axes.annotate(in_unit(one, unit), place, (moved, 4), ha=side, **NAME)
 
 
 def chart_figure(

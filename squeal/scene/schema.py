@@ -18,14 +18,7 @@ from squeal.files.values import Row, warn_of_degrees
 from squeal.model.contact import CONSISTENT, CONTACT_MODELS, MODELS, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.scene.keys import (
-    COORDINATES,
-    DAMPING,
-    DEFAULT_OUTPUTS,
-    DEFAULT_TOLERANCE,
-    SCENE,
-    STARTS,
-)
+from squeal.scene import keys
 
 P = ParamSpec("P")
 Answer = TypeVar("Answer")
@@ -50,7 +43,7 @@ class Damping:
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in self.to_dict().items()
         }
-        for name, value in DAMPING.read(given, Place("Damping")).items():
+        for name, value in keys.DAMPING.read(given, Place("Damping")).items():
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
@@ -82,8 +75,8 @@ class Scene:
     initial: tuple[float, ...] = AT_REST
     stop: float | None = None
     samples: int | None = None
-    tolerance: float = DEFAULT_TOLERANCE
-    outputs: tuple[str, ...] = DEFAULT_OUTPUTS
+    tolerance: float = keys.DEFAULT_TOLERANCE
+    outputs: tuple[str, ...] = keys.DEFAULT_OUTPUTS
     damping: Damping | None = None
     start: str = "origin"
     source: Path | None = field(default=None, compare=False)
@@ -92,26 +85,26 @@ class Scene:
         at = Place("Scene")
         for name, kind in RECORDS.items():
             kind.read(getattr(self, name), at / name)
-        Row(len(COORDINATES)).read(self.initial, at / "initial")
+        Row(len(keys.COORDINATES)).read(self.initial, at / "initial")
         check_document(self.to_dict(), at)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
-        initial = zip(COORDINATES, self.initial, strict=True)
+        initial = zip(keys.COORDINATES, self.initial, strict=True)
         time = {"stop": self.stop, "samples": self.samples}
         found: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {"from": self.start} if self.start != STARTS[0] else {},
+            "initial": {"from": self.start} if self.start != keys.STARTS[0] else {},
             "time": {name: value for name, value in time.items() if value is not None},
             "damping": {} if self.damping is None else self.damping.to_dict(),
         }
         found["initial"] |= {name: value for name, value in initial if value}
         found = {name: value for name, value in found.items() if value}
-        if self.tolerance != DEFAULT_TOLERANCE:
+        if self.tolerance != keys.DEFAULT_TOLERANCE:
             found["tolerance"] = self.tolerance
-        if self.outputs != DEFAULT_OUTPUTS:
+        if self.outputs != keys.DEFAULT_OUTPUTS:
             found["outputs"] = list(self.outputs)
         return found
 
@@ -133,10 +126,10 @@ class Scene:
             given["model"],
             Pad(**given["parameters"]),
             Formulation(**given.get("formulation", {})),
-            tuple(first.get(name, 0.0) for name in COORDINATES),
+            tuple(first.get(name, 0.0) for name in keys.COORDINATES),
             **given.get("time", {}),
             **more,
-            start=first.get("from", STARTS[0]),
+            start=first.get("from", keys.STARTS[0]),
             source=source,
         )
 
@@ -188,10 +181,12 @@ def check_document(document: Any, at: Place) -> dict[str, Any]:
     if isinstance(document, dict) and "M" in document and "model" not in document:
         raise (at / "M").refuse("a system of matrices is not allowed here; it must be a scene")
     model = document.get("model", "") if isinstance(document, dict) else ""
-    given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
+    given = keys.SCENE.read(
+        document, at, model if isinstance(model, str) and model in MODELS else ""
+    )
     tilt = given["parameters"].get("theta0", 0.0)
     first = given.get("initial", {})
-    turn = first.get("theta", 0.0) if first.get("from") in (None, STARTS[0]) else 0.0
+    turn = first.get("theta", 0.0) if first.get("from") in (None, keys.STARTS[0]) else 0.0
     if abs(tilt + turn) >= math.pi / 2:
         raise (at / "initial" / "theta").refuse(
             f"{shown(turn)} is not allowed; theta0 + theta must lie between "

@@ -109,14 +109,9 @@ def plain_system(document: dict[str, Any], at: Place) -> PlainSystem:
         reduce(M, None, np.zeros_like(M))
     except InputError:
         raise (at / "M").must_be(rows, "symmetric and positive definite") from None
-    return PlainSystem(
-        given.get("name") or Path(at.source).stem,
-        given.get("reference", ""),
-        given.get("parameter") or "mu",
-        M,
-        _coefficients("C", given, len(M)),
-        _coefficients("K", given, len(M)),
-    )
+    name, parameter = given.get("name") or Path(at.source).stem, given.get("parameter") or "mu"
+    C, K = (_coefficients(part, given, len(M)) for part in ("C", "K"))
+    return PlainSystem(name, given.get("reference", ""), parameter, M, C, K)
 
 
 def _coefficients(letter: str, given: dict[str, Any], n: int) -> tuple[Array, ...]:

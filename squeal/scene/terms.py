@@ -213,14 +213,8 @@ def _complete(
 ) -> SystemFile:
     M, C, K = (tuple(parts[part]) for part in PARTS)
     try:
-        system = TermSystem(
-            M,
-            C,
-            K,
-            given.get("parameters", {}),
-            given.get("parameter", "mu"),
-            given.get("name") or Path(at.source).stem,
-        )
+        own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
+        system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
         system = _damped(system, given.get("damping", {}))
     except InputError as error:
         raise at.refuse(str(error)) from None

@@ -293,13 +293,6 @@ def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> S
             Event(e.t * units.time, model.state_name(e.source), model.state_name(e.target))
             for e in results["events"]
         )
-    return Simulation(
-        model=scene.model,
-        final=(t * units.time, *(float(v) for v in units.to_si(state))),
-        method=integrator.method,
-        tolerance=integrator.tolerance,
-        steps=steps,
-        contact_changes=changes,
-        run_time=clock.process_time() - started,
-        **results,
-    )
+    final = (t * units.time, *(float(v) for v in units.to_si(state)))
+    how = (integrator.method, integrator.tolerance, steps, changes, clock.process_time() - started)
+    return Simulation(scene.model, final, *how, **results)

@@ -12,11 +12,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.scene import read_scene
 from squeal.stability import complex_eigenvalues
 from tests.conftest import SCENES
-
-
-def coupled(mu):
-    """Mode coupling: omega^2 = 2 +- sqrt(1 - 4 mu / 3), so that it flutters from 3/4 on."""
-    return np.eye(2), None, np.array([[2.0, -1.0 + 4 / 3 * mu], [-1.0, 2.0]])
+from tests.known import coupled
 
 
 def several(mu):

@@ -17,7 +17,7 @@ from squeal.equilibrium.damping import modal_damping, modal_damping_slope
 from squeal.scene import Damping, read_scene
 from squeal.scene.schema import Scene
 from tests.conftest import SCENES
-from tests.simulation.test_simulation import upright
+from tests.simulation.closed import upright
 
 COUPLED = {"alpha1": 1.0, "alpha2": 2.6, "mu": 0.1}
 

@@ -14,7 +14,8 @@ from squeal.article.results.claims import Loaded
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from squeal.scene import read_scene
 from tests.conftest import ROOT, needs_heyoka
-from tests.simulation.test_simulation import bounce, upright
+from tests.simulation.closed import upright
+from tests.simulation.test_simulation import bounce
 
 QUIET = Case(
     duration=100.0,

@@ -9,28 +9,10 @@ import pytest
 
 from squeal.article.claims import CLAIMS
 from squeal.article.claims.measures import friction_raises
-from squeal.article.ensembles import beyond, distance, population
+from squeal.article.ensembles import beyond, distance, gather, population, space
 from squeal.article.ensembles.distance import COUNTED, INDEX, NO_LEVELS, Judgement, judge, price
 from squeal.article.ensembles.draw import SEEDS, main, name_of, read_stage, stage_file, write_stage
-from squeal.article.ensembles.gather import (
-    FRONT,
-    counts,
-    gather,
-    keep_all,
-    parting,
-    read_kept,
-    undominated,
-)
-from squeal.article.ensembles.gather import main as gather_main
 from squeal.article.ensembles.population import Stage, advance
-from squeal.article.ensembles.space import (
-    DIMENSIONS,
-    FORMULATIONS,
-    decode,
-    speed_limit,
-    standing,
-    starts,
-)
 from squeal.article.identify.space import LENGTH, MASS, stacked
 from squeal.article.report.chapters import ENSEMBLES
 from squeal.equilibrium import sliding_equilibrium
@@ -44,30 +26,30 @@ from tests.conftest import ROOT, needs_heyoka
 
 @pytest.fixture(scope="module")
 def numbers():
-    return decode(np.random.default_rng(5).uniform(size=(48, len(DIMENSIONS))))
+    return space.decode(np.random.default_rng(5).uniform(size=(48, len(space.DIMENSIONS))))
 
 
 def test_numbers_lie_in_their_ranges_which_have_reasons(numbers):
-    assert len(FORMULATIONS) == len(set(FORMULATIONS)) == 8
-    for d in DIMENSIONS:
+    assert len(space.FORMULATIONS) == len(set(space.FORMULATIONS)) == 8
+    for d in space.DIMENSIONS:
         assert d.reason
         assert d.low <= numbers[d.name].min() < numbers[d.name].max() <= d.high
-    ends = decode(np.array([np.zeros(len(DIMENSIONS)), np.ones(len(DIMENSIONS))]))
-    assert all(ends[d.name] == pytest.approx([d.low, d.high], rel=1e-12) for d in DIMENSIONS)
+    ends = space.decode(np.array([np.zeros(len(space.DIMENSIONS)), np.ones(len(space.DIMENSIONS))]))
+    assert all(ends[d.name] == pytest.approx([d.low, d.high], rel=1e-12) for d in space.DIMENSIONS)
 
 
 def test_speed_limit_is_that_of_the_surface():
     few = {"F_n": np.array([1e-3])}
     k1 = 2000.0 / (1e-3 * LENGTH)  # the stiffness at which the load is 2 kN
-    assert speed_limit(few)[0] * LENGTH * math.sqrt(k1 / MASS) == pytest.approx(5.0)
+    assert space.speed_limit(few)[0] * LENGTH * math.sqrt(k1 / MASS) == pytest.approx(5.0)
 
 
 def test_standing_pads_rest_without_friction_and_released_ones_are_where_they_are_put(numbers):
-    still = standing(numbers)
+    still = space.standing(numbers)
     seen = 0
     for case in "abcd":
         pads = stacked(numbers, "B2", case, CONSISTENT)
-        first = starts(numbers, pads)
+        first = space.starts(numbers, pads)
         assert np.all(first[~still, 1] == numbers["lift"][~still] * numbers["F_n"][~still])
         for i in np.flatnonzero(still & np.isfinite(first).all(axis=1))[:5]:
             model = PadModel("B2", known.one_of(pads, i).replace(mu=0.0), CONSISTENT)
@@ -128,7 +110,7 @@ def test_stages_can_be_taken_up_again(tmp_path, monkeypatch):
     monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
     now = None
     for stage in range(3):
-        now = advance(FORMULATIONS[0], 1, stage, now)
+        now = advance(space.FORMULATIONS[0], 1, stage, now)
         write_stage(tmp_path / "kept.npz", now)
         again = read_stage(tmp_path / "kept.npz")
         for f in fields(Stage):
@@ -136,14 +118,14 @@ def test_stages_can_be_taken_up_again(tmp_path, monkeypatch):
             exact = pytest.approx(wanted, rel=1e-6, nan_ok=True)
             assert np.asarray(getattr(again, f.name), dtype=float) == exact, f.name
         now = again
-    few = ("--formulations", name_of(FORMULATIONS[0]))
+    few = ("--formulations", name_of(space.FORMULATIONS[0]))
     assert main([str(tmp_path), "--stages", "0", "--seeds", "1", "--workers", "1", *few]) == 0
-    assert not stage_file(tmp_path, FORMULATIONS[0], 1, 0).exists()
+    assert not stage_file(tmp_path, space.FORMULATIONS[0], 1, 0).exists()
 
 
 def test_a_front_is_what_no_other_row_surpasses():
     rows = np.random.default_rng(2).integers(0, 4, (60, 3)).astype(float)
-    front = {tuple(r) for r in rows[undominated(rows)]}
+    front = {tuple(r) for r in rows[gather.undominated(rows)]}
     for row in rows:
         beaten = any((o >= row).all() and (o > row).any() for o in rows)
         assert (tuple(row) in front) != beaten
@@ -155,45 +137,50 @@ def test_the_cases_in_which_surfaces_part_are_bits():
     margins[1, INDEX["B2-c-loss"]] = -1.0
     margins[2, loss] = -1.0
     margins[3, [INDEX["B2-c-loss"], INDEX["B2-b-contact"]]] = -1.0
-    assert parting(margins).tolist() == [0b0100, 0, 0b1111, 0b0010]
-    assert keep_all(margins, ("B2-a-contact", "B2-c-loss")).tolist() == [True, False, False, False]
+    assert gather.parting(margins).tolist() == [0b0100, 0, 0b1111, 0b0010]
+    assert gather.keep_all(margins, ("B2-a-contact", "B2-c-loss")).tolist() == [
+        True,
+        False,
+        False,
+        False,
+    ]
 
 
 def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
     monkeypatch.setattr(population, "POPULATION", 16)
-    for f, seed in product(FORMULATIONS, SEEDS):
+    for f, seed in product(space.FORMULATIONS, SEEDS):
         now = None
         for stage in range(3):
             now = pretended(f, seed, stage)
             write_stage(stage_file(tmp_path, f, seed, stage), now)
-    kept = gather(tmp_path)
+    kept = gather.gather(tmp_path)
     np.savez_compressed(tmp_path / "kept.npz", **vars(kept))
-    again = read_kept(tmp_path / "kept.npz")
+    again = gather.read_kept(tmp_path / "kept.npz")
     assert int(again.stages) == 3
     assert np.all(again.effort[:, :, 0] == 3 * 16)
     assert np.all(again.random == [2 * 16, 2 * 16])
     margins = np.array([s.margins for s in map(read_stage, sorted(tmp_path.glob("*/*.npz")))])
-    whole = counts(margins.reshape(-1, 33))
+    whole = gather.counts(margins.reshape(-1, 33))
     assert again.best.max(axis=(0, 1)) == pytest.approx(whole.max(axis=1))
     assert again.random_counts[:, 0].sum() == 8 * 5 * 2 * 16
     assert np.all(again.random_parting.sum(axis=1) == 5 * 2 * 16)
     assert np.all(again.random_together <= 5 * 2 * 16)
     assert again.shares[0, 0, -1] == pytest.approx(math.log(0.5**2), rel=1e-6)
     with pytest.raises(InputError, match="make ensembles"):
-        read_kept(tmp_path / "integral-centre-plus-1" / "stage-000.npz")
+        gather.read_kept(tmp_path / "integral-centre-plus-1" / "stage-000.npz")
     np.savez_compressed(tmp_path / "old.npz", **vars(kept) | {"margins": kept.margins[..., 1:]})
     with pytest.raises(InputError, match="32 claims"):
-        read_kept(tmp_path / "old.npz")
+        gather.read_kept(tmp_path / "old.npz")
     (tmp_path / "mean-frame-minus-5" / "stage-002.npz").unlink()
     with pytest.raises(InputError, match="2 stages"):
-        gather(tmp_path)
+        gather.gather(tmp_path)
 
 
 @needs_heyoka
 def test_searches_in_parts_and_after_an_interruption_are_the_same(
     tmp_path, monkeypatch, capsysbinary
 ):
-    laws, seeds = FORMULATIONS[:2], (1, 2)
+    laws, seeds = space.FORMULATIONS[:2], (1, 2)
     monkeypatch.setattr(population, "POPULATION", 8)
     monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
     monkeypatch.setattr("squeal.article.ensembles.gather.FORMULATIONS", laws)
@@ -204,7 +191,7 @@ def test_searches_in_parts_and_after_an_interruption_are_the_same(
     def drawn(folder, *parts):
         for part in parts:
             assert main([str(folder), *options, "--part", part]) == 0
-        assert gather_main([str(folder), "--untimed"]) == 0
+        assert gather.main([str(folder), "--untimed"]) == 0
         return capsysbinary.readouterr().out
 
     whole = drawn(tmp_path / "whole", "1-of-1")
@@ -228,7 +215,7 @@ def test_a_search_goes_on_from_pads_that_keep_three_statements(tmp_path, monkeyp
     stages = [pretended(beyond.LAW, seed, stage) for seed in SEEDS for stage in range(2)]
     for i, stage in enumerate(stages):
         write_stage(stage_file(folder, beyond.LAW, SEEDS[i // 2], i % 2), stage)
-    three = [INDEX[name] for name in FRONT]
+    three = [INDEX[name] for name in gather.FRONT]
     wanted = sum(int((s.margins[:, three] > 0.0).all(axis=1).sum()) for s in stages)
     assert len(beyond.beginning(folder).points) == wanted > 0
     assert beyond.main([*told, "1"]) == 0
@@ -242,8 +229,8 @@ def test_a_search_goes_on_from_pads_that_keep_three_statements(tmp_path, monkeyp
 
 def pretended(formulation, seed, stage):
     """A stage of 16 pads of which no motion was simulated."""
-    random = np.random.default_rng([FORMULATIONS.index(formulation), seed, stage])
-    points = random.uniform(size=(16, len(DIMENSIONS))).astype(np.float32).astype(float)
+    random = np.random.default_rng([space.FORMULATIONS.index(formulation), seed, stage])
+    points = random.uniform(size=(16, len(space.DIMENSIONS))).astype(np.float32).astype(float)
     partial = random.uniform(5.0, 9.0, (16, distance.STEPS)).cumsum(axis=1)
     yes = np.ones(16, dtype=bool)
     margins = random.normal(size=(16, 33)).astype(np.float32)
@@ -252,7 +239,7 @@ def pretended(formulation, seed, stage):
 
 
 def test_stored_ensembles_are_of_equal_effort():
-    kept = read_kept(ROOT / ENSEMBLES)
+    kept = gather.read_kept(ROOT / ENSEMBLES)
     pads, random = kept.effort[:, :, 0], kept.random[:, :, 0]
     assert pads.shape == (8, 5)
     assert np.ptp(pads - random) == 0.0  # of the searches themselves, random pads apart
@@ -265,8 +252,8 @@ def test_shares_multiply_to_a_known_volume(monkeypatch):
     level = 0.1
 
     def ball(numbers, formulation, levels=NO_LEVELS, models=()):
-        points = np.array([numbers[d.name] for d in DIMENSIONS[-3:]]).T
-        low, high = np.array([(d.low, d.high) for d in DIMENSIONS[-3:]]).T
+        points = np.array([numbers[d.name] for d in space.DIMENSIONS[-3:]]).T
+        low, high = np.array([(d.low, d.high) for d in space.DIMENSIONS[-3:]]).T
         far = np.abs(2.0 * (points - low) / (high - low) - 1.0).max(axis=1)
         partial = np.repeat(far[:, None], distance.STEPS, axis=1)
         margins = np.zeros((len(far), 33))

@@ -15,7 +15,8 @@ from squeal.model.line import LineForce
 from squeal.scene import read_scene
 from squeal.scene.schema import Scene
 from tests.conftest import SCENES
-from tests.simulation.test_simulation import bounce, upright
+from tests.simulation.closed import upright
+from tests.simulation.test_simulation import bounce
 
 
 def study() -> Study:

@@ -9,17 +9,8 @@ from typing import Any
 import pytest
 
 from squeal.article.claims import CLAIMS
-from squeal.article.identify import search
+from squeal.article.identify import search, space
 from squeal.article.identify.objective import cost_of, costs, judge_many, judge_one
-from squeal.article.identify.space import (
-    BOUNDS,
-    DIMENSIONS,
-    SPEED_LIMIT,
-    START,
-    decode,
-    encode,
-    scenes_of,
-)
 from squeal.article.identify.stored import read_searches
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.cli import main
@@ -35,29 +26,29 @@ TILTED = ROOT / "tests" / "data" / "tilted-pad.json"
 
 
 def test_points_and_numbers_are_the_same_thing():
-    point = encode(START)
-    assert decode(point) == pytest.approx(START, rel=1e-14)
-    for value, (low, high) in zip(point, BOUNDS, strict=True):
+    point = space.encode(space.START)
+    assert space.decode(point) == pytest.approx(space.START, rel=1e-14)
+    for value, (low, high) in zip(point, space.BOUNDS, strict=True):
         assert low <= value <= high
-    assert all(d.reason for d in DIMENSIONS)
+    assert all(d.reason for d in space.DIMENSIONS)
 
 
 def test_preload_is_in_units_of_the_brake_force():
-    scene = scenes_of(START, MEAN)["B2"]["a"]
+    scene = space.scenes_of(space.START, MEAN)["B2"]["a"]
     pad = scene.pad
     # at the start the contact presses with k_c (-y0 - y)
     reaction = -pad.k_c * (pad.y0 + scene.initial[1])
-    assert reaction / pad.F_n == pytest.approx(START["preload"], rel=1e-12)
+    assert reaction / pad.F_n == pytest.approx(space.START["preload"], rel=1e-12)
 
 
 @pytest.fixture(scope="module")
 def outcome():
-    return judge_many([START], MEAN)[0]
+    return judge_many([space.START], MEAN)[0]
 
 
 @needs_heyoka
 def test_many_pads_are_judged_as_one_is(outcome):
-    alone = judge_one(START, MEAN)
+    alone = judge_one(space.START, MEAN)
     for many, one in zip(outcome.judged, alone, strict=True):
         assert (many.id, many.verdict) == (one.id, one.verdict)
         # peaks from coarser samples, the map from 40 points a side, calm to some per cent
@@ -68,7 +59,7 @@ def test_many_pads_are_judged_as_one_is(outcome):
 @needs_heyoka
 def test_a_pad_is_as_fast_as_its_history_says(outcome):
     fastest = 0.0
-    for cases in scenes_of(START, MEAN).values():
+    for cases in space.scenes_of(space.START, MEAN).values():
         for scene in cases.values():
             history = simulate(
                 dataclasses.replace(scene, samples=4001, outputs=("history",))
@@ -81,37 +72,37 @@ def test_a_pad_is_as_fast_as_its_history_says(outcome):
 def test_cost_counts_failing_claims(outcome):
     failing = sum(j.verdict != "reproduced" for j in outcome.judged)
     # of two claims that conflict one counts; each failing claim costs 1 to 2, a thin one up to 1/2
-    assert failing - 1 <= cost_of(outcome, START) <= 2 * failing + 0.5 * len(CLAIMS)
+    assert failing - 1 <= cost_of(outcome, space.START) <= 2 * failing + 0.5 * len(CLAIMS)
 
 
 @needs_heyoka
 def test_what_no_pad_could_do_costs(outcome):
-    outcome = outcome._replace(fastest=SPEED_LIMIT)
-    fast = outcome._replace(fastest=3 * SPEED_LIMIT)
-    assert cost_of(fast, START) == pytest.approx(cost_of(outcome, START) + 4.0)
-    soft = START | {"k_c": START["preload"] * START["F_n"] / START["h"]}
-    assert cost_of(outcome, soft) == pytest.approx(cost_of(outcome, START) + 2.0)
-    assert cost_of(None, START) > cost_of(outcome, START)
+    outcome = outcome._replace(fastest=space.SPEED_LIMIT)
+    fast = outcome._replace(fastest=3 * space.SPEED_LIMIT)
+    assert cost_of(fast, space.START) == pytest.approx(cost_of(outcome, space.START) + 4.0)
+    soft = space.START | {"k_c": space.START["preload"] * space.START["F_n"] / space.START["h"]}
+    assert cost_of(outcome, soft) == pytest.approx(cost_of(outcome, space.START) + 2.0)
+    assert cost_of(None, space.START) > cost_of(outcome, space.START)
 
 
 @needs_heyoka
 def test_a_pad_that_turns_over_is_dear_and_stops_nobody():
-    mad = START | {"F_n": 30.0}
-    both = judge_many([mad, START], MEAN)
+    mad = space.START | {"F_n": 30.0}
+    both = judge_many([mad, space.START], MEAN)
     assert both[0] is None
     assert both[1] is not None
-    found, alone = costs([mad, START], MEAN), costs([START], MEAN)
+    found, alone = costs([mad, space.START], MEAN), costs([space.START], MEAN)
     assert found[0] == 100.0
     assert found[1] == pytest.approx(alone[0], rel=1e-6)
 
 
 def test_written_scenes_are_the_searched_pad_in_si_units(tmp_path):
-    write_scenes(START, MEAN, tmp_path)
+    write_scenes(space.START, MEAN, tmp_path)
     assert len(list(tmp_path.glob("*.yaml"))) == 9
     chosen: list[tuple[Model, str]] = [("B1", "b"), ("B2", "d")]
     for model, case in chosen:
         written = read_scene(tmp_path / f"{model.lower()}-{case}.yaml", "simulate")
-        wanted = scenes_of(START, MEAN, 1e-15)[model][case]
+        wanted = space.scenes_of(space.START, MEAN, 1e-15)[model][case]
         one, two = simulate(written), simulate(wanted)
         assert written.formulation == wanted.formulation
         for signal, limits in one.extrema.items():
@@ -226,7 +217,7 @@ def test_the_report_says_truly_which_formulations_keep_most(stored):
 
 def test_hammering_and_the_statement_on_case_d_do_not_exclude_each_other():
     # as the report says of the statement that the best pad does not keep
-    pad = START | {"h": 0.13389, "inertia": 1.9912, "k2": 2.4945, "k_c": 2.9869, "L": 1.0146}
+    pad = space.START | {"h": 0.13389, "inertia": 1.9912, "k2": 2.4945, "k_c": 2.9869, "L": 1.0146}
     pad |= {"mu": 0.32352, "F_n": 0.001901, "preload": 3.1418, "lift": 2.9909}
     held = {j.id for j in judge_one(pad, MEAN) if j.verdict == "reproduced"}
     assert {"B2-c-hammer", "B2-c-loss", "B2-d-contact", "B2-d-trailing"} <= held

@@ -3,18 +3,10 @@
 import mpmath as mp
 import pytest
 
-from squeal.article.literature.comparison import (
-    DERIVED,
-    READ,
-    SYSTEMS,
-    WING,
-    compare,
-    literature_rows,
-    literature_system,
-)
+from squeal.article.literature import comparison
 from tests.stability.conftest import exact_damped
 
-ROWS = literature_rows()
+ROWS = comparison.literature_rows()
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.name}: {row.quantity}")
@@ -23,16 +15,18 @@ def test_row(row):
 
 
 def test_every_system_and_both_provenances_occur():
-    assert {row.name for row in ROWS} == {literature_system(name).name for name in SYSTEMS}
-    assert {row.provenance for row in ROWS} == {READ, DERIVED}
-    assert all(literature_system(name).reference for name in SYSTEMS)
+    assert {row.name for row in ROWS} == {
+        comparison.literature_system(name).name for name in comparison.SYSTEMS
+    }
+    assert {row.provenance for row in ROWS} == {comparison.READ, comparison.DERIVED}
+    assert all(comparison.literature_system(name).reference for name in comparison.SYSTEMS)
 
 
 def test_wing_to_the_last_printed_digit():
-    M, C, K = literature_system("wing")(0.0)
+    M, C, K = comparison.literature_system("wing")(0.0)
     assert C is not None
     reference = exact_damped(M, C, K)
-    for value in WING:
+    for value in comparison.WING:
         nearest = min(reference, key=lambda r: abs(r - mp.mpc(value)))
         assert abs(complex(nearest).real - value.real) < 6e-9
         assert abs(complex(nearest).imag - value.imag) < 6e-9
@@ -47,9 +41,9 @@ def test_damping_destabilises_brake_and_pendulum():
 def test_disagreement_is_seen():
     row = next(row for row in ROWS if row.expected == "none")
     assert row.error == 0.0
-    system = literature_system("wing")
-    wrong = compare(system, "y", 1.0, None)
+    system = comparison.literature_system("wing")
+    wrong = comparison.compare(system, "y", 1.0, None)
     assert not wrong.agrees
     assert wrong.error is None
-    assert not compare(system, "y", 1.0, 1.0 + 1e-11).agrees
-    assert compare(system, "y", 1.0, 1.0 + 1e-13).agrees
+    assert not comparison.compare(system, "y", 1.0, 1.0 + 1e-11).agrees
+    assert comparison.compare(system, "y", 1.0, 1.0 + 1e-13).agrees

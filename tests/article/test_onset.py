@@ -9,16 +9,7 @@ import pytest
 from squeal.article.claims.measures import measure
 from squeal.article.figures import onset as figure
 from squeal.article.report.onset import exponents_table, generated, lasting_table
-from squeal.article.results.onset import (
-    CyclePoint,
-    Cycles,
-    Exponent,
-    Late,
-    Onset,
-    Settled,
-    Step,
-    Sweep,
-)
+from squeal.article.results import onset as results
 from squeal.article.results.spectra import Heard, Spectra
 from squeal.article.studies import _attractors as attractors
 from squeal.article.studies import onset as study
@@ -43,12 +34,12 @@ def test_a_cycle_s_multiplier_is_the_decay_of_a_disturbance():
     rows, states = study.late({"b1-d": scene})["b1-d"]
     at = study.RATIOS.index(RATIO)
     row = rows[at]
-    assert isinstance(row, Late)
+    assert isinstance(row, results.Late)
     assert row.goes_on
     assert row.growth is not None
     assert row.growth > 0.0
     found = attractors.cycles("b1-d", scene, states[at])
-    assert isinstance(found, Cycles)
+    assert isinstance(found, results.Cycles)
     assert found.decay == pytest.approx(found.own.multiplier, abs=1e-5)
     assert found.own.peak == pytest.approx(row.peak, rel=1e-3)
     assert all(point.changes % 2 == 0 for point in found.branch)  # contact comes back
@@ -128,8 +119,8 @@ def test_a_threshold_is_where_an_eigenvalue_crosses():
     assert study.threshold(scene_of("b1-c")) is None
 
 
-def step(mu: float, lost: float = 0.4, face: float = 0.5, hammers: bool = False) -> Step:
-    return Step(lost, 2.0, hammers, 5 if hammers else 0, -0.5, 0.5, face, mu)
+def step(mu: float, lost: float = 0.4, face: float = 0.5, hammers: bool = False) -> results.Step:
+    return results.Step(lost, 2.0, hammers, 5 if hammers else 0, -0.5, 0.5, face, mu)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +148,7 @@ def test_friction_is_lowered_until_contact_does_not_change(monkeypatch):
     def looked_at(motions, before, seen):
         calls.append([round(m.model.pad.mu, 6) for m in motions])
         # the first motion dies out at the third step, the second one ends at once
-        found = [Settled(0.0 if len(calls) == 3 else 0.4, 2.0, False, 0, None, None, 0.5)]
+        found = [results.Settled(0.0 if len(calls) == 3 else 0.4, 2.0, False, 0, None, None, 0.5)]
         return [m.state + 1.0 for m in motions], (found + [None])[: len(motions)]
 
     monkeypatch.setattr(study, "settled", looked_at)
@@ -169,8 +160,8 @@ def test_friction_is_lowered_until_contact_does_not_change(monkeypatch):
     assert calls == [[study.MU[2]], [study.MU[1], study.MU[1]], [study.MU[0]]]
 
 
-def late_one(ratio=0.005, lost=0.4, hammers=False, growth=0.1, peak=2.0, low=-1.0) -> Late:
-    return Late(lost, peak, hammers, 8 if hammers else 0, low, 0.5, 0.5, ratio, growth)
+def late_one(ratio=0.005, lost=0.4, hammers=False, growth=0.1, peak=2.0, low=-1.0) -> results.Late:
+    return results.Late(lost, peak, hammers, 8 if hammers else 0, low, 0.5, 0.5, ratio, growth)
 
 
 def made(
@@ -179,14 +170,14 @@ def made(
     hammers: bool = False,
     growth: float = 0.1,
     threshold: float | None = 0.7,
-    up: tuple[Step, ...] = (step(0.6, lost=0.0), step(0.7)),
-    down: tuple[Step, ...] = (step(0.7), step(0.6, lost=0.0)),
-    beyond: tuple[Step, ...] = (),
+    up: tuple[results.Step, ...] = (step(0.6, lost=0.0), step(0.7)),
+    down: tuple[results.Step, ...] = (step(0.7), step(0.6, lost=0.0)),
+    beyond: tuple[results.Step, ...] = (),
     least: float = 0.56,
     decay: float = 0.9,
     peak: float = 2.0,
     rate: float = 1.0,
-) -> Onset:
+) -> results.Onset:
     """A result with one motion under both laws, and one of model B1."""
     off = 0.4 if peak else 1.0
     printed = late_one(0.005, off if lasts else 0.0, hammers, growth, peak)
@@ -196,16 +187,16 @@ def made(
         "b2-c-integral": (late_one(0.005, 0.0 if law else 0.4),),
     }
     points = tuple(
-        CyclePoint(mu, 0.2, changes, 1.0, size)
+        results.CyclePoint(mu, 0.2, changes, 1.0, size)
         for mu, changes, size in ((0.8, 2, 0.9), (least, 2, 1.2), (0.7, 0, 1.0))
     )
-    return Onset(
+    return results.Onset(
         late=late,
         mu=(0.6, 0.65, 0.7),
-        sweeps={"b2-c-mean": (Sweep(0.005, up, down, beyond),)},
+        sweeps={"b2-c-mean": (results.Sweep(0.005, up, down, beyond),)},
         thresholds={"b1-c": None, "b2-c-mean": threshold},
-        exponents={"b2-c-mean": Exponent(0.005, (rate,) * 3, 0.1, 0.02, "chaotic", 40)},
-        cycles=Cycles("b2-c-mean", 0.005, points[0], decay, 1e-6, points),
+        exponents={"b2-c-mean": results.Exponent(0.005, (rate,) * 3, 0.1, 0.02, "chaotic", 40)},
+        cycles=results.Cycles("b2-c-mean", 0.005, points[0], decay, 1e-6, points),
         ratio=0.005,
         ratios=(0.005,),
         windows=40,
@@ -290,7 +281,7 @@ def test_tables_tell_what_lasts_and_what_is_undecided():
     assert "off the surface" in lasting_table(made(peak=0.0))
     ended = dataclasses.replace(found, late=found.late | {"b1-a": (Missing("the model ends"),)})
     assert "the model ends" in lasting_table(ended)
-    drifts = Exponent(0.0, (0.1, 0.3), 0.4, 0.02, "undecided", 40)
+    drifts = results.Exponent(0.0, (0.1, 0.3), 0.4, 0.02, "undecided", 40)
     others = dataclasses.replace(
         found, exponents={"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
     )
@@ -321,14 +312,14 @@ def rows(*rates: float, left: int | None = None) -> np.ndarray:
 )
 def test_what_rates_of_growth_tell(logs, tests, sign, windows):
     found = attractors.exponent(logs, 1.0, RATIO, tests)
-    assert isinstance(found, Exponent)
+    assert isinstance(found, results.Exponent)
     assert (found.sign, found.windows) == (sign, windows)
 
 
 def test_the_interval_of_a_mean_is_student_s():
     """Three samples 0.5, 0.6, 0.7 per stretch: 4.303 s / sqrt(3) by tables, at 95 %."""
     found = attractors.exponent(rows(0.5, 0.6, 0.7), 1e-3, RATIO, 1)
-    assert isinstance(found, Exponent)
+    assert isinstance(found, results.Exponent)
     assert found.rate == pytest.approx(0.6 / attractors.STRETCH)
     half = 4.303 * 0.1 / np.sqrt(3.0) / attractors.STRETCH
     assert found.half_width == pytest.approx(half, rel=1e-3)
@@ -370,7 +361,7 @@ def test_hammering_sounds_at_the_frequency_of_its_cycle_and_growth_at_that_of_it
     own = pad.units.to_scaled(np.array(scene.initial))
     state = pad.motion(own, study.LATE * scene.stop / pad.units.time, scene.pad.mu)
     found = attractors.cycles("b1-d", scene, pad.units.to_si(state))
-    assert isinstance(found, Cycles)
+    assert isinstance(found, results.Cycles)
     assert one.strongest * found.own.period == pytest.approx(1.0, rel=1e-4)
 
 
@@ -389,7 +380,7 @@ def sounds(strongest: float, tonal: float) -> Spectra:
 )
 def test_the_sentence_on_pitch_follows_the_spectrum(strongest, tonal, period, words):
     found = made()
-    assert isinstance(found.cycles, Cycles)
+    assert isinstance(found.cycles, results.Cycles)
     own = dataclasses.replace(found.cycles.own, period=period)
     cycles = dataclasses.replace(found.cycles, name="b1-d", own=own)
     sweeps = {"b1-d": found.sweeps["b2-c-mean"]}
@@ -401,7 +392,7 @@ def test_the_sentence_on_pitch_follows_the_spectrum(strongest, tonal, period, wo
 
 def test_without_heyoka_the_reason_is_drawn_and_told():
     why = "No heyoka on this machine simulates no batches of pads."
-    none = study._result({}, {}, {}, {}, Missing(why), why)
+    none = study.without(why)
     values, tables = generated(none, Spectra(scenes={}, ratio=0.005))
     assert why.rstrip(".") in values["onset.cycle"]
     assert set(tables) == {"lasting", "exponents"}

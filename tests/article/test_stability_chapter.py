@@ -27,12 +27,7 @@ from squeal.scene import read_scene
 from squeal.stability import verdict
 from tests import naive
 from tests.article import known
-from tests.conftest import SCENES
-
-
-def scene_of(stem, **changes):
-    scene = read_scene(SCENES / f"{stem}.yaml")
-    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+from tests.conftest import SCENES, scene_of
 
 
 def result(study, stems):

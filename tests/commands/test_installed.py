@@ -12,6 +12,7 @@ import numpy
 import pytest
 
 from squeal.commands.cli import COMMANDS
+from tests.commands.calls import assert_warns
 from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
@@ -108,11 +109,6 @@ def sentence(err):
     assert err.startswith("squeal: ")
     assert err.count("\n") == 1
     return err
-
-
-def assert_warns(err, answer):
-    told = [f"squeal: warning: {words}" for words in answer.get("warnings", [])]
-    assert err.splitlines() == told
 
 
 ANSWERS = {

@@ -20,9 +20,9 @@ from squeal.simulation import simulate
 from squeal.simulation.sound import PEAK, RATE, sound
 from tests.commands.calls import assert_refused, run
 from tests.conftest import SCENES
+from tests.simulation.closed import upright
 from tests.simulation.test_response import RATE as PULSE
 from tests.simulation.test_response import bounce
-from tests.simulation.test_simulation import upright
 
 MADE = provenance([], "squeal.commands.simulate")
 B1, B2 = (str(SCENES / f"{name}.yaml") for name in ("b1-c", "b2-c"))

@@ -13,15 +13,9 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium import Path, find_all, follow, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
-from squeal.scene import read_scene
 from squeal.scene.schema import Damping
-from tests.conftest import SCENES
+from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
-
-
-def scene_of(stem, **changes):
-    scene = read_scene(SCENES / f"{stem}.yaml")
-    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c", "b2-d"])

@@ -5,7 +5,8 @@ import pytest
 
 from squeal.analysis.modes import sweep_modes
 from squeal.plots.coupling import LISTED, coupling_figure
-from tests.analysis.test_modes import coupled, several
+from tests.analysis.test_modes import several
+from tests.known import coupled
 
 
 def artists(figure, gid):

@@ -9,7 +9,6 @@ import pytest
 
 from squeal.errors import ComputationError
 from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation
-from squeal.model.pad import Pad
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
@@ -17,6 +16,7 @@ from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
 from squeal.simulation.run import in_natural_units
 from tests.conftest import needs_heyoka, random_pad
+from tests.simulation.closed import bouncing, upright
 
 pytestmark = needs_heyoka
 
@@ -127,24 +127,6 @@ def test_measures_are_those_of_a_history(model, formulation):
                 wide = np.abs(exact[name]).max()
                 assert found[name][j] == pytest.approx(exact[name], abs=limit * wide, nan_ok=True)
     assert compared >= 6
-
-
-def upright():
-    """A pad that moves only up and down, both edges at once: springs upright, no friction."""
-    one = {"m": 2.0, "w": 0.05, "h": 0.02, "k1": 3e5, "k2": 3e5, "k3": 5e5, "k4": 5e5}
-    angle = math.pi / 2
-    return Pad(**one, L1=0.4, L2=0.4, alpha1=angle, alpha2=angle, mu=0.0, F_n=400.0)
-
-
-def bouncing(pad, height):
-    """Of a pad that falls from a height: first touch, time in contact and depth, in closed form."""
-    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
-    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
-    a = height + pad.F_n / k
-    touch = math.acos((pad.F_n / k) / a) / free
-    speed = a * free * math.sin(free * touch)
-    back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
-    return touch, back, pad.F_n / K + math.hypot(pad.F_n / K, speed / pressed)
 
 
 def test_both_edges_in_the_same_instant_in_closed_form():

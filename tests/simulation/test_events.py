@@ -16,7 +16,8 @@ from squeal.simulation.integrators.with_scipy import SciPyIntegrator
 from squeal.simulation.observers import Events, observers_for
 from squeal.simulation.run import in_natural_units, integrate
 from tests.conftest import BACKENDS, HEYOKA, needs_heyoka, random_pad
-from tests.simulation.test_simulation import bounce, upright
+from tests.simulation.closed import upright
+from tests.simulation.test_simulation import bounce
 
 if HEYOKA:
     import heyoka as hy

@@ -9,7 +9,8 @@ import pytest
 from squeal.model.contact import Formulation
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from tests.conftest import HEYOKA, needs_heyoka
-from tests.simulation.test_batch import some, upright
+from tests.simulation.closed import upright
+from tests.simulation.test_batch import some
 
 if HEYOKA:
     import heyoka as hy

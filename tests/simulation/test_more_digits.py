@@ -15,7 +15,8 @@ from squeal.simulation.integrators.with_mpmath import MpmathIntegrator, own_tole
 from squeal.simulation.reference import ChangeTimes, reference
 from squeal.simulation.run import in_natural_units, integrate
 from tests.conftest import SCENES, needs_heyoka
-from tests.simulation.test_simulation import bounce, upright
+from tests.simulation.closed import upright
+from tests.simulation.test_simulation import bounce
 
 
 def run(scene, tolerance=1e-30):

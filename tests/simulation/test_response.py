@@ -17,7 +17,7 @@ from squeal.simulation.legs import Leg
 from squeal.simulation.response import Response, Watch, _settled
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES
-from tests.simulation.test_simulation import upright
+from tests.simulation.closed import upright
 
 
 def response(scene: Scene) -> Response:
@@ -148,14 +148,19 @@ def test_a_frequency_needs_a_line_with_a_quarter_of_the_power(lines, told):
         states[:, 4] = np.cos(np.outer(t, rates)).sum(axis=1)
         return states
 
-    units, model, _, _ = in_natural_units(bounce(0.1))
-    watch = Watch(model, units, 4000.0)
-    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
-    found = watch.result()["response"]
+    found, units = watched(dense)
     assert (found.frequency_hz is not None) == told
     if told:
         hertz = rates / (2 * math.pi * units.time)
         assert np.abs(hertz - found.frequency_hz).min() < 1e-3 * hertz.max()
+
+
+def watched(dense):
+    """What is told of a motion in full contact, and its units."""
+    units, model, _, _ = in_natural_units(bounce(0.1))
+    watch = Watch(model, units, 4000.0)
+    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
+    return watch.result()["response"], units
 
 
 @pytest.mark.parametrize(("rate", "told"), [(1.5e-4, True), (4e-4, False)])
@@ -167,9 +172,6 @@ def test_an_amplitude_is_steady_to_a_tenth(rate, told):
         states[:, 4] = np.exp(-rate * t) * np.cos(t)
         return states
 
-    units, model, _, _ = in_natural_units(bounce(0.1))
-    watch = Watch(model, units, 4000.0)
-    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
-    found = watch.result()["response"]
+    found, units = watched(dense)
     assert (found.amplitude is not None) == told
     assert found.frequency_hz == pytest.approx(1 / (2 * math.pi * units.time), rel=1e-4)

@@ -8,7 +8,6 @@ import pytest
 
 from squeal.errors import ComputationError
 from squeal.model.contact import Formulation
-from squeal.model.pad import Pad
 from squeal.model.states import FULL, NONE
 from squeal.scene import read_scene
 from squeal.scene.schema import Scene
@@ -16,6 +15,7 @@ from squeal.simulation import simulate
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import first_state, in_natural_units, integrate
 from tests.conftest import HEYOKA, SCENES, needs_heyoka, random_pad
+from tests.simulation.closed import bouncing, upright
 
 if HEYOKA:
     import heyoka as hy
@@ -25,27 +25,13 @@ if HEYOKA:
 CASES = [f"{model}-{case}" for model in ("b1", "b2") for case in "abcd"]
 
 
-def upright(**changes):
-    """A pad that moves only up and down: springs upright and alike, no friction."""
-    values = {"m": 2.0, "w": 0.05, "h": 0.02, "k1": 3e5, "k2": 3e5, "k3": 5e5, "k4": 5e5}
-    values |= {"L1": 0.4, "L2": 0.4, "alpha1": math.pi / 2, "alpha2": math.pi / 2}
-    return Pad(**(values | {"mu": 0.0, "F_n": 400.0} | changes))
-
-
 def bounce(pad, height, stop, **more):
     return Scene("B1", pad, initial=(0, height, 0, 0, 0, 0), stop=stop, samples=101, **more)
 
 
 def test_bouncing_pad_in_closed_form():
     pad, height = upright(), 1e-3
-    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
-    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
-    a = height + pad.F_n / k
-    touch = math.acos((pad.F_n / k) / a) / free
-    speed = a * free * math.sin(free * touch)
-    # pressed: y = -F_n/K + F_n/K cos - speed/pressed sin, back at zero after
-    back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
-    lowest = pad.F_n / K + math.hypot(pad.F_n / K, speed / pressed)
+    touch, back, lowest = bouncing(pad, height)
     period = 2 * touch + back
     result = simulate(bounce(pad, height, 3 * period, outputs=("events", "shares", "extrema")))
     times = [e.t for e in result.events]

@@ -25,6 +25,7 @@ from squeal.simulation.batch.many import simulate_many, stack
 from squeal.simulation.reference import ChangeTimes, reference
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
 from tests.conftest import SCENES, needs_heyoka, random_pad
+from tests.simulation.closed import bouncing, upright
 
 
 def on_springs(scene, count, **more):
@@ -129,20 +130,12 @@ def test_energy_is_kept_without_friction():
     assert energy[1] == pytest.approx(energy[0], rel=1e-12)
 
 
-def upright():
-    values = {"m": 2.0, "w": 0.05, "h": 0.02, "k1": 3e5, "k2": 3e5, "k_c": 1e6, "L1": 0.4}
-    angle = math.pi / 2
-    return Pad(**values, L2=0.4, alpha1=angle, alpha2=angle, mu=0.0, F_n=400.0)
+SPRUNG = {"k3": None, "k4": None, "k_c": 1e6}
 
 
 def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
-    pad, height, count = upright(), 1e-3, 6
-    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k_c
-    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
-    a = height + pad.F_n / k
-    touch = math.acos((pad.F_n / k) / a) / free
-    speed = a * free * math.sin(free * touch)
-    back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
+    pad, height, count = upright(**SPRUNG), 1e-3, 6
+    touch, back, _ = bouncing(pad, height)
     scene = Scene(
         "BN", pad, Formulation(springs=count), (0, height, 0, 0, 0, 0), 2.5 * touch + back, 2
     )
@@ -179,7 +172,7 @@ def test_quad_precision_and_batches_tell_the_same_motion():
 @needs_heyoka
 def test_measures_of_edges_are_refused():
     with pytest.raises(InputError, match="measured: not allowed with model BN"):
-        simulate_many("BN", stack([upright()]), np.zeros((1, 6)), 1.0, measured=True)
+        simulate_many("BN", stack([upright(**SPRUNG)]), np.zeros((1, 6)), 1.0, measured=True)
 
 
 def test_the_normal_reaction_gives_back_what_it_took():

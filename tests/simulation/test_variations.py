@@ -12,7 +12,7 @@ from squeal.scene.schema import Scene
 from squeal.simulation.run import in_natural_units, integrate
 from squeal.simulation.variations import variations
 from tests.conftest import HEYOKA, SCENES, needs_heyoka
-from tests.simulation.test_simulation import upright
+from tests.simulation.closed import upright
 
 if HEYOKA:
     import heyoka as hy

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from squeal.stability import crossings, unstable_modes
-
-
-def coupled(mu):
-    """Mode coupling: omega^2 = 2 +- sqrt(1 - 4 mu / 3), so that it flutters from 3/4 on."""
-    return np.eye(2), None, np.array([[2.0, -1.0 + 4 / 3 * mu], [-1.0, 2.0]])
+from tests.known import coupled
 
 
 def drum(mu, e=(0.02, 0.04)):

@@ -105,14 +105,9 @@ def _in_band(frequency: float, wanted: Wanted) -> bool:
 def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
     found = thresholds(system, high, mu_min=low)
     verdict = system_roots(system, None, {system.parameter: low}).verdict
-    return SystemThresholds(
-        low,
-        high,
-        verdict,
-        tuple(p for p in found.points if _in_band(p.frequency_hz, wanted)),
-        tuple(c for c in found.crossings if _in_band(c.frequency_hz, wanted)),
-        found.certified,
-    )
+    points = tuple(p for p in found.points if _in_band(p.frequency_hz, wanted))
+    crossings = tuple(c for c in found.crossings if _in_band(c.frequency_hz, wanted))
+    return SystemThresholds(low, high, verdict, points, crossings, found.certified)
 
 
 def _large(
@@ -159,16 +154,7 @@ def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) 
     """Coalescences of the reduced system inside the region."""
     found = search(reduction.system, low, high)
     return [
-        Crossing(
-            float(c.value),
-            c.kind,
-            "up" if c.direction > 0 else "down",
-            c.omega / (2 * math.pi),
-            (float(c.interval[0]), float(c.interval[1])),
-            0,
-            False,
-            reduction.worst,
-        )
+        c.crossing(0, False, reduction.worst)
         for place in found.places
         for c in place
         if region.low_imag <= c.omega <= region.high_imag

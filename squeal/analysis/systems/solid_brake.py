@@ -165,14 +165,10 @@ def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrak
     kept = np.setdiff1d(np.arange(n), (3 * number[0].ravel()[:, None] + np.arange(3)).ravel())
     M, K, contact, friction = (csc_array(X)[kept][:, kept] for X in (M, K, contact, friction))
     alpha, beta = g.damping
-    system = TermSystem(
-        (Term(M),),
-        (Term(csc_array(alpha * M + beta * K)),),
-        (Term(K), Term(contact, Formula("contact")), Term(friction, Formula("mu*contact"))),
-        {"mu": 0.4, "contact": 1.0},
-        "mu",
-        "solid brake",
-    )
+    damping = (Term(csc_array(alpha * M + beta * K)),)
+    terms = (Term(K), Term(contact, Formula("contact")), Term(friction, Formula("mu*contact")))
+    own = {"mu": 0.4, "contact": 1.0}
+    system = TermSystem((Term(M),), damping, terms, own, "mu", "solid brake")
     return SolidBrake(system, kept // 3, kept % 3, places.T)
 
 

@@ -1,5 +1,6 @@
 """Which roots of a system are asked for, and what it takes to get them."""
 
+import dataclasses
 import math
 import os
 from collections.abc import Callable
@@ -110,11 +111,4 @@ def extent(region: Rectangle | Disc | None) -> dict[str, float] | None:
     """A region for the JSON object; None stands for the whole plane."""
     if region is None:
         return None
-    if isinstance(region, Disc):
-        return {"radius": region.radius}
-    return {
-        "low_real": region.low_real,
-        "high_real": region.high_real,
-        "low_imag": region.low_imag,
-        "high_imag": region.high_imag,
-    }
+    return {"radius": region.radius} if isinstance(region, Disc) else dataclasses.asdict(region)

@@ -38,14 +38,8 @@ def write_system(
             write_matrix(folder / name, term.matrix, part)
             text = term.factor.text
             lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
-            rows.append(
-                {
-                    "part": part,
-                    "file": name,
-                    "factor": text,
-                    "fingerprint": fingerprint(term.matrix),
-                }
-            )
+            row = {"part": part, "file": name, "factor": text}
+            rows.append(row | {"fingerprint": fingerprint(term.matrix)})
     write_text(folder / "system.yaml", "\n".join(lines) + f"\n{more}")
     return rows
 

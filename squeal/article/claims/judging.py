@@ -28,14 +28,8 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
     for claim in CLAIMS:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
         verdict: Verdict = "reproduced" if outcome.margin > 0.0 else "not reproduced"
-        words = claim.where, claim.statement, claim.case, claim.scenes
-        kind = claim.follows.kind if claim.follows else "informative"
-        derivation = claim.follows.derivation if claim.follows else ""
-        judged.append(
-            JudgedClaim(
-                claim.id, verdict, outcome.measured, *words, outcome.margin, kind, derivation
-            )
-        )
+        why = {} if claim.follows else {"kind": "informative", "derivation": ""}
+        judged.append(JudgedClaim.of(claim, outcome, claim.follows, verdict=verdict, **why))
     holding = {j.id for j in judged if j.holds}
     lost = {c.id for c in CLAIMS if c.conflicts in holding} - holding
     return [replace(j, verdict="contradicted") if j.id in lost else j for j in judged]

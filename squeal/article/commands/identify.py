@@ -12,6 +12,7 @@ from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.tables import table
+from squeal.files.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 
@@ -40,14 +41,8 @@ def options(parser: Parser) -> None:
 
 def data(found: Found) -> dict[str, Any]:
     """The best pad as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
-    return {
-        "numbers": found.numbers,
-        "cost": found.cost,
-        "reproduced": found.reproduced,
-        "starts": found.starts,
-        "pads": found.pads,
-        "claims": [{"id": j.id, "verdict": j.verdict, "margin": j.margin} for j in found.judged],
-    }
+    claims = [picked(j, "id verdict margin") for j in found.judged]
+    return picked(found, "numbers cost reproduced starts pads") | {"claims": claims}
 
 
 def text(found: Found) -> str:

@@ -12,7 +12,7 @@ from squeal.commands.base import Answer, Parser
 from squeal.commands.outputs import file_options
 from squeal.commands.tables import number, table
 from squeal.errors import InputError
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.model.linear import rank
 from squeal.scene import Scene
 
@@ -47,16 +47,11 @@ def data(scene: Scene) -> dict[str, Any]:
         taken = next((e for e, _ in judged if e.on_branch), judged[0][0] if judged else None)
         found["admissible"] = taken is not None and taken.admissible
         found["equilibria"] = [
-            {
-                **dict(zip(("x", "y", "theta"), e.q, strict=True)),
-                "R_n": e.R_n,
-                "delta": e.delta,
-                "contact": scene.pad_model.state_name(e.state),
-                "verdict": judgement.verdict,
-                "on_branch": e.on_branch,
-                "admissible": e.admissible,
-                "warnings": list(e.warnings),
-            }
+            dict(zip(("x", "y", "theta"), e.q, strict=True))
+            | picked(e, "R_n delta")
+            | {"contact": scene.pad_model.state_name(e.state), "verdict": judgement.verdict}
+            | picked(e, "on_branch admissible")
+            | {"warnings": list(e.warnings)}
             for e, judgement in judged
         ]
     return found

@@ -95,6 +95,10 @@ def _refused(case: Case) -> Outcome:
         if case.time is not None:
             said = float(told.split("t = ")[1].split(" ")[0])
             right = right and math.isclose(said, case.time, rel_tol=1e-6)
+    return _not_run(case, right, told)
+
+
+def _not_run(case: Case, right: bool, told: str) -> Outcome:
     words: Word = "refused" if right else "wrong"
     return Outcome(case.group, case.name, words, None, 0, 0, 0.0, told)
 
@@ -106,8 +110,7 @@ def _ended(case: Case, told: str) -> Outcome:
         alike = False
     except ComputationError as failure:
         alike = str(failure) == told
-    words: Word = "refused" if alike else "wrong"
-    return Outcome(case.group, case.name, words, None, 0, 0, 0.0, told)
+    return _not_run(case, alike, told)
 
 
 def run_case(case: Case) -> Outcome:

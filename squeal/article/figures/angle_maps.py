@@ -1,6 +1,7 @@
 """Maps over the spring angles side by side, from `studies.angles` and `studies.quasi_static`."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -44,16 +45,8 @@ def _panel(axes: Axes, found: Outline, marks: Marks, colours: tuple[str, ...], t
 
 def _key(axes: Axes, entries: list[tuple[str, str]], title: str, top: float) -> None:
     handles = [Patch(facecolor=colour, edgecolor="k", linewidth=0.5) for colour, _ in entries]
-    legend = Legend(
-        axes,
-        handles,
-        [name for _, name in entries],
-        title=title,
-        loc="upper left",
-        bbox_to_anchor=(0.0, top),
-        alignment="left",
-    )
-    axes.add_artist(legend)
+    place: Any = {"loc": "upper left", "bbox_to_anchor": (0.0, top), "alignment": "left"}
+    axes.add_artist(Legend(axes, handles, [name for _, name in entries], title=title, **place))
 
 
 def angle_figure(found: Angles, printed: QuasiStatic) -> Figure:

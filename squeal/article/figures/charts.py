@@ -1,5 +1,7 @@
 """Figs. 3 and 8: flow charts of the contact states, from the table that the integrator uses."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,16 +9,11 @@ from matplotlib.figure import Figure
 from squeal.errors import InputError
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model
-from squeal.model.states import EDGE_NAMES, FULL, LEAD, NONE, STATES, TRAIL, State, conditions
+from squeal.model.states import EDGE_NAMES, FULL, LEAD, NONE, STATES, TRAIL, conditions
 from squeal.plots.states import colours, state_label
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
-_PLACES: dict[State, tuple[float, float]] = {
-    FULL: (0.0, 1.0),
-    NONE: (0.0, -1.0),
-    LEAD: (-1.35, 0.0),
-    TRAIL: (1.35, 0.0),
-}
+_PLACES = {FULL: (0.0, 1.0), NONE: (0.0, -1.0), LEAD: (-1.35, 0.0), TRAIL: (1.35, 0.0)}
 _SIZE = (0.62, 0.24)  # half width and half height of a box
 
 
@@ -44,20 +41,9 @@ def links(model: Model) -> dict[tuple[str, str], int]:
 def _box(axes: Axes, model: Model, label: str, at: tuple[float, float]) -> None:
     meaning = contact_law(model).meanings[label].replace(" in contact", "").replace("surface ", "")
     head = state_label(label)
-    axes.annotate(
-        f"{head}\n{meaning}",
-        at,
-        ha="center",
-        va="center",
-        linespacing=1.15,
-        bbox={
-            "boxstyle": "round,pad=0.35",
-            "facecolor": "white",
-            "edgecolor": colours(model)[label],
-            "linewidth": 1.6,
-        },
-        zorder=3,
-    )
+    box = {"boxstyle": "round,pad=0.35", "fc": "white", "ec": colours(model)[label], "lw": 1.6}
+    look: Any = {"ha": "center", "va": "center", "linespacing": 1.15, "zorder": 3}
+    axes.annotate(f"{head}\n{meaning}", at, bbox=box, **look)
 
 
 def _arrow(
@@ -75,20 +61,11 @@ def _arrow(
     # from box edge to box edge: leave each box where the straight way crosses it
     reach = min(_SIZE[i] / abs(way[i]) for i in (0, 1) if abs(way[i]) > 1e-9) + 0.12
     tail, head = a + way * reach + 0.5 * bow * left, b - way * reach + 0.5 * bow * left
-    axes.annotate(
-        "",
-        head,
-        tail,
-        arrowprops={
-            "arrowstyle": "-|>",
-            "connectionstyle": f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}",
-            "linewidth": 0.8,
-            "linestyle": (0, (3, 2)) if together else "-",
-            "color": "0.45" if together else "black",
-            "shrinkA": 0.0,
-            "shrinkB": 0.0,
-        },
-    )
+    line, colour = ((0, (3, 2)), "0.45") if together else ("-", "black")
+    bent = f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}"
+    look = {"arrowstyle": "-|>", "connectionstyle": bent, "shrinkA": 0.0, "shrinkB": 0.0}
+    look |= {"linewidth": 0.8, "linestyle": line, "color": colour}
+    axes.annotate("", head, tail, arrowprops=look)
     if text:
         middle = (tail + head) / 2.0 + left * (0.5 * bow + 0.14)
         middle[0] += 0.05 * (len(text) - 3) * left[0]  # longer text needs more room
@@ -114,8 +91,9 @@ def chart(model: Model) -> Figure:
 
 def alternative_text(model: Model) -> str:
     """The chart in words."""
-    single = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 1]
-    double = [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == 2]
+    single, double = (
+        [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == n] for n in (1, 2)
+    )
     boxes = "; ".join(
         f"{label}: {meaning}" for label, meaning in contact_law(model).meanings.items()
     )

@@ -30,13 +30,8 @@ def draw(found: Ensembles) -> Drawing:
                 for side, (law, values) in zip((-1, 1), points.items(), strict=True):
                     colour = COLOURS[side > 0]
                     if row == column:
-                        axes.hist(
-                            values[:, x],
-                            bins=np.linspace(0.0, 1.0, 16),
-                            histtype="step",
-                            color=colour,
-                            label=law if row == 0 else None,
-                        )
+                        label, bins = law if row == 0 else None, np.linspace(0.0, 1.0, 16)
+                        axes.hist(values[:, x], bins, histtype="step", color=colour, label=label)
                     elif side == np.sign(column - row):  # one law below the diagonal, one above
                         axes.plot(values[:, x], values[:, y], ".", color=colour, ms=4.0, mew=0)
                         axes.set_ylim(0.0, 1.0)

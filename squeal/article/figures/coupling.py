@@ -8,14 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
-from squeal.article.figures.loci import (
-    KILOHERTZ,
-    PER_MS,
-    equilibrium_mark,
-    growths,
-    off_branch,
-    rows,
-)
+from squeal.article.figures import loci
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
 from squeal.plots.curves import COLOURS, LINES, draw_modes, mark_events
 from squeal.plots.states import state_label
@@ -23,7 +16,7 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 from squeal.plots.units import Unit
 
 LOOKS = [{"color": c, "linestyle": s} for c, s in zip(COLOURS, LINES, strict=True)]
-UNITS = Unit(KILOHERTZ, "kHz"), Unit(PER_MS, "1/ms")
+UNITS = Unit(loci.KILOHERTZ, "kHz"), Unit(loci.PER_MS, "1/ms")
 OWN: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}
 
 
@@ -47,26 +40,22 @@ def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
         axes.axvline(scene.mu, color="0.7", linewidth=0.6, zorder=0, gid="scene's mu")
     if isinstance(equilibrium, Modes):
         real, imag = np.array(equilibrium.real), np.array(equilibrium.imag)
-        mark = equilibrium_mark(equilibrium)
+        mark = loci.equilibrium_mark(equilibrium)
         mu = np.full(len(real), scene.mu)
         inside = imag >= 0.0
-        upper.plot(mu[inside], imag[inside] / KILOHERTZ, mark, gid="scene", **OWN)
-        lower.plot(mu, real / PER_MS, mark, gid="scene", **OWN)
+        upper.plot(mu[inside], imag[inside] / loci.KILOHERTZ, mark, gid="scene", **OWN)
+        lower.plot(mu, real / loci.PER_MS, mark, gid="scene", **OWN)
     upper.set_title(title(scene.name), pad=3.0)
 
 
 def coupling_figure(found: Loci) -> Figure:
     """For each model a row of frequencies over one of growth rates; one column a case."""
-    grid_of = rows(found)
+    grid_of = loci.rows(found)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 2.65 * len(grid_of)))
+        shape, heights = (2 * len(grid_of), max(map(len, grid_of))), [1.7, 1.0] * len(grid_of)
         grid = figure.subplots(
-            2 * len(grid_of),
-            max(map(len, grid_of)),
-            squeeze=False,
-            sharex=True,
-            sharey="row",
-            gridspec_kw={"height_ratios": [1.7, 1.0] * len(grid_of)},
+            *shape, squeeze=False, sharex=True, sharey="row", height_ratios=heights
         )
         for i, scenes in enumerate(grid_of):
             upper, lower = grid[2 * i], grid[2 * i + 1]
@@ -95,7 +84,7 @@ def _legend(found: Loci) -> list[Line2D]:
 
     entries = [mark(f"mode {k}", **look) for k, look in enumerate(LOOKS, 1)]
     entries.append(mark(r"the scene's $\mu$", color="0.7", marker="o", **OWN))
-    if off_branch(found):
+    if loci.off_branch(found):
         entries.append(mark("off the branch", color="0.7", marker="^", **OWN))
     branches = [s.branch for s in found.scenes if isinstance(s.branch, Branch)]
     if any(branch.contact_changes for branch in branches):
@@ -116,7 +105,7 @@ def alternative_text(found: Loci) -> str:
         f"Frequencies above growth rates of the three modes over friction to {found.mu_max:g} "
         "along the equilibrium branch, one column a case. Where two frequencies meet, one mode "
         "begins to grow and its partner to decay. "
-        f"Events over friction: {'; '.join(told)}. At the scenes' friction {growths(found)}."
+        f"Events over friction: {'; '.join(told)}. At the scenes' friction {loci.growths(found)}."
     )
 
 

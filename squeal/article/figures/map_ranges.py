@@ -32,14 +32,8 @@ def map_ranges_figure(found: MapRanges) -> Figure:
             share.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
             share.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
             share.plot(sweep.values, sweep.signs, "k--", label="signs followed")
-            share.plot(
-                sweep.sparse,
-                sweep.reached,
-                "o-",
-                color="#3498DB",
-                ms=3,
-                label="equilibrium on the branch",
-            )
+            label = "equilibrium on the branch"
+            share.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
             share.plot(
                 sweep.sparse, sweep.kept, "s-", color="#6A1B7B", ms=3, label="kept equilibrium"
             )

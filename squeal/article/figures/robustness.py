@@ -1,6 +1,7 @@
 """Robustness: which claims hold around the best pad, and which number breaks one first."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -40,16 +41,9 @@ def _breaks(axes: Axes, breaks: Sequence[Break]) -> None:
             continue
         percent = 100 * b.change
         axes.plot(percent, row, marker, color=colour, ms=4)
-        left = percent > 4
-        axes.annotate(
-            _label(b.claims),
-            (percent, row),
-            (-5 if left else 5, 0),
-            textcoords="offset points",
-            ha="right" if left else "left",
-            va="center",
-            fontsize=SMALL,
-        )
+        x, side = (-5, "right") if percent > 4 else (5, "left")
+        look: Any = {"textcoords": "offset points", "va": "center", "fontsize": SMALL}
+        axes.annotate(_label(b.claims), (percent, row), (x, 0), ha=side, **look)
     for way, (marker, colour, _) in WAYS.items():
         axes.plot([], [], marker, color=colour, ms=4, label=way)
     axes.set_xscale("log")

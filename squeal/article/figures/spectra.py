@@ -1,5 +1,7 @@
 """Spectrogram through the onset and spectrum of what follows, from the study of that name."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -20,15 +22,9 @@ def spectra_figure(found: Spectra) -> Figure:
         for column, (name, one) in enumerate(found.scenes.items()):
             over_time, late = grid[:, column]
             drawn = np.array(one.frequencies) <= LOW
-            image = over_time.pcolormesh(
-                one.times,
-                np.array(one.frequencies)[drawn],
-                np.array(one.levels).T[drawn],
-                vmin=FAINT,
-                vmax=0.0,
-                cmap="magma_r",
-                rasterized=True,
-            )
+            levels = (np.array(one.frequencies)[drawn], np.array(one.levels).T[drawn])
+            look: Any = {"vmin": FAINT, "vmax": 0.0, "cmap": "magma_r", "rasterized": True}
+            image = over_time.pcolormesh(one.times, *levels, **look)
             for mode in one.modes:
                 over_time.axhline(mode, color="#3498DB", lw=0.7, ls="--")
                 late.axvline(mode, color="#3498DB", lw=0.7, ls="--")

@@ -75,7 +75,4 @@ FINDINGS = (
 def measure_findings(study: Study) -> tuple[MeasuredFinding, ...]:
     """Measure all findings on a set of scenes, in order."""
     pairs = ((one, one.measure(study)) for one in FINDINGS)
-    return tuple(
-        MeasuredFinding(one.id, one.where, one.statement, found.outcome, found.numbers)
-        for one, found in pairs
-    )
+    return tuple(MeasuredFinding.of(*both, measured=both[1].numbers) for both in pairs)

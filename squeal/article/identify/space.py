@@ -90,25 +90,11 @@ def tilt_of(numbers: Mapping[str, Any]) -> Any:
 def pad_of(numbers: Mapping[str, Any], model: str, angles: tuple[float, float]) -> Pad:
     """The dimensionless pad of a model and a case, or a stack of pads if the numbers are arrays."""
     n = numbers
-    common = {
-        "m": 1.0,
-        "w": 1.0,
-        "h": n["h"],
-        "I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0,
-        "k1": 1.0,
-        "k2": n["k2"],
-        "L1": n["L"],
-        "L2": n["L"],
-        "mu": n["mu"],
-        "F_n": n["F_n"],
-        "alpha1": angles[0],
-        "alpha2": angles[1],
-        "theta0": tilt_of(n),
-        "x0": n.get("x0", 0.0),
-        "V": SPEED_LIMIT,
-    }
     law = contact_law(model)
-    common |= {name: n[name] for name in law.parameters}
+    common = dict.fromkeys(("m", "w", "k1"), 1.0) | dict.fromkeys(("L1", "L2"), n["L"])
+    common |= {name: n[name] for name in ("h", "k2", "mu", "F_n", *law.parameters)}
+    common |= {"I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0, "x0": n.get("x0", 0.0)}
+    common |= {"alpha1": angles[0], "alpha2": angles[1], "theta0": tilt_of(n), "V": SPEED_LIMIT}
     if not law.absolute_gap:
         return Pad(**common)
     # lifted from where its springs are relaxed, and still pressed in by the preload

@@ -4,16 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from squeal.article.cases import ANGLE_TEXTS, HISTORY_FIGURES, stem
-from squeal.article.identify.space import (
-    LENGTH,
-    MASS,
-    SPEED,
-    STOP,
-    TIME,
-    Numbers,
-    first_heights,
-    pad_of,
-)
+from squeal.article.identify import space
 from squeal.errors import InputError
 from squeal.files.writing import write_text
 from squeal.model.contact import Formulation, contact_law, contact_model
@@ -28,10 +19,10 @@ def _number(value: float) -> str:
 
 
 def _parameters(
-    numbers: Numbers, model: str, angles: tuple[str, ...], speed: float, leave: str = ""
+    numbers: space.Numbers, model: str, angles: tuple[str, ...], speed: float, leave: str = ""
 ) -> str:
-    pad = pad_of(numbers, model, (0.0, 0.0))
-    si = pad.scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
+    pad = space.pad_of(numbers, model, (0.0, 0.0))
+    si = pad.scaled(1.0 / space.MASS, 1.0 / space.LENGTH, 1.0 / space.TIME)
     lines = []
     for name in _PAD:
         value = getattr(si, name)
@@ -46,12 +37,12 @@ def _parameters(
 
 
 def scene_text(
-    numbers: Numbers,
+    numbers: space.Numbers,
     formulation: Formulation,
     model: str,
     case: str,
     first: Sequence[float] | None = None,
-    speed: float = SPEED,
+    speed: float = space.SPEED,
 ) -> str:
     """The scene file of a model and a case.
 
@@ -71,15 +62,15 @@ def scene_text(
     parameters = _parameters(numbers, model, ANGLE_TEXTS[case], speed)
     lines = [head, f"model: {model}", "parameters:", parameters]
     if first is None:
-        y = dict(zip(("B1", "B2"), first_heights(numbers), strict=True))[model]
+        y = dict(zip(("B1", "B2"), space.first_heights(numbers), strict=True))[model]
         first = (0.0, y, 0.0)
-    places = zip(("x", "y", "theta"), first[:3], (LENGTH, LENGTH, 1.0), strict=True)
+    places = zip(("x", "y", "theta"), first[:3], (space.LENGTH, space.LENGTH, 1.0), strict=True)
     start = ", ".join(f"{name}: {_number(v * unit)}" for name, v, unit in places if v)
     lines.append(f"initial: {{{start}}}")
     if contact_model(model).choices:
         lines.append(words)
     lines += [
-        f"time: {{stop: {_number(STOP * TIME)}, samples: 4001}}",
+        f"time: {{stop: {_number(space.STOP * space.TIME)}, samples: 4001}}",
         "outputs: [events, shares, extrema]",
     ]
     return "\n".join(lines) + "\n"
@@ -98,11 +89,11 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 
 
 def write_scenes(
-    numbers: Numbers,
+    numbers: space.Numbers,
     formulation: Formulation,
     folder: Path,
     first: Mapping[str, Sequence[float]] | None = None,
-    speed: float = SPEED,
+    speed: float = space.SPEED,
 ) -> None:
     """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml.
 

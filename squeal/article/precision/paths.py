@@ -46,17 +46,10 @@ def ours(scene: Scene, tolerance: float) -> Run:
 
 def batch(scene: Scene, tolerance: float) -> Run:
     """`SEVERAL` equal pads in the lanes of the processor; one of them is returned."""
-    from squeal.simulation.batch.many import simulate_many, stack
+    from squeal.simulation.batch.many import simulate_starts
 
-    found = simulate_many(
-        scene.model,
-        stack([scene.pad] * SEVERAL),
-        np.tile(scene.initial, (SEVERAL, 1)),
-        scene.stop or 0.0,
-        tolerance,
-        scene.formulation,
-        events=True,
-    )
+    starts = np.tile(scene.initial, (SEVERAL, 1))
+    found = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
     units, *_ = in_natural_units(scene)
     place = units.to_scaled(found["final"][0])[:3]
     return Run(place, found["events"][0][:, 0] / units.time, int(found["steps"][0]))

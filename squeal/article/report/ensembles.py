@@ -285,9 +285,9 @@ def _enough(found: Ensembles) -> str:
 def generated(found: Ensembles) -> Generated:
     """Values and tables, from the study of the same name."""
     switches = {c.switch: _contrast(c) for c in found.contrasts}
-    pads = sum(e.pads for e in found.ensembles)
+    count = sum(e.pads for e in found.ensembles)
     values = {
-        "ensembles.pads": thousands(pads),
+        "ensembles.pads": thousands(count),
         "ensembles.each": _enough(found),
         "ensembles.motions": thousands(sum(e.motions for e in found.ensembles)),
         "ensembles.hours": number(sum(e.seconds for e in found.ensembles) / 3600.0, 2),

@@ -1,7 +1,5 @@
 """The stored pads judged afresh."""
 
-from typing import Any, Self
-
 from squeal.files.records import Record, Result
 
 
@@ -11,11 +9,6 @@ class Switches(Record):
     line_force: str
     delta_from: str
     delta_moment: str
-
-    @classmethod
-    def of(cls, chosen: Any) -> Self:
-        """The switches of a formulation."""
-        return cls(chosen.line_force, chosen.delta_from, chosen.delta_moment)
 
 
 class Failing(Record):

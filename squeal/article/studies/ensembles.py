@@ -6,20 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.claims import CLAIMS
-from squeal.article.ensembles.choosing import (
-    LAWS,
-    LONGER,
-    MOST,
-    RIVAL,
-    WINDOWS,
-    chosen,
-    failing,
-    law_of,
-    names,
-    over_windows,
-    plausible,
-    side_by_side,
-)
+from squeal.article.ensembles import choosing, gather
 from squeal.article.ensembles.comparison import (
     corrected,
     exchanged,
@@ -28,30 +15,9 @@ from squeal.article.ensembles.comparison import (
     together,
 )
 from squeal.article.ensembles.distance import FOLLOWING, INDEX, PHASE, judge
-from squeal.article.ensembles.gather import (
-    B2,
-    CONCLUSIONS,
-    FRONT,
-    INFORMATIVE,
-    LISTED,
-    Kept,
-    keep_all,
-    read_kept,
-)
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, LOAD, SPEED, decode, standing
 from squeal.article.identify.space import STOP
-from squeal.article.results.ensembles import (
-    Check,
-    Conclusion,
-    Contrast,
-    Ensemble,
-    Ensembles,
-    Front,
-    Range,
-    Seed,
-    Twins,
-)
-from squeal.article.results.ensembles import Kept as Counts
+from squeal.article.results import ensembles as results
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
@@ -74,13 +40,13 @@ def _median(histogram: np.ndarray) -> int:
     return int(np.searchsorted(histogram.cumsum(), histogram.sum() / 2.0))
 
 
-def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
+def ensemble(kept: gather.Kept, number: int, *, judging: bool) -> results.Ensemble:
     """The record of one formulation; without judging its horizons are empty."""
     f = FORMULATIONS[number]
     best = int(np.lexsort([-kept.best[number, :, 0], -kept.best[number, :, 2]])[0])
-    horizons: dict[str, Counts | None] = {}
+    horizons: dict[str, results.Kept | None] = {}
     if judging:
-        horizons = over_windows(decode(kept.points[number][[best]].astype(float)), f)[0][0]
+        horizons = choosing.over_windows(decode(kept.points[number][[best]].astype(float)), f)[0][0]
     pads, motions, steps, seconds = kept.effort[number].sum(axis=0).tolist()
     random, ran = kept.random[number].sum(axis=0).tolist()
     histograms = kept.random_counts[number]
@@ -88,11 +54,11 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
     spread = np.ptp(np.quantile(points, [TAIL, 1.0 - TAIL], axis=1), axis=0).mean(axis=1)
     far, unslid = (sampled_distances(kept, number, out) for out in ((), (SLIDING,)))
     seeds = tuple(
-        Seed(
-            Counts(*map(int, kept.best[number, s])),
+        results.Seed(
+            results.Kept(*map(int, kept.best[number, s])),
             float(kept.levels[number, s, -1]),
             float(np.mean(standing(decode(kept.sample[number, s].astype(float))))),
-            failing(kept.margins[number, s]),
+            choosing.failing(kept.margins[number, s]),
             stored=points.shape[1],
             distinct=len(np.unique(points[s], axis=0)),
             width=float(spread[s]),
@@ -102,7 +68,7 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
         )
         for s in range(kept.best.shape[1])
     )
-    return Ensemble(
+    return results.Ensemble(
         formulation=Switches.of(f),
         pads=int(pads),
         motions=int(motions),
@@ -111,8 +77,8 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
         random=int(random),
         ran=int(ran),
         chance=_shares(kept.random_holds[number].sum(axis=0), int(random)),
-        median=Counts(*map(_median, histograms)),
-        best=Counts(*(int(np.flatnonzero(row)[-1]) for row in histograms)),
+        median=results.Kept(*map(_median, histograms)),
+        best=results.Kept(*(int(np.flatnonzero(row)[-1]) for row in histograms)),
         seeds=seeds,
         best_pads=_shares((kept.margins[number] > 0.0).sum(axis=0), len(seeds)),
         horizons=horizons,
@@ -120,7 +86,7 @@ def ensemble(kept: Kept, number: int, *, judging: bool) -> Ensemble:
     )
 
 
-def contrasts(kept: Kept) -> tuple[Contrast, ...]:
+def contrasts(kept: gather.Kept) -> tuple[results.Contrast, ...]:
     """Whether the level that a search reaches differs between the choices of each switch.
 
     So do the distances of the last populations without the statement on sliding.
@@ -134,14 +100,14 @@ def contrasts(kept: Kept) -> tuple[Contrast, ...]:
     p, other = (corrected([pair[i][1] for pair in found.values()]) for i in (0, 1))
     pairs = len(FORMULATIONS) // 2
     return tuple(
-        Contrast(name, one[0], p[i], one[2], pairs, two[0], other[i])
+        results.Contrast(name, one[0], p[i], one[2], pairs, two[0], other[i])
         for i, (name, (one, two)) in enumerate(found.items())
     )
 
 
-def conclusion(kept: Kept, name: str, *, judging: bool) -> Conclusion:
+def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclusion:
     """How many of the stored pads keep a conclusion, and with judging for how long."""
-    number, statements = FORMULATIONS.index(CONSISTENT), CONCLUSIONS[name]
+    number, statements = FORMULATIONS.index(CONSISTENT), gather.CONCLUSIONS[name]
     points = np.unique(kept.sample[number][together(kept, [number], statements)[0]], axis=0)
     points, lasting = points[: TRIED * judging].astype(float), 0
     if len(points):
@@ -149,9 +115,12 @@ def conclusion(kept: Kept, name: str, *, judging: bool) -> Conclusion:
         lasting = int((margins[:, [INDEX[s] for s in statements]] > 0.0).all(axis=1).sum())
     every = keeping(kept, range(len(FORMULATIONS)), statements)
     own = keeping(kept, [number], statements)
-    random = kept.random_together[:, list(CONCLUSIONS).index(name)], kept.random[..., 0].sum(1)
-    narrow = kept.sampled[keep_all(kept.sampled, statements)][:, INDEX["B2-only-c"]]
-    return Conclusion(
+    random = (
+        kept.random_together[:, list(gather.CONCLUSIONS).index(name)],
+        kept.random[..., 0].sum(1),
+    )
+    narrow = kept.sampled[gather.keep_all(kept.sampled, statements)][:, INDEX["B2-only-c"]]
+    return results.Conclusion(
         statements,
         own,
         every,
@@ -166,14 +135,14 @@ def conclusion(kept: Kept, name: str, *, judging: bool) -> Conclusion:
     )
 
 
-def twins(kept: Kept) -> Twins:
+def twins(kept: gather.Kept) -> results.Twins:
     """How often two statements agree on the stored pads with delta from the mass centre."""
     numbers = [n for n, f in enumerate(FORMULATIONS) if f.delta_from == "centre"]
     one, two = (kept.sampled[numbers][..., INDEX[name]] > 0.0 for name in TWINS)
-    return Twins(TWINS, int((one == two).sum()), one.size)
+    return results.Twins(TWINS, int((one == two).sum()), one.size)
 
 
-def ranges(kept: Kept, number: int) -> dict[str, Range]:
+def ranges(kept: gather.Kept, number: int) -> dict[str, results.Range]:
     """Where the numbers of the last populations of a formulation lie."""
     points = kept.sample[number].astype(float)
     numbers = decode(points.reshape(-1, points.shape[-1]))
@@ -182,7 +151,7 @@ def ranges(kept: Kept, number: int) -> dict[str, Range]:
         low, high = np.quantile(points[:, :, at], [TAIL, 1.0 - TAIL])
         medians = np.median(points[:, :, at], axis=1)
         ends = np.quantile(numbers[d.name], [TAIL, 1.0 - TAIL])
-        found[d.name] = Range(
+        found[d.name] = results.Range(
             (d.low, d.high),
             float(ends[0]),
             float(ends[1]),
@@ -192,7 +161,7 @@ def ranges(kept: Kept, number: int) -> dict[str, Range]:
     return found
 
 
-def check(kept: Kept) -> Check:
+def check(kept: gather.Kept) -> results.Check:
     """Judge a sample of the stored pads afresh."""
     random = np.random.default_rng(7)
     different: list[str] = []
@@ -218,42 +187,44 @@ def check(kept: Kept) -> Check:
             ]
         total += int(known.sum())
         judged |= known.any(axis=0)
-    count, unjudged = CHECKED * len(FORMULATIONS), names(~judged)
-    return Check(count, total, len(different), tuple(different), DENSER, as_now, unjudged)
+    count, unjudged = CHECKED * len(FORMULATIONS), choosing.names(~judged)
+    return results.Check(count, total, len(different), tuple(different), DENSER, as_now, unjudged)
 
 
-def study(files: Sequence[Path]) -> Ensembles:
+def study(files: Sequence[Path]) -> results.Ensembles:
     """The study of the stored ensembles; without heyoka no pad is judged afresh."""
     (file,) = files
-    kept = read_kept(file)
+    kept = gather.read_kept(file)
     judging = version("heyoka") != NOT_INSTALLED
-    numbered = {name: FORMULATIONS.index(f) for name, f in LAWS.items()}
-    pads, origin, candidates = chosen(kept) if judging else ({}, "", 0)
+    numbered = {name: FORMULATIONS.index(f) for name, f in choosing.LAWS.items()}
+    pads, origin, candidates = choosing.chosen(kept) if judging else ({}, "", 0)
     rival, most = pads, pads
     if judging:
-        if next(iter(pads.values())).numbers != RIVAL:
-            (rival,) = side_by_side([dict(RIVAL)])
-        (most,) = side_by_side([dict(MOST)], {"consistent": LAWS["consistent"]})
+        if next(iter(pads.values())).numbers != choosing.RIVAL:
+            (rival,) = choosing.side_by_side([dict(choosing.RIVAL)])
+        (most,) = choosing.side_by_side(
+            [dict(choosing.MOST)], {"consistent": choosing.LAWS["consistent"]}
+        )
     fronts = tuple(
-        Front(
+        results.Front(
             Switches.of(FORMULATIONS[n]),
             int(kept.seen[n]),
             tuple(map(int, kept.together[n])),
             tuple(map(int, kept.most[n])),
-            names(kept.lacks[n]),
+            choosing.names(kept.lacks[n]),
             tuple(
                 (float(a), float(b), float(c)) for a, b, c in kept.front_margins[kept.front_of == n]
             ),
         )
         for n in range(len(FORMULATIONS))
     )
-    return Ensembles(
+    return results.Ensembles(
         ensembles=tuple(ensemble(kept, n, judging=judging) for n in range(len(FORMULATIONS))),
         stages=int(kept.stages),
-        windows=WINDOWS,
+        windows=choosing.WINDOWS,
         confidence=CONFIDENCE,
-        total=Counts(len(CLAIMS), int(LISTED.sum()), int(INFORMATIVE.sum())),
-        informative=names(INFORMATIVE),
+        total=results.Kept(len(CLAIMS), int(gather.LISTED.sum()), int(gather.INFORMATIVE.sum())),
+        informative=choosing.names(gather.INFORMATIVE),
         following=FOLLOWING,
         contrasts=contrasts(kept),
         ranges={name: ranges(kept, n) for name, n in numbered.items()},
@@ -264,21 +235,21 @@ def study(files: Sequence[Path]) -> Ensembles:
             )
             for name, n in numbered.items()
         },
-        names=FRONT,
-        total_b2=int(B2.sum()),
+        names=gather.FRONT,
+        total_b2=int(gather.B2.sum()),
         fronts=fronts,
         rival=rival,
         most=most,
-        plausible=plausible(dict(MOST)),
-        conclusions={name: conclusion(kept, name, judging=judging) for name in CONCLUSIONS},
+        plausible=choosing.plausible(dict(choosing.MOST)),
+        conclusions={name: conclusion(kept, name, judging=judging) for name in gather.CONCLUSIONS},
         twins=twins(kept),
         speed=SPEED,
         load=LOAD,
         chosen=pads,
         chosen_from=origin,
-        taken=law_of(pads) if judging else "",
+        taken=choosing.law_of(pads) if judging else "",
         candidates=candidates,
-        compared=min(LONGER, candidates),
-        check=check(kept) if judging else Check(0, 0, 0, (), DENSER, 0, ()),
+        compared=min(choosing.LONGER, candidates),
+        check=check(kept) if judging else results.Check(0, 0, 0, (), DENSER, 0, ()),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )

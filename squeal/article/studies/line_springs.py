@@ -11,14 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.critical import branch_system, critical_friction
-from squeal.article.results.line_springs import (
-    ALIKE,
-    Case,
-    Compared,
-    Contact,
-    LineSprings,
-    Threshold,
-)
+from squeal.article.results import line_springs as results
 from squeal.article.scenes import read_cases
 from squeal.article.studies.starts import grid, plane
 from squeal.equilibrium import sliding_equilibrium
@@ -29,7 +22,7 @@ from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE, STATES
 from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.batch.many import DONE, simulate_starts
 
 COUNTS = (2, 3, 4, 6, 8, 16, 32)
 FEW = (2, 8)  # springs whose thresholds are sought
@@ -65,13 +58,13 @@ def _places(scene: Scene, run: Simulation) -> np.ndarray:
     return np.array([run.history["x"], run.history["y"], scene.pad.w * run.history["theta"]])
 
 
-def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Contact:
+def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> results.Contact:
     assert run.shares is not None
     assert run.events is not None
     assert run.extrema is not None
     places, goal = _places(scene, run), _places(scene, line)
     peak = run.extrema["Rn"]
-    return Contact(
+    return results.Contact(
         count,
         1.0 - run.shares["FC"],
         run.shares["SS"],
@@ -81,12 +74,12 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     )
 
 
-def _thresholds(scene: Scene) -> tuple[Threshold, ...]:
+def _thresholds(scene: Scene) -> tuple[results.Threshold, ...]:
     points = critical_friction(scene, MU_MAX).points
-    return tuple(Threshold(point.mu, point.kind) for point in points)
+    return tuple(results.Threshold(point.mu, point.kind) for point in points)
 
 
-def case(scene: Scene) -> Case:
+def case(scene: Scene) -> results.Case:
     """Motions and thresholds on springs and on the line."""
     line = _run(scene, 0)
     runs = {count: _run(scene, count) for count in COUNTS}
@@ -98,7 +91,7 @@ def case(scene: Scene) -> Case:
     }
     _, path = branch_system(on_springs(scene, 0), MU_MAX)
     partial = path is not None and not all(all(point.state) for point in path.points)
-    return Case(
+    return results.Case(
         _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
         tuple(one for one in found.values() if not isinstance(one, Simulation)),
         partial,
@@ -106,43 +99,35 @@ def case(scene: Scene) -> Case:
     )
 
 
-def compared(scene: Scene, windows: int) -> Compared:
+def compared(scene: Scene, windows: int) -> results.Compared:
     """Two springs against the line from starts about the line's equilibrium; none without it."""
     line = on_springs(scene, 0)
     rest, _ = sliding_equilibrium(line.pad_model)
     if rest is None:
-        return Compared(windows, (0, 0, 0), (0, 0, 0))
+        return results.Compared(windows, (0, 0, 0), (0, 0, 0))
     starts = plane(scene, np.array(rest.q), *grid(SIDE))
     assert scene.stop is not None
     runs = [
-        simulate_many(
-            one.model,
-            stack([one.pad] * len(starts)),
-            starts,
-            windows * scene.stop,
-            TOLERANCE,
-            one.formulation,
-            measured=True,
-        )
+        simulate_starts(one, starts, windows * scene.stop, TOLERANCE, measured=True)
         for one in (on_springs(scene, FEW[0]), line)
     ]
     whole = np.logical_and(*(run["outcome"] == DONE for run in runs))
     few, many = (run["shares"][whole] for run in runs)
 
     def counted(differences: np.ndarray) -> tuple[int, int, int]:
-        more, less = (int((sign * differences > ALIKE).sum()) for sign in (1.0, -1.0))
+        more, less = (int((sign * differences > results.ALIKE).sum()) for sign in (1.0, -1.0))
         return more, less, len(differences) - more - less
 
     full, none = (STATES.index(state) for state in (FULL, NONE))
     lost = counted(many[:, full] - few[:, full])
-    return Compared(windows, lost, counted(few[:, none] - many[:, none]))
+    return results.Compared(windows, lost, counted(few[:, none] - many[:, none]))
 
 
-def study(files: Sequence[Path]) -> LineSprings:
+def study(files: Sequence[Path]) -> results.LineSprings:
     """The four cases of model B2."""
     scenes = read_cases(files, "B2", "simulate")
     stop = max(scene.stop or 0.0 for scene in scenes.values())
-    return LineSprings(
+    return results.LineSprings(
         cases={name: case(scene) for name, scene in scenes.items()},
         starts={
             name: tuple(compared(scene, windows) for windows in TIMES)

@@ -9,18 +9,7 @@ import numpy as np
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
-from squeal.article.results.loci import (
-    Branch,
-    ContactChange,
-    HeldThreshold,
-    Loci,
-    Loop,
-    Modes,
-    ModeShape,
-    SceneLoci,
-    SingleLoop,
-    Threshold,
-)
+from squeal.article.results import loci as results
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
@@ -47,7 +36,7 @@ def nested(values: np.ndarray) -> Any:
     return tuple(map(nested, values)) if values.ndim > 1 else tuple(values.tolist())
 
 
-def branch(scene: Scene) -> Branch | Missing:
+def branch(scene: Scene) -> results.Branch | Missing:
     """Tracked eigenvalues along the equilibrium branch, or why there is no branch."""
     try:
         system, path = branch_system(scene, MU_MAX)
@@ -58,26 +47,17 @@ def branch(scene: Scene) -> Branch | Missing:
     marked = [scene.pad.mu, *(point.mu for point in critical.points)]
     tracked = track(system, values_of_mu(path, 0.0, path.mu_end, marked, SWEEP))
     changes = [
-        ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
+        results.ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
         for mu in path.breakpoints
         if mu <= path.mu_end
     ]
-    return Branch(
-        mu=nested(tracked.mus),
-        real=nested(tracked.values.real.T),
-        imag=nested(tracked.values.imag.T),
-        contact_changes=tuple(changes),
-        fold=path.fold,
-        end=path.end,
-        verdict_at_zero=critical.at_zero,
-        thresholds=tuple(
-            Threshold(p.mu, p.kind, p.frequency_hz, p.interval, p.converged)
-            for p in critical.points
-        ),
-    )
+    points = tuple(map(results.Threshold.of, critical.points))
+    about = (tuple(changes), path.fold, path.end, critical.at_zero, points)
+    mu, real, imag = map(nested, (tracked.mus, tracked.values.real.T, tracked.values.imag.T))
+    return results.Branch(mu, real, imag, *about)
 
 
-def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
+def loop(scene: Scene, at: Equilibrium) -> results.SingleLoop | results.Loop:
     """The pad as a control loop about one equilibrium, if friction closes a single loop.
 
     Thresholds of the eigenvalues and of the loop are both over 0 < mu <= MARGIN_MAX.
@@ -86,7 +66,7 @@ def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
     answer = friction_loop(system, MU_MAX)
     held = _thresholds([one for one in crossings(system, MARGIN_MAX) if one.mu > 0.0])
     if answer.loop is None:
-        return Loop(False, answer.reason, held)
+        return results.Loop(False, answer.reason, held)
     own = _thresholds(answer.loop.thresholds(MARGIN_MAX))
     start = answer.loop.verdict_at_start(MARGIN_MAX)
     grows = start in ("flutter", "divergence")
@@ -96,26 +76,16 @@ def loop(scene: Scene, at: Equilibrium) -> SingleLoop | Loop:
         pairs = zip(own, held, strict=True)
         apart = max((abs(a.mu - b.mu) for a, b in pairs), default=0.0)
     gains, poles, distance = _root_locus(answer.loop, system)
-    return SingleLoop(
-        rank_one=True,
-        reason=answer.reason,
-        thresholds=held,
-        loop_thresholds=own,
-        critical_friction=None if margin is None else margin.mu,
-        grows_from_zero=start if grows else None,
-        apart=apart,
-        gains=nested(gains),
-        real=nested(poles.real),
-        imag=nested(poles.imag),
-        locus_apart=distance,
-    )
+    first, grown = None if margin is None else margin.mu, start if grows else None
+    locus = (*map(nested, (gains, poles.real, poles.imag)), distance)
+    return results.SingleLoop(True, answer.reason, held, own, first, grown, apart, *locus)
 
 
-def _thresholds(found: Sequence[Crossing | LoopThreshold]) -> tuple[HeldThreshold, ...]:
-    return tuple(HeldThreshold(one.mu, one.kind, one.direction) for one in found)
+def _thresholds(found: Sequence[Crossing | LoopThreshold]) -> tuple[results.HeldThreshold, ...]:
+    return tuple(map(results.HeldThreshold.of, found))
 
 
-def tilt_held(scene: Scene, at: Equilibrium) -> tuple[HeldThreshold, ...]:
+def tilt_held(scene: Scene, at: Equilibrium) -> tuple[results.HeldThreshold, ...]:
     """Thresholds over 0 < mu <= MARGIN_MAX of a pad that may only translate."""
     free = held_system(scene, at)
 
@@ -136,23 +106,17 @@ def _root_locus(found: FrictionLoop, system: System) -> tuple[np.ndarray, np.nda
     return gains, poles, float((apart / np.abs(exact).max(axis=1)).max())
 
 
-def modes(scene: Scene, at: Equilibrium) -> Modes:
+def modes(scene: Scene, at: Equilibrium) -> results.Modes:
     """Pose, eigenvalues and mode shapes at the scene's equilibrium."""
     found = analyse(scene)
     pad, lever = scene.pad, np.array([1.0, 1.0, scene.pad.w])
-    shapes = [
-        ModeShape(
-            one.frequency_hz,
-            one.growth_rate,
-            nested((lever * one.shape).real),
-            nested((lever * one.shape).imag),
-        )
-        for one in shapes_of_pad(found, pad.w)
-    ]
-    return Modes(
-        on_branch=at.on_branch,
-        how=found.how,
-        contact=found.contact,
+    shapes = []
+    for one in shapes_of_pad(found, pad.w):
+        shape = lever * one.shape
+        shapes.append(results.ModeShape.of(one, real=nested(shape.real), imag=nested(shape.imag)))
+    return results.Modes.of(
+        at,
+        found,
         verdict=found.judgement.verdict,
         q=tuple(found.q),
         pose=(pad.x0 + found.q[0], pad.y0 + found.q[1], pad.theta0 + found.q[2]),
@@ -162,23 +126,17 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
     )
 
 
-def examined(file: File) -> SceneLoci:
+def examined(file: File) -> results.SceneLoci:
     """All of one scene."""
     scene = read_scene(file)
     at, how = sliding_equilibrium(scene.pad_model)
-    return SceneLoci(
-        name=file.stem,
-        model=scene.model,
-        mu=scene.pad.mu,
-        w=scene.pad.w,
-        h=scene.pad.h,
-        branch=branch(scene),
-        loop=Missing(how) if at is None else loop(scene, at),
-        tilt_held=Missing(how) if at is None else tilt_held(scene, at),
-        equilibrium=Missing(how) if at is None else modes(scene, at),
-    )
+    held: Any = dict.fromkeys(("loop", "tilt_held", "equilibrium"), Missing(how))
+    if at is not None:
+        held = {"loop": loop(scene, at), "tilt_held": tilt_held(scene, at)}
+        held["equilibrium"] = modes(scene, at)
+    return results.SceneLoci.of(scene, scene.pad, name=file.stem, branch=branch(scene), **held)
 
 
-def study(files: Sequence[File]) -> Loci:
+def study(files: Sequence[File]) -> results.Loci:
     """Examine the scenes given."""
-    return Loci(tuple(examined(file) for file in files), MU_MAX, MARGIN_MAX)
+    return results.Loci(tuple(examined(file) for file in files), MU_MAX, MARGIN_MAX)

@@ -15,16 +15,7 @@ from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
 from squeal.article.cases import CASES
 from squeal.article.claims.rules import SMALL
 from squeal.article.equations import bounds, stiffness
-from squeal.article.results.map_ranges import (
-    Curve,
-    MapRanges,
-    Member,
-    OffBranch,
-    Span,
-    Sweep,
-    Upright,
-    Where,
-)
+from squeal.article.results import map_ranges as results
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
@@ -85,7 +76,7 @@ def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     return printed, signs
 
 
-def _curves(pad: Pad) -> tuple[Curve, ...]:
+def _curves(pad: Pad) -> tuple[results.Curve, ...]:
     def at(angles: np.ndarray) -> np.ndarray:
         return np.asarray(bounds(pad, (angles[0], angles[1])).as_printed).astype(int)
 
@@ -97,7 +88,7 @@ def _curves(pad: Pad) -> tuple[Curve, ...]:
     )
 
 
-def where(pad: Pad, angles: tuple[float, float]) -> Where:
+def where(pad: Pad, angles: tuple[float, float]) -> results.Where:
     """Whether the printed conditions hold at and about a case's angles."""
     around = 2.0 * math.pi * np.arange(24) / 24
     a1 = angles[0] + NEAR * np.append(np.cos(around), 0.0)
@@ -106,14 +97,14 @@ def where(pad: Pad, angles: tuple[float, float]) -> Where:
     return "inside" if holds.all() else "on the edge" if holds.any() else "outside"
 
 
-def _members(pad: Pad) -> dict[str, Member]:
+def _members(pad: Pad) -> dict[str, results.Member]:
     grid = [v.ravel() for v in np.meshgrid(*VALUES.values(), indexing="ij")]
     found = {}
     for case, angles in CASES.items():
         places = [where(with_values(pad, *values), angles) for values in zip(*grid, strict=True)]
         share = {word: places.count(word) / len(places) for word in ("inside", "on the edge")}
         inside, edge = share["inside"], share["on the edge"]
-        found[case] = Member(*angles, where(pad, angles), inside, edge, 1.0 - inside - edge)
+        found[case] = results.Member(*angles, where(pad, angles), inside, edge, 1.0 - inside - edge)
     return found
 
 
@@ -137,13 +128,13 @@ def _equilibria(
     return reached, kept, full
 
 
-def _full(scene: Scene) -> Upright:
+def _full(scene: Scene) -> results.Upright:
     """Shares of the map with an equilibrium that is kept in full contact, over many pads."""
     some = [values[::2] for values in VALUES.values()]
     grid = [values.ravel() for values in np.meshgrid(*some, indexing="ij")]
     *_, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
     small = int((full < SMALL).sum())
-    return Upright(full.size, float(full.min()), float(full.max()), small, SMALL)
+    return results.Upright(full.size, float(full.min()), float(full.max()), small, SMALL)
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:
@@ -157,7 +148,7 @@ def _flat(pad: Pad) -> tuple[str, ...]:
     return tuple(case for case, angles in CASES.items() if zero(angles))
 
 
-def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
+def off_branch(scene: Scene, grid: int = GRID) -> results.OffBranch:
     """Other equilibria at the angles at which the branch does not reach the scene's mu."""
     axis = angle_axes(grid)[0].values
     codes = on_grid(scene, ("alpha1", "alpha2"), axis, axis).codes
@@ -179,10 +170,10 @@ def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
     exists, kept = found.codes != BEYOND_FOLD, np.isin(found.codes, KEPT)
     upright = kept & (np.abs(statics.tilt(z[:, there])) < UPRIGHT)
     any_, some, few = (len(set(who[chosen].tolist())) for chosen in (exists, kept, upright))
-    return OffBranch(grid**2, points, any_, some, few, UPRIGHT)
+    return results.OffBranch(grid**2, points, any_, some, few, UPRIGHT)
 
 
-def study(files: Sequence[Path]) -> MapRanges:
+def study(files: Sequence[Path]) -> results.MapRanges:
     """The map about the scene of case (c) of model B2, whose pad the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
@@ -199,7 +190,7 @@ def study(files: Sequence[Path]) -> MapRanges:
         along = [bounds(one, angles) for one in pads.values()]
         rest = tuple(i for i in range(len(VALUES)) if i != axis)
         shapes = {v: with_values(pad, *(own | {name: v}).values()) for v in SHAPES[name]}
-        sweeps[name] = Sweep(
+        sweeps[name] = results.Sweep(
             own[name],
             tuple(pads),
             tuple(float(b.as_printed.mean()) for b in along),
@@ -211,11 +202,11 @@ def study(files: Sequence[Path]) -> MapRanges:
             tuple(kept[axis].tolist()),
             {f"{v:g}": _curves(one) for v, one in shapes.items()},
         )
-    return MapRanges(
+    return results.MapRanges(
         sweeps=sweeps,
         pads=printed.size,
-        printed=Span(float(printed.min()), float(printed.max())),
-        signs=Span(float(signs.min()), float(signs.max())),
+        printed=results.Span(float(printed.min()), float(printed.max())),
+        signs=results.Span(float(signs.min()), float(signs.max())),
         members=_members(pad),
         near=NEAR,
         full=_full(scene),

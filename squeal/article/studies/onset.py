@@ -10,7 +10,7 @@ import numpy as np
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Step, Sweep
+from squeal.article.results.onset import Cycles, Late, Onset, Step, Sweep
 from squeal.article.scenes import read_scenes
 from squeal.article.studies._attractors import CONFIDENCE, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, Motion, damped, settled, window
@@ -32,6 +32,8 @@ LATE, SEEN = 40, 2  # windows until a motion is looked at, and for how long
 LONGER = 150  # until it is looked at again if contact goes on changing
 STEP = 20  # windows of a step down before it is looked at
 KICK = 0.05  # of the static compression
+_SETTINGS: dict[str, Any] = {"ratio": RATIO, "ratios": RATIOS, "confidence": CONFIDENCE}
+_SETTINGS |= {"windows": LATE, "longer": LONGER, "seen": SEEN, "step_windows": STEP}
 
 
 def _grown(scene: Scene, ratio: float) -> float | None:
@@ -128,14 +130,9 @@ def sweeps(
     for key in pads:
         ways = [down[Lane(*key, top)] for top in tops[key]]
         slow, fast = [w for w in ways if w[0].slides], [w for w in ways if not w[0].slides]
-        made[key[0]] += (
-            Sweep(
-                key[1],
-                tuple(step for lane, (_, step) in up.items() if lane[:2] == key),
-                slow[0] if slow else (),
-                fast[0] if fast else (),
-            ),
-        )
+        rising = tuple(step for lane, (_, step) in up.items() if lane[:2] == key)
+        falling = (slow[0] if slow else (), fast[0] if fast else ())
+        made[key[0]] += (Sweep(key[1], rising, *falling),)
     return made
 
 
@@ -191,12 +188,17 @@ def threshold(scene: Scene) -> float | None:
     return next((point.mu for point in points if point.kind == "flutter"), None)
 
 
+def without(why: str) -> Onset:
+    """The record of a study that had to be left out."""
+    return Onset({}, MU, {}, {}, {}, Missing(why), left_out=why, **_SETTINGS)
+
+
 def study(files: Sequence[Path]) -> Onset:
     """Onset and attractors of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
-        return _result({}, {}, {}, {}, Missing(why), why)
+        return without(why)
     motions = under_both_laws(scenes)
     ends: dict[str, tuple[Lates, list[np.ndarray]]] = {}
     for some in _alike(motions):
@@ -230,7 +232,8 @@ def study(files: Sequence[Path]) -> Onset:
         (one for one in tried if isinstance(one, Cycles)),
         Missing("no motion that lasts is periodic"),
     )
-    return _result({name: rows for name, (rows, _) in ends.items()}, swept, limits, found, periodic)
+    rows = {name: own_rows for name, (own_rows, _) in ends.items()}
+    return Onset(rows, MU, swept, limits, found, periodic, **_SETTINGS)
 
 
 def _alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
@@ -238,29 +241,3 @@ def _alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
     for name, scene in scenes.items():
         groups.setdefault((scene.model, scene.formulation), {})[name] = scene
     return list(groups.values())
-
-
-def _result(
-    late: dict[str, Lates],
-    sweeps: dict[str, tuple[Sweep, ...]],
-    thresholds: dict[str, float | None],
-    exponents: dict[str, Exponent | Missing],
-    cycles: Cycles | Missing,
-    left_out: str = "",
-) -> Onset:
-    return Onset(
-        late,
-        MU,
-        sweeps,
-        thresholds,
-        exponents,
-        cycles,
-        ratio=RATIO,
-        ratios=RATIOS,
-        windows=LATE,
-        longer=LONGER,
-        seen=SEEN,
-        step_windows=STEP,
-        confidence=CONFIDENCE,
-        left_out=left_out,
-    )

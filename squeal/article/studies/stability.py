@@ -55,10 +55,9 @@ def held(scene: Scene) -> Thresholds | None:
 def growth(name: str, scene: Scene) -> Growth:
     """Fitted and predicted growth rates and frequencies over mu."""
     found = fits(scene, np.linspace(0.02, MU_MAX, GROWTH_POINTS))
-    return Growth(
+    return Growth.of(
+        scene.pad,
         name=name,
-        alpha1=scene.pad.alpha1,
-        alpha2=scene.pad.alpha2,
         mu=tuple(f.mu for f in found),
         predicted=tuple((f.predicted.real, f.predicted.imag) for f in found),
         fitted=tuple((f.fitted.real, f.fitted.imag) for f in found),

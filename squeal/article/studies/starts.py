@@ -17,7 +17,7 @@ from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
 from squeal.model.states import State
 from squeal.scene import Scene
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.batch.many import DONE, simulate_starts
 
 WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
@@ -65,15 +65,7 @@ def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarra
     assert scene.stop is not None
     model = scene.pad_model
     found = np.zeros((len(windows), len(starts)), dtype=int)
-    many = simulate_many(
-        scene.model,
-        stack([scene.pad] * len(starts)),
-        starts,
-        max(windows) * scene.stop,
-        TOLERANCE,
-        scene.formulation,
-        events=True,
-    )
+    many = simulate_starts(scene, starts, max(windows) * scene.stop, TOLERANCE, events=True)
     for i, start in enumerate(starts):
         t, points = many["events"][i].T
         first = model.state_at(start[:3])

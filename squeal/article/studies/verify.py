@@ -50,14 +50,11 @@ def verified(search: Search) -> VerifiedPad:
     judge = partial(judge_one, search.numbers, search.formulation)
     judged = judge(TOLERANCE, STOP)
     failing = [j for j in judged if not j.holds]
-    return VerifiedPad(
+    return VerifiedPad.of(
+        search,
         formulation=Switches.of(search.formulation),
-        seed=search.seed,
-        starts=search.starts,
-        pads=search.pads,
-        numbers=search.numbers,
         reproduced=len(judged) - len(failing),
-        failing=tuple(Failing(j.id, j.verdict, j.margin, j.measured) for j in failing),
+        failing=tuple(map(Failing.of, failing)),
         changed=changes(judge, judged),
     )
 

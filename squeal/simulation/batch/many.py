@@ -17,6 +17,7 @@ from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
+from squeal.scene.schema import Scene
 from squeal.simulation.legs import LIMITS
 from squeal.simulation.run import first_state, off_level
 
@@ -260,6 +261,14 @@ def _pool(workers: int) -> Any:
     from multiprocessing import get_context
 
     return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+
+
+def simulate_starts(
+    scene: Scene, starts: np.ndarray, stop: float, tolerance: float, **more: Any
+) -> Arrays:
+    """`simulate_many` of a scene's pad from starts (n, 6); more: further arguments of it."""
+    pads = stack([scene.pad] * len(starts))
+    return simulate_many(scene.model, pads, starts, stop, tolerance, scene.formulation, **more)
 
 
 def simulate_many(

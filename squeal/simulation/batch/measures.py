@@ -54,19 +54,11 @@ def seen(law: ContactLaw, c: Coefficients, motion: Motion, terms: np.ndarray) ->
     if count:
         np.add.at(passed, (row, motion.point, motion.lane), 1)
         np.cumsum(passed, axis=0, out=passed)
+    touching = ((motion.touching + passed) & 1).swapaxes(0, 1)
+    at = pose(np, c.place(motion.samples.swapaxes(0, 1)))
     there = Coefficients(**{name: value[motion.lane] for name, value in vars(c).items()})
-    return Seen(
-        law,
-        motion,
-        c,
-        row,
-        ((motion.touching + passed) & 1).swapaxes(0, 1),
-        passed.sum(axis=1),
-        pose(np, c.place(motion.samples.swapaxes(0, 1))),
-        there,
-        pose(np, there.place(motion.state)),
-        terms,
-    )
+    there_at = pose(np, there.place(motion.state))
+    return Seen(law, motion, c, row, touching, passed.sum(axis=1), at, there, there_at, terms)
 
 
 class _Begin(NamedTuple):

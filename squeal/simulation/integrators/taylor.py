@@ -17,14 +17,8 @@ from squeal.model.equations import PadModel, term_count
 from squeal.model.law import ContactLaw
 from squeal.model.mechanics import pose
 from squeal.model.states import State
+from squeal.simulation.integrators import symbols
 from squeal.simulation.integrators.pool import Pool
-from squeal.simulation.integrators.symbols import (
-    NAMES,
-    OWN_CODE,
-    equations,
-    rising,
-    state_parameters,
-)
 from squeal.simulation.integrators.through import MOST_STEPS, Changes, through
 from squeal.simulation.legs import LIMITS, Leg
 
@@ -47,15 +41,15 @@ def compiled(
     The compiled code is shared through heyoka's caches. `options` go to heyoka, which
     compiles in another way then.
     """
-    on = state_parameters(law) if contact is None else contact
-    system, heights, limits = equations(law, on, terms)
+    on = symbols.state_parameters(law) if contact is None else contact
+    system, heights, limits = symbols.equations(law, on, terms)
     upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-    events = [_event(fp_type)(e, direction=upwards) for e in rising(heights, on)]
+    events = [_event(fp_type)(e, direction=upwards) for e in symbols.rising(heights, on)]
     events += [_event(fp_type)(limit, direction=downwards) for limit in limits]
     expressions = [rhs for _, rhs in system] + heights + limits
     used = hy.get_params(expressions)
     highest = max(
-        i for i in range(len(NAMES) + law.points + term_count(terms)) if hy.par[i] in used
+        i for i in range(len(symbols.NAMES) + law.points + term_count(terms)) if hy.par[i] in used
     )
     return hy.taylor_adaptive(
         system,
@@ -136,12 +130,12 @@ class TaylorIntegrator:
         self.tolerance = max(tolerance, eps)
         self._terms = model.terms
         self._most = MOST_STEPS
-        self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in NAMES])
+        self._pars = np.array([fp_type(float(getattr(model.c, name))) for name in symbols.NAMES])
         self._last = np.array([fp_type(value) for value in model.term_values.tolist()])
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if the motion leaves all bounds."""
-        own = contact if len(contact) <= OWN_CODE else None
+        own = contact if len(contact) <= symbols.OWN_CODE else None
         with _pool(self._law, own, self.tolerance, self._fp, self._terms).lease() as ta:
             pars = self._pars
             if own is None or self._terms:
@@ -159,17 +153,8 @@ class TaylorIntegrator:
                 outcome, _, _, steps, *_ = ta.propagate_until(self._fp(stop), max_steps=LONGEST_LEG)
             t1, end = ta.time, ta.state.copy()
         point, limit = self._met(outcome, t)
-        return Leg(
-            contact=contact,
-            t0=t,
-            t1=t1,
-            end=end,
-            point=point,
-            limit=limit,
-            steps=steps,
-            nodes=motion.nodes if motion is not None else None,
-            dense=motion,
-        )
+        nodes = None if motion is None else motion.nodes
+        return Leg(contact, t, t1, end, point, steps, limit, nodes, motion)
 
     def legs(
         self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool

@@ -13,14 +13,8 @@ import numpy as np
 
 from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
+from squeal.simulation.integrators import symbols
 from squeal.simulation.integrators.pool import Pool
-from squeal.simulation.integrators.symbols import (
-    NAMES,
-    OWN_CODE,
-    equations,
-    rising,
-    state_parameters,
-)
 
 # Up to this tolerance sums are taken in their own order: regrouped by the compiler their rounding
 # drifts, which a hundred scenes' energy shows, and else the step is a third cheaper.
@@ -41,29 +35,29 @@ class Through:
 
     def __init__(self, law: ContactLaw, tolerance: float, terms: tuple[str, ...]) -> None:
         self._points = law.points
-        on = state_parameters(law)
-        system, heights, limits = equations(law, on, terms)
+        on = symbols.state_parameters(law)
+        system, heights, limits = symbols.equations(law, on, terms)
         self._log: list[tuple[int, float, bytes]] = []
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         # No cooldown: once the state has changed, the same gap passes zero in the other sense.
         events = [
             hy.t_event(e, direction=upwards, callback=self._on_change(point), cooldown=0.0)
-            for point, e in enumerate(rising(heights, on))
+            for point, e in enumerate(symbols.rising(heights, on))
         ] + [hy.t_event(limit, direction=downwards) for limit in limits]
         self.ta = hy.taylor_adaptive(
             system,
             [0.0] * 6,
-            pars=[1.0] * (len(NAMES) + law.points + term_count(terms)),
+            pars=[1.0] * (len(symbols.NAMES) + law.points + term_count(terms)),
             tol=tolerance,
             t_events=events,
-            compact_mode=law.points > OWN_CODE,
+            compact_mode=law.points > symbols.OWN_CODE,
             fast_math=tolerance > FINE,
         )
         self._pars, self._state = self.ta.pars, self.ta.state
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
     def _on_change(self, point: int) -> Any:
-        row, log = len(NAMES) + point, self._log
+        row, log = len(symbols.NAMES) + point, self._log
 
         def switch(ta: Any, _sign: int) -> bool:
             self._pars[row] = 1.0 - self._pars[row]

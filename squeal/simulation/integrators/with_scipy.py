@@ -95,17 +95,10 @@ class SciPyIntegrator(Integrator):
 
     def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
         """See `Integrator.advance`. Raises ComputationError if SciPy gives up."""
-        solution = self._solve(
-            self._rhs(contact),
-            (t, min(stop, t + LONGEST_LEG)),
-            state,
-            method="DOP853",
-            rtol=self.tolerance,
-            atol=self.tolerance,
-            max_step=self._max_step,
-            events=self._events(contact),
-            dense_output=dense,
-        )
+        span, events = (t, min(stop, t + LONGEST_LEG)), self._events(contact)
+        wanted: Any = {"method": "DOP853", "max_step": self._max_step, "dense_output": dense}
+        wanted |= {"rtol": self.tolerance, "atol": self.tolerance}
+        solution = self._solve(self._rhs(contact), span, state, events=events, **wanted)
         if solution.status < 0:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
@@ -120,14 +113,6 @@ class SciPyIntegrator(Integrator):
                 (event, None) if event < len(contact) else (None, _LIMITS[event - len(contact)])
             )
         motion = solution.sol
-        return Leg(
-            contact=contact,
-            t0=t,
-            t1=float(solution.t[last]),
-            end=solution.y[:, last].copy(),
-            point=point,
-            limit=limit,
-            steps=len(solution.t) - 1,
-            nodes=solution.t if dense else None,
-            dense=(lambda times: motion(times).T) if dense else None,
-        )
+        t1, end, steps = float(solution.t[last]), solution.y[:, last].copy(), len(solution.t) - 1
+        kept = (solution.t, lambda times: motion(times).T) if dense else ()
+        return Leg(contact, t, t1, end, point, steps, limit, *kept)

@@ -167,16 +167,7 @@ def _crossings(event: _Event) -> Iterator[Crossing]:
         located[c.kind] += int(c.direction)
     if event.located and located == rises:
         for c in event.located:
-            yield Crossing(
-                float(c.value),
-                c.kind,
-                "up" if c.direction > 0 else "down",
-                c.omega / (2 * math.pi),
-                (float(c.interval[0]), float(c.interval[1])),
-                _mode(event.line, c),
-                changes,
-                _residual(c),
-            )
+            yield c.crossing(_mode(event.line, c), changes, _residual(c))
         return
     for kind, rise in rises.items():
         omega = _fastest(event, kind, rise > 0)

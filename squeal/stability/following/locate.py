@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from squeal.stability.crossing import Crossing
 from squeal.stability.following.line import ComplexArray, Line, norm
 from squeal.stability.following.pairs import SURE, pair_at
 from squeal.stability.following.steps import Guess
@@ -40,6 +41,13 @@ class Located:
     def half(self) -> float:
         """Half the interval's width."""
         return (self.interval[1] - self.interval[0]) / 2
+
+    def crossing(self, mode: int, changes: bool, residual: float | None) -> Crossing:
+        """The same for callers: number of the mode, whether the verdict changes, error."""
+        way, hertz = "up" if self.direction > 0 else "down", self.omega / (2 * math.pi)
+        ends = (float(self.interval[0]), float(self.interval[1]))
+        value = float(self.value)
+        return Crossing(value, self.kind, way, hertz, ends, mode, changes, residual)
 
 
 def _refined_vectors(

@@ -46,10 +46,9 @@ def _among(rng, size=60):
     return system, mu, omega
 
 
-def test_crossings_are_found_and_located(rng):
-    system, mu, omega = _among(rng)
-    region = Rectangle(-40.0, 60.0, 350.0, 700.0)
-    values = [0.0, 0.2, 0.4, 0.6]
+def _the_crossing(known, region, values):
+    """The only crossing of a known system, held against its place, and the reduced system."""
+    system, mu, omega = known
     reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
     found = crossings_along(reduction, region, "mu", values)
     assert not found.unconfirmed
@@ -57,6 +56,12 @@ def test_crossings_are_found_and_located(rng):
     assert crossing.value == pytest.approx(mu, rel=1e-10)
     assert crossing.omega == pytest.approx(omega, rel=1e-10)
     assert crossing.interval[0] <= mu <= crossing.interval[1]
+    return crossing, reduction
+
+
+def test_crossings_are_found_and_located(rng):
+    values = [0.0, 0.2, 0.4, 0.6]
+    crossing, reduction = _the_crossing(_among(rng), Rectangle(-40.0, 60.0, 350.0, 700.0), values)
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert (crossing.kind, crossing.direction) == ("flutter", "up")
     assert crossing.residual < 1e-14
@@ -135,15 +140,8 @@ def test_a_factorisation_serves_again(rng, monkeypatch):
 
 def test_a_structural_loss_factor(rng):
     """Complex K: the crossing of the closed form, one root and no mirror image."""
-    system, mu, omega = large.with_loss_factor(rng)
-    values = [0.0, 0.7, 1.4]
+    known = large.with_loss_factor(rng)
     for low in (350.0, -600.0):  # below the axis lie images that grow without meaning
         region = Rectangle(-60.0, 60.0, low, 600.0)
-        reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
-        found = crossings_along(reduction, region, "mu", values)
-        assert not found.unconfirmed
-        (crossing,) = found.crossings
-        assert crossing.value == pytest.approx(mu, rel=1e-10)
-        assert crossing.omega == pytest.approx(omega, rel=1e-10)
+        crossing, _ = _the_crossing(known, region, [0.0, 0.7, 1.4])
         assert crossing.direction == "up"
-        assert crossing.interval[0] <= mu <= crossing.interval[1]

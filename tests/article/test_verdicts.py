@@ -1,0 +1,203 @@
+"""Verdicts of the report: each turns with the results behind it."""
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from squeal.article.claims import CLAIMS
+from squeal.article.report import verdicts
+from squeal.article.report.hammering import by_model, under_load
+from squeal.article.report.identification import hardest
+from squeal.article.report.pads import kept_briefly, kept_by, lasts, origin
+from squeal.article.results.claims import Hammering, JudgedClaim, Loaded
+from squeal.article.results.ensembles import ELSEWHERE, Ensembles
+from squeal.article.results.loci import HeldThreshold, Loci, Loop
+from squeal.article.results.map_ranges import Upright
+from squeal.article.results.robustness import Share
+from squeal.article.results.starts import KINDS, SceneStarts, Starts
+from squeal.files.records import Missing
+from tests.article import known
+
+
+def judged_pads(keep: int, lost: str) -> Ensembles:
+    """Ensembles of which so many pads keep each conclusion; the plausible one loses a statement."""
+    found = known.result("ensembles")
+    assert isinstance(found, Ensembles)
+    made = {
+        name: dataclasses.replace(one, every=dataclasses.replace(one.every, keep=keep))
+        for name, one in found.conclusions.items()
+    }
+    pad = found.chosen["consistent"]
+    pad = dataclasses.replace(pad, failing={**pad.failing, "1": (lost,), "3": None, "10": (lost,)})
+    pad = dataclasses.replace(pad, failing={**pad.failing, "40": ("B2-c-hammer", "B2-d-trailing")})
+    return dataclasses.replace(found, conclusions=made, chosen={**found.chosen, "consistent": pad})
+
+
+def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
+    some, none = judged_pads(3, "B2-c-hammer"), judged_pads(0, "B2-c-hammer")
+    plausible = judged_pads(0, "B2-b-twice")
+    words = {
+        (True, 3): "holds for pads fitted to it",
+        (True, 0): "holds for one pad fitted to it",
+        (False, 3): "holds for other pads, fitted to it",
+        (False, 0): "not reproduced by any pad",
+    }
+    for (held, keep), verdict in words.items():
+        claims = dict.fromkeys(some.conclusions["hammering"].statements, held)
+        assert verdicts.of_pads(claims, some if keep else none, "hammering") == verdict
+    assert lasts(plausible, "hammering") == ["1", "10"]
+    assert lasts(none, "hammering") == []
+    text = kept_briefly(plausible, "hammering", "found somewhere")
+    assert text.startswith("Kept over 1 and 10 windows by this pad, found somewhere; by pads of 12")
+    assert "of 40 searches for all statements at once (consistent law: 2 of 5)" in text
+    assert text.endswith(r"by 10.00\,\% of random pads (consistent: 10.00\,\%)")
+    assert kept_briefly(some, "hammering", "found").endswith(", not by this pad")
+    alone = dataclasses.replace(some, chosen={})
+    assert kept_briefly(alone, "hammering", "found").endswith(
+        "of random pads (consistent: 10.00\\,\\%)"
+    )
+    assert "keeps it over 1 and 10 windows; it is" in kept_by(plausible, "hammering")
+    assert "does not keep it; it is kept by pads of 2 of the 5" in kept_by(some, "hammering")
+
+
+def test_a_pad_is_said_to_be_sought_where_it_was():
+    assert "in which case (c) alone separates" in origin(ELSEWHERE)
+    assert origin("search 3 with the consistent law").startswith(
+        "chosen from the ensembles (search"
+    )
+
+
+@pytest.mark.parametrize(
+    ("b1", "b2", "words"),
+    [
+        ("acd", "c", "so that B2 alone sets (c) apart"),
+        ("c", "ac", "so that B1 alone sets (c) apart"),
+        ("ac", "cd", "and so both in (c)"),
+        ("c", "c", "in (c), model B2 in (c)"),
+        ("a", "", "(a), model B2 in no case"),
+    ],
+)
+def test_hammering_is_told_by_model(b1, b2, words):
+    assert by_model(Hammering({"B1": tuple(b1), "B2": tuple(b2)}, {})).endswith(words)
+
+
+def test_hammering_under_load_is_told_from_the_way_of_delta():
+    def told(*rows: Loaded) -> str:
+        return under_load(Hammering({"B1": ("c",), "B2": ("c",)}, {"c": rows}))
+
+    far, near, still = Loaded(0.5, -0.9, 0.5, 9), Loaded(1.0, -0.9, 0.05, 9), Loaded(1.0, -1, 1, 3)
+    assert "under each of these loads" in told(far)
+    assert told(far, near).endswith(r"up to $0.5$\,$F_n$")
+    assert told(far, still).endswith(r"up to $0.5$\,$F_n$")
+    assert told(near).endswith("by a light touch only")
+    assert r"$-0.9$ to $0.5$ while $R_n$ exceeds $0.5$\,$F_n$" in told(
+        far, Loaded(2, None, None, 0)
+    )
+    assert under_load(Hammering({"B1": (), "B2": ()}, {})) == "Model B2 hammers in no case"
+
+
+def test_what_the_article_argues_with_is_told_apart_from_our_reading():
+    names = ("B1-all-separate", "B2-only-c", "B12-more-loss")
+    assert "but not our reading" in verdicts.argued(
+        dict(zip(names, (True, True, False), strict=True))
+    )
+    assert "reproduces it" in verdicts.argued(dict.fromkeys(names, True))
+    assert "does not" in verdicts.argued(dict(zip(names, (True, False, True), strict=True)))
+
+
+def test_a_verdict_turns_with_the_results_behind_it():
+    def maps(printed, small, exists=0.7):
+        share = SimpleNamespace(exists=exists)
+        full = Upright(10, 0.1, 0.6, small, 0.25)
+        printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
+        return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
+
+    assert verdicts.region(*maps(0.1, 0)[:2]) == "does not hold"
+    assert verdicts.region(*maps(0.1, 10)[:2]) == "holds"
+    assert verdicts.region(*maps(0.1, 3)[:2]) == "depends on the pad"
+    assert verdicts.region(*maps(0.4, 3)[:2]) == "not reproduced"
+    held = {"B3-singular": True}
+    assert verdicts.singular(held, maps(0.1, 0)[2]) == "does not follow"
+    assert verdicts.singular(held, maps(0.1, 0, 0.0)[2]) == "follows"
+    assert verdicts.singular({"B3-singular": False}, maps(0, 0, 0)[2]) == "not reproduced"
+
+
+def test_that_friction_raises_the_reaction_is_an_identity_where_the_closed_form_holds():
+    numbers = {"k2": 1.0, "k_c": 1.0, "mu": 0.25, "h": 0.5}  # 5 over 5 - 3/4
+
+    def raised(margin: float) -> tuple[str, float]:
+        claim = known.filled(JudgedClaim, verdict="reproduced", margin=margin)
+        if margin < 0.0:
+            claim = dataclasses.replace(claim, verdict="not reproduced")
+        return verdicts.raised(claim, numbers)
+
+    verdict, factor = raised(0.177)
+    assert verdict == "an identity at rest"
+    assert factor == pytest.approx(3.0 / 17.0)
+    assert raised(0.3)[0] == "holds for this pad"
+    assert raised(-0.1)[0] == "not reproduced"
+
+
+def test_what_differs_between_cases_is_counted_on_random_pads():
+    found = judged_pads(3, "B2-b-twice")
+    parting = (60, *(0,) * 3, 30, *(0,) * 10, 10)  # in no case, in c only, in all
+    some = tuple(dataclasses.replace(e, parting=parting) for e in found.ensembles)
+    share = verdicts.differing(dataclasses.replace(found, ensembles=some))
+    assert share == pytest.approx(0.3)
+    assert verdicts.of_share(share) == "holds for some random pads"
+    assert verdicts.of_share(0.7) == "holds for most random pads"
+    assert verdicts.of_share(0.0) == "not supported"
+
+
+def test_the_rotation_is_judged_by_the_thresholds_with_it_and_without():
+    def rotation(**pairs: tuple[float | None, float | None]) -> tuple[str, str]:
+        def up(mu: float | None) -> tuple[HeldThreshold, ...]:
+            return () if mu is None else (HeldThreshold(mu, "flutter", "up"),)
+
+        loci = known.of(Loci)
+        scenes = tuple(
+            dataclasses.replace(
+                loci.scenes[0],
+                name=name.replace("_", "-"),
+                loop=Loop(False, "", up(free)),
+                tilt_held=up(held),
+            )
+            for name, (free, held) in pairs.items()
+        )
+        return verdicts.rotation(dataclasses.replace(loci, scenes=scenes))
+
+    verdict, words = rotation(b2_a=(0.9, None), b2_c=(0.2, 1.5))
+    assert verdict == "supported"
+    assert words == ("B2 (a) nowhere (at $0.9$), B2 (c) at $1.5$ (at $0.2$)")
+    assert rotation(b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))[0] == "depends on the case"
+    verdict, words = rotation(b1_d=(None, 0.2), b2_d=(0.46, 0.45))
+    assert verdict == "not supported"
+    assert "B1 (d) at $0.2$ (nowhere)" in words
+    assert rotation(b2_b=(None, None))[0] == "not decided"
+
+
+def test_perpetual_contact_is_judged_by_other_starts():
+    found = known.of(Starts)
+    assert verdicts.perpetual(found)[0] == "does not hold"
+    assert r"$20\,\%$" not in verdicts.perpetual(found)[1]
+    assert r"20\,\% in (a)" in verdicts.perpetual(found)[1]
+    never: dict[str, SceneStarts | Missing] = {
+        name: dataclasses.replace(
+            one,
+            maps=tuple(dataclasses.replace(m, share={**m.share, KINDS[0]: 0.0}) for m in one.maps),
+        )
+        for name, one in found.scenes.items()
+        if isinstance(one, SceneStarts)
+    }
+    assert verdicts.perpetual(dataclasses.replace(found, scenes=never))[0] == "supported"
+    gone: dict[str, SceneStarts | Missing] = dict.fromkeys(found.scenes, Missing("left out"))
+    assert verdicts.perpetual(dataclasses.replace(found, scenes=gone))[0] == "not judged"
+
+
+def test_the_hardest_statements_are_those_that_fewest_pads_keep():
+    shares = {c.id: Share(0.5, (0.4, 0.6)) for c in CLAIMS}
+    shares |= {"B12-c-severe": Share(0.04, (0, 1)), "B2-only-c": Share(0.03, (0, 1))}
+    shares |= {"B2-b-raised": Share(0.0, (0, 1)), "B1-b-ratio": Share(0.07, (0, 1))}
+    assert hardest(shares) == ["B2-only-c", "B12-c-severe", "B1-b-ratio"]
