@@ -125,6 +125,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "plots":
+        return importlib.import_module("squeal.plots")
     if name not in _MODULE:
         raise AttributeError(f"module 'squeal' has no attribute {name!r}")
     return getattr(importlib.import_module(_MODULE[name]), name)

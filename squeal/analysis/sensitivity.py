@@ -157,8 +157,14 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
     With y, x the left and right null vectors at the threshold, y'(dK - s dM)x = 0 keeps a double
     root s (flutter) or a zero one (divergence), y'dF = 0 a fold; a change of contact keeps the
     gap at zero, and with damping the pair stays on the imaginary axis. Raises ComputationError
-    where none of these holds, for an exchange of growth rates.
+    where none of these holds, for an exchange of growth rates. A threshold at mu = 0 stays there
+    for all parameters, since without friction nothing grows; with a damping matrix it is refused.
     """
+    names = parameters(scene.pad_model)
+    if point.mu == 0.0:
+        if scene.damping is not None and scene.damping.matrix is not None:
+            raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
+        return {name: 0.0 for name in names if name != "mu"}
     path = Path.of(scene.pad_model, point.mu * (1 + 1e-6)) if not scene.pad_model.linear else None
     if path is None:
         q, state = np.zeros(3), scene.pad_model.full
@@ -166,7 +172,6 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.branch.statics.to_si(z)
     model = scene.pad_model.replace(mu=point.mu)
-    names = parameters(model)
     by = {name: change(model, q, state, name, held=path is None) for name in names}
     if path is not None and any(abs(b - point.mu) <= 1e-12 * point.mu for b in path.breakpoints):
         edge = int(np.argmin(np.abs(model.gaps(q))))

@@ -35,7 +35,7 @@ def options(parser: Parser) -> None:
         parser.add_argument(
             f"--{name}",
             metavar="NAME:LOW:HIGH[:log]",
-            help=f"{name} parameter and its range ({default}:0:pi if left out)",
+            help=f"{name} parameter and its range ({default}:0:pi if left out; :log for scenes)",
         )
     parser.add_argument(
         "--quantity",

@@ -43,7 +43,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         given.table,
         lambda: {
             "sides": [dataclasses.asdict(s) for s in sides],
-            "wanted": wanted.words(),
+            "wanted": repr(wanted),
             "system": identity(system),
         },
     )

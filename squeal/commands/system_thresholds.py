@@ -45,7 +45,7 @@ def thresholds_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     low = value_in(given.min, "--min")
     checkpoint = Checkpoint(
         given.table,
-        lambda: {"range": [low, high], "wanted": wanted.words(), "system": identity(system)},
+        lambda: {"range": [low, high], "wanted": repr(wanted), "system": identity(system)},
     )
     found = system_thresholds(system, high, low, wanted, progress, checkpoint)
     checkpoint.close()

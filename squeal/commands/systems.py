@@ -128,10 +128,10 @@ def _swept(
     wanted, progress, name = wanted_of(given), progress_of(given), system.parameter
 
     def head() -> dict[str, Any]:
-        return {"values": values, "wanted": wanted.words(), "system": identity(system)}
+        return {"values": values, "wanted": repr(wanted), "system": identity(system)}
 
     if method == "full":
-        journal = Journal(None if is_small(system) else given.table, head())
+        journal = Journal(None if is_small(system) else given.table, head(), SweepRow.from_dict)
         rows = [SweepRow.from_dict(row) for row in journal.rows]
         for row in full_rows(system, wanted, values[len(rows) :], progress):
             rows.append(row)

@@ -14,6 +14,7 @@ from squeal.commands.tables import number, table
 from squeal.errors import ComputationError, InputError
 from squeal.files.matrices import fingerprint, read_matrix, write_matrix
 from squeal.files.values import Named
+from squeal.files.writing import whole_folder
 
 PAIR = "VALUE:FILE, the parameter's value and the matrix there"
 
@@ -67,8 +68,9 @@ def _write(given: argparse.Namespace, found: Separation) -> list[Path]:
     for name in names:
         if name.exists():
             raise InputError(f"--output {name}: exists; another name is allowed")
-    for name, matrix in zip(names, (found.constant, found.linear), strict=True):
-        write_matrix(name, matrix, "K")
+    with whole_folder(path.parent) as place:
+        for name, matrix in zip(names, (found.constant, found.linear), strict=True):
+            write_matrix(place / name.name, matrix, "K")
     return names
 
 

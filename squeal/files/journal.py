@@ -27,11 +27,15 @@ class Journal(_Beside):
     """A file beside an output, one JSON value a line: a head that says what it is of, then rows.
 
     A file with another head is of another computation and begins anew; a last line that was cut
-    off is dropped. `path` None keeps nothing.
+    off is dropped, and so is what follows a row that `read` does not take. `path` None keeps
+    nothing.
     """
 
-    def __init__(self, path: Path | None, head: dict[str, Any]) -> None:
+    def __init__(
+        self, path: Path | None, head: dict[str, Any], read: Callable[[Any], object] = id
+    ) -> None:
         super().__init__(path, ".partial")
+        self._read = read
         self._head = json.dumps(head, sort_keys=True)
         self.rows = list(self._kept())
         if self.path is not None:
@@ -46,9 +50,11 @@ class Journal(_Beside):
             return
         for line in lines:
             try:
-                yield json.loads(line)
-            except ValueError:
+                row = json.loads(line)
+                self._read(row)
+            except (ValueError, KeyError, TypeError):
                 return
+            yield row
 
     def add(self, row: Any) -> None:
         """Append a row, on the disc before this returns."""

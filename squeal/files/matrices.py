@@ -200,7 +200,7 @@ def fingerprint(matrix: Any) -> str:
 def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
     """Write a real matrix in the format of the suffix, every digit kept; `key` names it inside.
 
-    Raises InputError for a suffix that is not written.
+    Raises InputError for a suffix that is not written, and for what its format does not hold.
     """
     from scipy.sparse import csc_array
 
@@ -221,12 +221,19 @@ def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
     elif suffix in (".hb", ".rua"):
         from scipy.io import hb_write
 
+        size = np.abs(sparse.data[sparse.data != 0.0])
+        if not len(size) or size.min() < 1e-99 or size.max() >= 1e100:
+            raise InputError(
+                f"{path.name}: {suffix} holds matrices with entries of 1e-99 to 1e99; .mtx holds "
+                "all"
+            )
         write_whole(path, lambda s: hb_write(s, sparse))
     elif suffix in ABAQUS:
         write_whole(path, lambda s: _write_entries(s, sparse))
     else:
         raise InputError(
-            f"{path}: the suffix must be one of .mtx, .mat, .npz, .hb, .rua, .inp, .txt to write"
+            f"{path.name}: the suffix must be one of .mtx, .mat, .npz, .hb, .rua, .inp, .txt to "
+            "write"
         )
 
 
@@ -235,3 +242,6 @@ def _write_entries(stream: Any, matrix: Any) -> None:
     stream.write("** row, column, value; TYPE=UNSYMMETRIC\n")
     for i, j, value in zip(entries.row + 1, entries.col + 1, entries.data, strict=True):
         stream.write(f"{i} {j} {float(value)!r}\n")
+    n = matrix.shape[0]
+    if not matrix[n - 1, n - 1]:  # the last row tells how many there are
+        stream.write(f"{n} {n} 0.0\n")

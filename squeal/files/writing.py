@@ -5,7 +5,8 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -52,6 +53,19 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
     except BaseException:
         os.unlink(name)
         raise
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """A place for files that are moved to a folder when all of them are complete."""
+    try:
+        made = tempfile.TemporaryDirectory(dir=folder, prefix=".")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}") from None
+    with made as place:
+        yield Path(place)
+        for path in sorted(Path(place).iterdir()):
+            os.replace(path, folder / path.name)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -1,7 +1,7 @@
 """Damping that is not given as a matrix: Rayleigh, modal ratios, structural loss factor.
 
 All three speak of the structure's own stiffness: the terms of K whose factor names no parameter,
-which leaves friction out where it is written with its coefficient.
+which leaves friction out where it is written with its coefficient. Rayleigh's alpha takes all of M.
 """
 
 import dataclasses
@@ -32,7 +32,7 @@ def _scaled(terms: list[Term], factor: float | complex) -> tuple[Term, ...]:
 
 
 def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
-    """C with alpha M + beta K added (alpha in 1/s, beta in s), of M and K without parameters."""
+    """C with alpha M + beta K added (alpha in 1/s, beta in s), of K what has no parameters."""
     added: tuple[Term, ...] = ()
     if alpha:
         mass = [Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M]

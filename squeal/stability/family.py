@@ -9,7 +9,15 @@ from squeal.stability.cubic import Cubic, cubic_of
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
 from squeal.stability.growth import GROWING, SMALL, Growth, fastest_rates, growth_of
 from squeal.stability.judgement import judge_reduced
-from squeal.stability.matrices import Batched, LightMassError, Matrices, Reduced, System, reduce
+from squeal.stability.matrices import (
+    Batched,
+    LightMassError,
+    Matrices,
+    Reduced,
+    System,
+    matrices_at,
+    reduce,
+)
 from squeal.stability.terms import is_sparse
 
 
@@ -32,7 +40,7 @@ class Family:
     def at(self, mu: float) -> Reduced:
         """The system at mu in mass-normalised coordinates."""
         if mu not in self._reduced:
-            self._reduced[mu] = _reduced(self.system(mu))
+            self._reduced[mu] = _reduced(matrices_at(self.system, mu))
         return self._reduced[mu]
 
     def prepare(self, mus: Iterable[float]) -> None:

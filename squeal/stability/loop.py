@@ -23,7 +23,15 @@ from numpy.typing import ArrayLike
 from squeal.errors import ComputationError
 from squeal.stability.gains import LoopThreshold, loop_thresholds
 from squeal.stability.judgement import verdict
-from squeal.stability.matrices import Array, Reduced, System, check_range, check_system, reduce
+from squeal.stability.matrices import (
+    Array,
+    Reduced,
+    System,
+    check_range,
+    check_system,
+    matrices_at,
+    reduce,
+)
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -149,7 +157,7 @@ def friction_loop(
 
 
 def _arrays(system: System, mu: float) -> tuple[Array, Array, Array]:
-    M, C, K = system(mu)
+    M, C, K = matrices_at(system, mu)
     mass = np.asarray(M, dtype=float)
     return mass, np.zeros_like(mass) if C is None else np.asarray(C, float), np.asarray(K, float)
 

@@ -59,6 +59,14 @@ def check_system(system: object, asked: str, other: str = "") -> None:
         )
 
 
+def matrices_at(system: System, p: float) -> Matrices:
+    """What a system gives at p. Raises InputError if that is not M, C and K."""
+    found = system(p)
+    if not isinstance(found, tuple | list) or len(found) != 3:
+        raise InputError(f"system: gives {type(found).__name__}; it must give M, C (or None) and K")
+    return found
+
+
 def check_range(asked: str, low: object, high: object) -> None:
     """Refuse a range whose ends are no finite numbers, or the upper not above the lower.
 
@@ -108,7 +116,10 @@ class Reduced:
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
     try:
-        matrix = np.asarray(value, dtype=float)
+        matrix = np.asarray(value)
+        if np.iscomplexobj(matrix) and matrix.imag.any():
+            raise ValueError
+        matrix = np.asarray(matrix.real, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name}: a square matrix of real numbers is required") from None
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
-from squeal.stability.matrices import Array, System, check_system, values_of
+from squeal.stability.matrices import Array, System, check_system, matrices_at, values_of
 
 SURE = 0.9  # a likeness below this halves the step
 KEEP = 0.7  # below this (shapes mixed, at a crossing) the reference shape stays as it was
@@ -51,7 +51,7 @@ class _Tracker:
         A state is the shape with its velocity, in mass-normalised coordinates and in units in
         which |lambda| = 1: a mode and its complex conjugate are then orthogonal.
         """
-        matrices = self.system(mu)
+        matrices = matrices_at(self.system, mu)
         spectrum = complex_eigenvalues(*matrices)
         values = spectrum.values
         shapes = np.array([e.right for e in spectrum.eigenvalues]).T

@@ -9,7 +9,7 @@ import numpy as np
 from squeal.stability.crossing import Crossing
 from squeal.stability.eigen import Eigenvalue, complex_eigenvalues
 from squeal.stability.growth import growth_of
-from squeal.stability.matrices import System, check_system, reduce
+from squeal.stability.matrices import System, check_system, matrices_at, reduce
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 STEPS = 8  # in which several growing modes are followed from one crossing to the next
@@ -41,7 +41,7 @@ def growing_eigenvalues(system: System, mu: float) -> list[Eigenvalue]:
 
     Sorted by falling growth rate.
     """
-    matrices = system(mu)
+    matrices = matrices_at(system, mu)
     count = growth_of(reduce(*matrices))
     found = sorted(complex_eigenvalues(*matrices).eigenvalues, key=lambda e: -e.growth_rate)
     pairs = [e for e in found if e.value.imag > 0][: count.pairs]

@@ -14,6 +14,7 @@ from squeal.analysis.sensitivity import (
     threshold_sensitivities,
 )
 from squeal.equilibrium.damping import modal_damping, modal_damping_slope
+from squeal.errors import ComputationError
 from squeal.scene import Damping, read_scene
 from squeal.scene.schema import Scene
 from tests.conftest import SCENES
@@ -143,3 +144,16 @@ def test_thresholds_against_differences(name, damping):
 
 def test_a_pad_that_stays_stable_has_no_loss():
     assert critical_friction(scene_of("b1-c")).first is None
+
+
+def test_a_threshold_at_zero_stays_there():
+    scene = changed(scene_of("b3"), **COUPLED)
+    found = []
+    for pad in (scene, changed(scene, w=1.01 * scene.pad.w)):
+        pad = dataclasses.replace(pad, damping=Damping(ratios=(0.02, 0.0, 0.01)))
+        found.append(critical_friction(pad).first)
+    assert [point.mu for point in found] == [0.0, 0.0]
+    assert set(threshold_sensitivities(pad, found[1]).values()) == {0.0}
+    fixed = dataclasses.replace(pad, damping=Damping(matrix=((0.0,) * 3,) * 3))
+    with pytest.raises(ComputationError, match="no derivatives"):
+        threshold_sensitivities(fixed, found[1])

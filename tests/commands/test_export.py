@@ -165,6 +165,16 @@ def test_complex_matrices_are_not_written(tmp_path, capsys):
     path.write_text(CHART + "damping: {structural: 0.1}\n")
     err = assert_refused(capsys, "export", path, "--output", tmp_path / "out")
     assert "K: is complex (structural damping) and cannot be written" in err
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_terms_are_written_both_or_not_at_all(tmp_path, capsys):
+    mmwrite(tmp_path / "k.mtx", csc_array(np.eye(2)))
+    given = [f"{mu}:{tmp_path / 'k.mtx'}" for mu in (0.0, 0.4)]
+    assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.hb")  # K1 is zero
+    assert [p.name for p in tmp_path.iterdir()] == ["k.mtx"]
+    answer(capsys, "terms", *given, "--output", tmp_path / "S.inp")
+    assert read_matrix(tmp_path / "S1.inp").matrix.shape == (2, 2)
 
 
 def test_a_scene_is_not_reduced(tmp_path, capsys):

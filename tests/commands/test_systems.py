@@ -142,6 +142,14 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
     solved.clear()
     assert run(capsys, *options, *more)[0] == 0
     assert len(solved) == 1
+    table.unlink()
+    solved.clear()
+    assert run(capsys, *options, *more, "--modes", "1")[0] == 130  # another question
+    solved.clear()
+    assert run(capsys, *options, *more)[0] == 130
+    assert len(solved) == 2
+    solved.clear()
+    assert run(capsys, *options, *more)[0] == 0
     assert [p.name for p in tmp_path.iterdir()] == ["sweep.csv"]
     assert len({line.split(",")[0] for line in table.read_text().splitlines()[1:]}) == 3
 

@@ -142,3 +142,25 @@ def test_matlabs_later_form_is_refused_by_its_name(tmp_path):
     path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384))
     with pytest.raises(InputError, match=r"HDF5 form \(-v7.3\) is not read; save it with -v7"):
         read_matrix(path)
+
+
+@pytest.mark.parametrize("suffix", [".hb", ".rua"])
+@pytest.mark.parametrize("entry", [0.0, 1e-101, 1e100])
+def test_what_harwell_boeing_does_not_hold_is_refused(suffix, entry, tmp_path):
+    path = tmp_path / f"K{suffix}"
+    with pytest.raises(InputError, match="holds matrices with entries of 1e-99 to 1e99"):
+        write_matrix(path, np.diag([entry, entry and 1.0]))
+    assert not list(tmp_path.iterdir())
+    write_matrix(path, np.diag([1e-99, 9e99]))
+    assert read_matrix(path).matrix.diagonal().tolist() == [1e-99, 9e99]
+
+
+@pytest.mark.parametrize("suffix", [".txt", ".inp", ".mtx"])
+def test_rows_without_entries_come_back(suffix, tmp_path):
+    write_matrix(tmp_path / f"K{suffix}", csc_array(([2.0], ([0], [1])), shape=(3, 3)))
+    write_matrix(tmp_path / f"C{suffix}", csc_array((3, 3)))
+    assert read_matrix(tmp_path / f"K{suffix}").matrix.toarray().tolist() == [
+        [0, 2, 0],
+        [0] * 3,
+    ] + [[0] * 3]
+    assert read_matrix(tmp_path / f"C{suffix}").matrix.shape == (3, 3)

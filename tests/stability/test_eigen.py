@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.stability import complex_eigenvalues, sweep
+from squeal.stability import complex_eigenvalues, critical_points, sweep, track
 from tests.stability.conftest import exact_damped, exact_squares, random_pad
 
 
@@ -141,6 +141,7 @@ def test_single_oscillator():
         ([[1]], [[1, 2], [3, 4]], [[1]], "C"),
         ([[1]], None, [[np.nan]], "K"),
         ([[1]], None, [["a"]], "K"),
+        ([[1]], [[1j]], [[1]], "C"),
         ([[-1]], None, [[1]], "M"),
         ([[1, 2], [2, 1]], None, np.eye(2), "M"),
         ([[1, 0.5], [0, 1]], None, np.eye(2), "M"),
@@ -151,3 +152,15 @@ def test_refuses_what_is_not_a_system(M, C, K, word):
         complex_eigenvalues(M, C, K)
     with pytest.raises(InputError, match=f"^{word}: "):
         sweep(lambda mu: (M, C, K), [0.0, 1.0])
+
+
+def test_complex_matrices_without_imaginary_parts_are_taken():
+    K = np.array([[4.0 + 0j]])
+    assert complex_eigenvalues([[1]], None, K).values.tolist() == [2j, -2j]
+
+
+@pytest.mark.parametrize("given", [3, None, (1, 2)])
+def test_what_gives_no_matrices_is_refused(given):
+    for ask in (lambda f: track(f, [0.0, 1.0]), lambda f: critical_points(f, 1.0)):
+        with pytest.raises(InputError, match=r"system: gives .*; it must give M, C"):
+            ask(lambda mu: given)

@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.files.matrices import fingerprint, write_matrix
-from squeal.files.writing import write_text
+from squeal.files.writing import whole_folder, write_text
 from squeal.stability.terms import TermSystem
 
 
@@ -17,30 +17,32 @@ def write_system(
     """Write the terms of a system and a system file into a folder; a row for each matrix.
 
     `more` is added to the system file.
-    Raises InputError for complex matrices, which the formats do not hold.
+    Raises InputError for what the format does not hold, complex matrices among it; nothing is
+    written then.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     rows = []
     lines = [f"name: {_quoted(system.name)}"]
     own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
     lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
-    for part in ("M", "C", "K"):
-        terms = getattr(system, part)
-        if terms:
-            lines.append(f"{part}:")
-        for i, term in enumerate(terms):
-            if np.iscomplexobj(term.matrix):
-                raise InputError(
-                    f"{part}: is complex (structural damping) and cannot be written; damping by "
-                    "rayleigh or ratios can"
-                )
-            name = f"{part}{i}.{suffix}"
-            write_matrix(folder / name, term.matrix, part)
-            text = term.factor.text
-            lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
-            row = {"part": part, "file": name, "factor": text}
-            rows.append(row | {"fingerprint": fingerprint(term.matrix)})
-    write_text(folder / "system.yaml", "\n".join(lines) + f"\n{more}")
+    folder.mkdir(parents=True, exist_ok=True)
+    with whole_folder(folder) as place:
+        for part in ("M", "C", "K"):
+            terms = getattr(system, part)
+            if terms:
+                lines.append(f"{part}:")
+            for i, term in enumerate(terms):
+                if np.iscomplexobj(term.matrix):
+                    raise InputError(
+                        f"{part}: is complex (structural damping) and cannot be written; damping "
+                        "by rayleigh or ratios can"
+                    )
+                name = f"{part}{i}.{suffix}"
+                write_matrix(place / name, term.matrix, part)
+                text = term.factor.text
+                lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
+                row = {"part": part, "file": name, "factor": text}
+                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
+        write_text(place / "system.yaml", "\n".join(lines) + f"\n{more}")
     return rows
 
 
