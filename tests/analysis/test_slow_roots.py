@@ -7,10 +7,12 @@ import pytest
 from squeal.analysis.critical import branch_system, critical_friction, critical_parameter
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.slow_roots import roots_and_verdict
+from squeal.analysis.systems.roots import system_roots
 from squeal.commands.sweep import sweep
 from squeal.errors import ComputationError
 from squeal.model.pad import Pad
 from squeal.scene import Damping, PlainSystem, Scene
+from squeal.stability.terms import Term, TermSystem
 from tests.exact import Exact, discriminant
 from tests.stability.conftest import exact_damped
 
@@ -81,6 +83,23 @@ def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffn
     system = PlainSystem("light", "", "mu", M, (C,), (K,))
     (step,) = sweep(system, [0.0])
     assert (step.verdict, critical_parameter(system, 1.0).at_zero) == (found.verdict,) * 2
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+@pytest.mark.parametrize("stiffness", [1e14, 1e16, 1e20])
+def test_no_root_is_too_fast_to_be_listed(stiffness, damping):
+    """Two modes of 1 and 3 rad^2/s^2 beside a third that nothing couples to them."""
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiffness]])
+    C = (Term(damping * np.eye(3)),) if damping else ()
+    found = system_roots(TermSystem((Term(np.eye(3)),), C, (Term(K),), {}))
+    if damping and stiffness > 1e14:
+        assert not found.certified  # the residual of the fast pair says so
+        return
+    exact = [complex(-damping / 2, np.sqrt(k - damping**2 / 4)) for k in (1.0, 3.0, stiffness)]
+    upper = [e.value for e in found.eigenvalues if e.value.imag > 0.0]
+    assert found.certified
+    assert len(found.eigenvalues) == 6
+    assert upper == pytest.approx(exact, rel=1e-12)
 
 
 def test_a_free_body_beside_a_stiff_spring_has_two_roots_of_exactly_zero():

@@ -70,9 +70,10 @@ def _damped(
 
 
 def _finite(alpha: ComplexArray, beta: ComplexArray, infinite: int) -> np.ndarray:
-    """Which roots alpha / beta are finite, if at least so many are not."""
+    """Which roots alpha / beta are finite, if at least so many are not; all, however fast, if none
+    has to be infinite."""
     small = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)
-    kept = small > 4 * EPS
+    kept = (small > 4 * EPS) | (infinite == 0)
     kept[np.argsort(small)[:infinite]] = False
     return kept
 
