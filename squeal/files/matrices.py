@@ -10,6 +10,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.files.matrix_text import read_abaqus, read_harwell_boeing
+from squeal.files.memory import check_rows
 from squeal.files.writing import write_whole
 
 HARWELL_BOEING = (".hb", ".rua", ".rsa")
@@ -90,8 +91,9 @@ def _checked(path: Path, found: FileMatrix) -> FileMatrix:
 
 def _read(path: Path, suffix: str, key: str | None) -> FileMatrix:
     if suffix == ".mtx":
-        from scipy.io import mmread
+        from scipy.io import mminfo, mmread
 
+        check_rows(float(mminfo(path)[0]))
         return FileMatrix(mmread(path, spmatrix=False))
     if suffix == ".mat":
         return FileMatrix(_of_mat(path, key))

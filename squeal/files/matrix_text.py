@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from squeal.files.memory import check_rows
+
 
 def read_harwell_boeing(path: Path) -> Any:
     """The matrix (CSC) of a Harwell-Boeing file: real, assembled, RUA or RSA.
@@ -54,6 +56,9 @@ def read_abaqus(path: Path) -> tuple[Any, tuple[tuple[int, int], ...] | None]:
     places, values = table[:, :-1], table[:, -1]
     if np.any(places != np.round(places)):
         raise ValueError("rows and columns must be whole numbers")
+    if places.shape[1] == 2:
+        k = int(np.argmax(places.max(axis=1)))
+        check_rows(float(places[k].max()), f"entry {' '.join(kept[k].split())}: ")
     whole = places.astype(int)
     labels = None
     if whole.shape[1] == 4:

@@ -20,9 +20,13 @@ Value = tuple[float, dict[str, float]]
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula; `names` are the parameters that it depends on. Raises InputError when made."""
+    """A formula; `names` are the parameters that it depends on. Raises InputError when made.
+
+    `place` (a file and the key in it) stands before what it refuses later.
+    """
 
     text: str
+    place: str = field(default="", repr=False, compare=False)
     names: frozenset[str] = field(init=False)
     _tree: ast.expr = field(init=False, repr=False, compare=False)
 
@@ -33,7 +37,7 @@ class Formula:
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
-        return self.value_and_slopes(parameters)[0]
+        return self._checked(parameters, False)[0]
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
         """The derivative by one parameter; 0 if the formula does not depend on it."""
@@ -41,16 +45,23 @@ class Formula:
 
     def value_and_slopes(self, parameters: Mapping[str, float]) -> Value:
         """The value and the derivatives by all names. Raises InputError if one is not finite."""
+        return self._checked(parameters, True)
+
+    def _checked(self, parameters: Mapping[str, float], smooth: bool) -> Value:
+        about = f"{self.place}: {self.text}" if self.place else self.text
         unknown = sorted(self.names - parameters.keys())
         if unknown:
-            raise InputError(f"{self.text}: {unknown[0]} is no parameter; {_listed(parameters)}")
+            raise InputError(f"{about}: {unknown[0]} is no parameter; {_listed(parameters)}")
         try:
             value, slopes = _evaluated(self._tree, parameters)
         except (ZeroDivisionError, OverflowError):
             value, slopes = math.nan, {}
-        if not all(map(math.isfinite, (value, *slopes.values()))):
+        lacks = "" if math.isfinite(value) else "finite number"
+        if smooth and not lacks and not all(map(math.isfinite, slopes.values())):
+            lacks = "function with a finite derivative"
+        if lacks:
             where = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(self.names))
-            raise InputError(f"{self.text}: is not a finite number at {where or 'any value'}")
+            raise InputError(f"{about}: is not a {lacks} at {where or 'any value'}")
         return value, slopes
 
 
@@ -115,7 +126,15 @@ def _evaluated(node: ast.expr, at: Mapping[str, float]) -> Value:
     result = a**b
     if isinstance(result, complex):  # a root of a negative number
         raise OverflowError
-    return result, _combined(b * a ** (b - 1) if da and b else 0.0, da, 0.0, db)
+    return result, _combined(_power_slope(a, b) if da else 0.0, da, 0.0, db)
+
+
+def _power_slope(a: float, b: float) -> float:
+    """The derivative of a**b by a, infinite where that is without bound."""
+    try:
+        return b * a ** (b - 1) if b else 0.0
+    except (ZeroDivisionError, OverflowError):
+        return math.inf
 
 
 def _combined(

@@ -248,13 +248,14 @@ def _named(term: dict[str, Any]) -> str:
 
 
 def _formula(text: str, at: Place) -> Formula:
+    place = at / "factor"
     try:
-        found = Formula(text)
-        if not found.names:
-            found.value({})
-        return found
+        found = Formula(text, str(place))
     except InputError as error:
-        raise (at / "factor").refuse(str(error)) from None
+        raise place.refuse(str(error)) from None
+    if not found.names:
+        found.value({})
+    return found
 
 
 def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, None]) -> FileMatrix:

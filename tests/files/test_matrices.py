@@ -121,6 +121,13 @@ def test_op4_by_its_package(tmp_path, matrix):
         ("K.txt", "0 1 3\n", "count from 1"),
         ("K.txt", "1.5 1 3\n", "whole numbers"),
         ("K.txt", "** nothing\n", "no entries"),
+        ("K.txt", "1 1 1\n9e14 9e14 1\n", "entry 9e14 9e14 1: 9e+14 rows need"),
+        (
+            "K.mtx",
+            "%%MatrixMarket matrix coordinate real general\n"
+            "900000000000000 900000000000000 1\n1 1 1\n",
+            "9e+14 rows need",
+        ),
     ],
 )
 def test_a_wrong_file_gets_one_sentence(tmp_path, name, content, words):

@@ -57,3 +57,13 @@ def test_places_without_a_value_are_refused():
         Formula("+".join(["1"] * 300))
     with pytest.raises(InputError):
         Formula("9**" * 100 + "9").value(AT)
+
+
+def test_a_slope_without_bound_is_refused_only_where_it_is_asked_for():
+    root = Formula("mu**0.5", "s.yaml: K.factor")
+    assert root.value({"mu": 0.0}) == 0.0
+    assert root.slope({"mu": 0.25}, "mu") == 1.0
+    with pytest.raises(InputError, match=r"s\.yaml: K\.factor: mu.* finite derivative at mu = 0"):
+        root.slope({"mu": 0.0}, "mu")
+    with pytest.raises(InputError, match=r"s\.yaml: K\.factor: mu.* finite number at mu = -1"):
+        root.value({"mu": -1.0})

@@ -7,6 +7,7 @@ from squeal.errors import InputError
 from squeal.numerics.formula import Formula
 from squeal.stability import thresholds
 from squeal.stability.following.line import Line
+from squeal.stability.following.pairs import NUDGE, pair_at
 from squeal.stability.following.search import _bisected, search
 from squeal.stability.following.sign import count_right
 from squeal.stability.terms import Term, TermSystem
@@ -154,3 +155,12 @@ def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
     mixed[3] = mixed[2]
     with pytest.raises(InputError, match="regular"):
         thresholds(lambda mu: (mixed, None, K0 + mu * K1), 2.0)
+
+
+@pytest.mark.parametrize("other", [1.0 + NUDGE, 1.0 + 3 * NUDGE])
+def test_a_pair_is_seen_from_a_shift_that_is_one_of_its_roots(other):
+    system = TermSystem((Term(np.eye(3)),), (), (Term(np.diag([1.0, other, 5.0])),))
+    start = np.eye(3)[:, :2] + 0.1
+    pair = pair_at(Line(system, 0.0, 1.0), 0.5, 1.0 + 0j, start, start)
+    assert pair.mean == pytest.approx((1.0 + other) / 2, rel=1e-15)
+    assert pair.d == pytest.approx(((other - 1.0) / 2) ** 2, rel=1e-6)

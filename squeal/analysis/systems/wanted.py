@@ -1,12 +1,11 @@
 """Which roots of a system are asked for, and what it takes to get them."""
 
 import dataclasses
-import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
+from squeal.files.memory import available_memory
 from squeal.stability.sparse.region import Disc, Rectangle, band
 from squeal.stability.terms import TermSystem
 
@@ -93,18 +92,6 @@ def check_memory(system: TermSystem, limit: float | None = None) -> None:
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
             f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
         )
-
-
-def available_memory() -> float:
-    """Bytes that are free on this machine; unlimited where it does not say."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as stream:
-            for line in stream:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * float(line.split()[1])
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, ValueError, AttributeError):
-        return math.inf
 
 
 def extent(region: Rectangle | Disc | None) -> dict[str, float] | None:

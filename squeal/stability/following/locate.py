@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from squeal.numerics.inverse import near_singular
 from squeal.stability.crossing import Crossing
 from squeal.stability.following.line import ComplexArray, Line, norm
 from squeal.stability.following.pairs import SURE, pair_at
@@ -54,13 +55,13 @@ def _refined_vectors(
     A: np.ndarray, z: complex, right: ComplexArray, left: ComplexArray
 ) -> tuple[complex, ComplexArray, ComplexArray]:
     """The root of A next to z with unit vectors, by inverse iteration and Rayleigh quotients."""
-    from scipy.linalg import lu_factor, lu_solve
+    from scipy.linalg import lu_solve
 
     x, y = right, left
     size = norm(A)
     for _ in range(3):
         shift = z + 1e-14 * size * (1 + 1j)
-        factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
+        factor = near_singular(A - shift * np.eye(len(A)))
         x = lu_solve(factor, x, check_finite=False)
         y = lu_solve(factor, y, trans=2, check_finite=False)
         x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)

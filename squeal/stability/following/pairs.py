@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.numerics.inverse import near_singular
 from squeal.stability.following.line import Line, norm
 from squeal.stability.matrices import EPS
 
@@ -50,7 +51,7 @@ class Pair:
 
 def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) -> Pair:
     """The pair of roots next to `near` at p; right, left (N, 2) vectors that it begins from."""
-    from scipy.linalg import lu_factor, lu_solve
+    from scipy.linalg import lu_solve
 
     A, derivative, rounding = line.both(p)
     size = norm(A)
@@ -58,7 +59,7 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
     if not line.damped and abs(near.imag) <= NUDGE * abs(near):
         shift = shift.real
         right, left = np.asarray(right.real), np.asarray(left.real)
-    factor = lu_factor(A - shift * np.eye(len(A)), check_finite=False)
+    factor = near_singular(A - shift * np.eye(len(A)))
     X = _subspace(A, size, right, lambda X: lu_solve(factor, X, check_finite=False))
     Y = _subspace(A.T, size, left, lambda Y: lu_solve(factor, Y, trans=2, check_finite=False))
     across = Y.conj().T @ X

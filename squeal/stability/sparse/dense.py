@@ -1,10 +1,10 @@
 """Roots of small dense problems, such as reduced ones: all values, vectors of the wanted ones."""
 
-import warnings
 from collections.abc import Iterable
 
 import numpy as np
 
+from squeal.numerics.inverse import near_singular
 from squeal.stability.matrices import ILL, unit_diagonal
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.pencil import pencil_roots
@@ -88,20 +88,15 @@ def _clusters(values: ComplexArray) -> Iterable[list[int]]:
 def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
     """Orthonormal right and left vectors (n, count) of the smallest singular values, by inverse
     iteration on one factorisation; left ones NaN unless wanted."""
-    from scipy.linalg import lu_factor, lu_solve
+    from scipy.linalg import lu_solve
 
     n = len(P)
     rng = np.random.default_rng(n)
     x = rng.standard_normal((n, count)) + 1j * rng.standard_normal((n, count))
-    floor = 1e-16 * float(np.abs(P).max())
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a singular P is what is expected here
-        lu, pivots = lu_factor(P, check_finite=False)
-    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
-    lu[small, small] = floor
+    factor = near_singular(P)
 
     def solved(b: ComplexArray, trans: int) -> ComplexArray:
-        return np.linalg.qr(lu_solve((lu, pivots), b, trans=trans, check_finite=False))[0]
+        return np.linalg.qr(lu_solve(factor, b, trans=trans, check_finite=False))[0]
 
     # the inverse of P and of its adjoint by turns converge to singular vectors
     y = solved(x, 2)

@@ -1,0 +1,25 @@
+"""Inverse iteration: factors of a matrix that is singular but for rounding."""
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+EPS = float(np.finfo(float).eps)
+
+
+def near_singular(P: NDArray) -> tuple[NDArray, NDArray]:
+    """LU factors of P (n, n) for `scipy.linalg.lu_solve`, pivots that vanish replaced by rounding.
+
+    What they solve is then finite and points along the null space, which is all that inverse
+    iteration needs.
+    """
+    from scipy.linalg import lu_factor
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a singular P is what is expected here
+        lu, pivots = lu_factor(P, check_finite=False)
+    floor = EPS / 2 * (float(np.abs(P).max()) or 1.0)
+    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
+    lu[small, small] = floor
+    return lu, pivots
