@@ -92,110 +92,57 @@ class Chapter:
 _B2 = tuple(stem("B2", case) for case in CASES)
 _SEARCHED = (Study("verify", (IDENTIFIED, *_scenes(*HISTORY_FIGURES))), Study("robustness", (PAD,)))
 
+_ALL = _scenes(*HISTORY_FIGURES)
+
+
+def _shown(*names: str, by: str = "") -> tuple[Figure, ...]:
+    """Figures that their own modules draw from their own results, or from those of a study."""
+    return tuple(Figure(name, name, _results(by or name)) for name in names)
+
+
+# fmt: off
 _PARTS = (
-    Chapter(
-        "verdicts",
-        also=(
-            *_results(
-                "claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges", "starts"
-            ),
-            PAD,
-        ),
-    ),
-    Chapter("introduction"),
-    Chapter("equations"),
-    Chapter("method"),
-    Chapter(
-        "article",
-        also=_results(*HISTORY_FIGURES),
-        tables=("table-1", "table-2", "eigenvalues"),
-        studies=(Study("quasi_static", _scenes("b3")), Study("eigenvalues", _scenes(*_B2))),
-        figures=(
-            Figure("fig01", "sketch", _scenes("b1-c")),
-            Figure("fig02", "sketch", _scenes("b2-c")),
-            Figure("fig03", "charts", ("B1",)),
-            Figure("fig08", "charts", ("B2",)),
-            *(
-                Figure(f"fig{number:02}", "histories", (*_results(name), f"results/{name}.csv"))
-                for name, number in HISTORY_FIGURES.items()
-            ),
-            Figure("fig13", "quasi_static", _results("quasi_static")),
-        ),
-    ),
-    Chapter(
-        "stability",
-        tables=("literature", "thresholds"),
-        studies=(
-            Study("stability", _scenes(*HISTORY_FIGURES)),
-            Study("loci", _scenes(*HISTORY_FIGURES)),
-            Study("angles", _scenes(*_B2, "b3")),
-        ),
-        figures=(
-            *(Figure(name, name, _results("loci")) for name in ("coupling", "loci", "modes")),
-            Figure("growth", "growth", _results("stability")),
-            Figure("maps", "angle_maps", _results("angles", "quasi_static")),
-        ),
-    ),
-    Chapter(
-        "physics",
-        tables=("works", "members", "own-starts", "springs-starts"),
-        studies=(
-            Study("energy", _scenes(*HISTORY_FIGURES)),
-            Study("map_ranges", _scenes("b2-c")),
-            Study("line_springs", _scenes(*_B2)),
-            Study("starts", _scenes(*HISTORY_FIGURES)),
-        ),
-        figures=tuple(
-            Figure(name, name, _results(name))
-            for name in ("energy", "map_ranges", "line_springs", "starts")
-        ),
-    ),
-    Chapter(
-        "onset",
-        tables=("lasting", "exponents"),
-        studies=tuple(Study(name, _scenes(*HISTORY_FIGURES)) for name in ("onset", "spectra")),
-        figures=tuple(Figure(name, name, _results(name)) for name in ("onset", "spectra")),
-    ),
-    Chapter(
-        "identification",
-        also=(PAD,),
-        tables=("formulations", "ranges"),
-        studies=_SEARCHED,
-        figures=(Figure("robustness", "robustness", _results("robustness")),),
-    ),
-    Chapter(
-        "ensembles",
-        tables=("ensemble-searches", "ensemble-ranges", "ensemble-pad"),
-        studies=(Study("ensembles", (ENSEMBLES,)),),
-        figures=tuple(
-            Figure(name, name, _results("ensembles")) for name in ("ensembles", "corner")
-        ),
-    ),
-    Chapter(
-        "statements",
-        tables=("claims", "findings"),
-        studies=(
-            Study("claims", (*_scenes(*HISTORY_FIGURES), IDENTIFIED)),
-            Study("findings", _scenes(*STEMS)),
-        ),
-    ),
+    Chapter("verdicts", also=(*_results(
+        "claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges", "starts"), PAD)),
+    Chapter("introduction"), Chapter("equations"), Chapter("method"),
+    Chapter("article", also=_results(*HISTORY_FIGURES),
+            tables=("table-1", "table-2", "eigenvalues"),
+            studies=(Study("quasi_static", _scenes("b3")), Study("eigenvalues", _scenes(*_B2))),
+            figures=(Figure("fig01", "sketch", _scenes("b1-c")),
+                     Figure("fig02", "sketch", _scenes("b2-c")),
+                     Figure("fig03", "charts", ("B1",)), Figure("fig08", "charts", ("B2",)),
+                     *(Figure(f"fig{n:02}", "histories", (*_results(name), f"results/{name}.csv"))
+                       for name, n in HISTORY_FIGURES.items()),
+                     Figure("fig13", "quasi_static", _results("quasi_static")))),
+    Chapter("stability", tables=("literature", "thresholds"),
+            studies=(Study("stability", _ALL), Study("loci", _ALL),
+                     Study("angles", _scenes(*_B2, "b3"))),
+            figures=(*_shown("coupling", "loci", "modes", by="loci"),
+                     Figure("growth", "growth", _results("stability")),
+                     Figure("maps", "angle_maps", _results("angles", "quasi_static")))),
+    Chapter("physics", tables=("works", "members", "own-starts", "springs-starts"),
+            studies=(Study("energy", _ALL), Study("map_ranges", _scenes("b2-c")),
+                     Study("line_springs", _scenes(*_B2)), Study("starts", _ALL)),
+            figures=_shown("energy", "map_ranges", "line_springs", "starts")),
+    Chapter("onset", tables=("lasting", "exponents"),
+            studies=(Study("onset", _ALL), Study("spectra", _ALL)),
+            figures=_shown("onset", "spectra")),
+    Chapter("identification", also=(PAD,), tables=("formulations", "ranges"), studies=_SEARCHED,
+            figures=_shown("robustness")),
+    Chapter("ensembles", tables=("ensemble-searches", "ensemble-ranges", "ensemble-pad"),
+            studies=(Study("ensembles", (ENSEMBLES,)),),
+            figures=_shown("ensembles", "corner", by="ensembles")),
+    Chapter("statements", tables=("claims", "findings"),
+            studies=(Study("claims", (*_ALL, IDENTIFIED)), Study("findings", _scenes(*STEMS)))),
     Chapter("discussion"),
-    Chapter(
-        "extreme",
-        tables=("extreme", "accuracy"),
-        studies=(Study("extreme"), Study("accuracy", _scenes(*HISTORY_FIGURES))),
-    ),
-    Chapter(
-        "precision",
-        tables=("speed", "linear-speed"),
-        studies=(Study("precision", _scenes("b1-c", "b2-c", "b3")),),
-        figures=(
-            Figure("precision", "precision", _results("precision")),
-            Figure("linear", "linear", _results("precision")),
-        ),
-    ),
-    Chapter("parameters", also=_scenes(*HISTORY_FIGURES), tables=("parameters",)),
+    Chapter("extreme", tables=("extreme", "accuracy"),
+            studies=(Study("extreme"), Study("accuracy", _ALL))),
+    Chapter("precision", tables=("speed", "linear-speed"),
+            studies=(Study("precision", _scenes("b1-c", "b2-c", "b3")),),
+            figures=_shown("precision", "linear", by="precision")),
+    Chapter("parameters", also=_ALL, tables=("parameters",)),
 )
+# fmt: on
 STUDIES = {study.name: study for part in _PARTS for study in part.studies}
 RESULTS = _results(*HISTORY_FIGURES, *STUDIES)
 """All result files that the report rests on."""
