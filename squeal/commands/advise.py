@@ -9,7 +9,7 @@ from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
 from squeal.analysis.advice_text import advice_in_words, change_in_words
 from squeal.analysis.subject import Subject, check_name
 from squeal.commands.base import Answer, Parser
-from squeal.commands.critical_friction import upper_end
+from squeal.commands.critical_friction import upper_end, upper_option
 from squeal.commands.outputs import file_options
 from squeal.commands.progress import progress_line
 from squeal.commands.tables import number, table
@@ -35,13 +35,7 @@ def options(parser: Parser) -> None:
         help="how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
         "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)",
     )
-    parser.add_argument(
-        "--mu-max",
-        "--max",
-        metavar="MU",
-        default="2",
-        help="upper end of the range in which the critical friction is sought (2 if left out)",
-    )
+    upper_option(parser, "of the range in which the critical friction is sought")
     file_options(parser, table="write the table to FILE")
 
 

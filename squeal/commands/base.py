@@ -78,16 +78,10 @@ class Command:
         summary = summary[0].upper() + summary[1:]
         parser = Parser(prog=f"squeal {self.name}", description=summary, allow_abbrev=False)
         if self.scene:
-            parser.add_argument(
-                "scene", metavar="SCENE.yaml", help="the scene file; - reads standard input"
-            )
-            parser.add_argument(
-                "--set",
-                metavar="NAME=VALUE",
-                action="append",
-                default=[],
-                help="change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)",
-            )
+            add = parser.add_argument
+            add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
+            words = "change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)"
+            add("--set", metavar="NAME=VALUE", action="append", default=[], help=words)
         self.module.options(parser)
         parser.add_argument("--json", action="store_true", help="print one JSON object instead")
         return parser

@@ -21,15 +21,15 @@ from squeal.files.writing import write_table
 from squeal.scene import Scene
 
 
+def upper_option(parser: Parser, what: str) -> None:
+    """The option --mu-max, the upper end of something."""
+    words = f"upper end {what} (2 if left out)"
+    parser.add_argument("--mu-max", "--max", metavar="MU", default="2", help=words)
+
+
 def options(parser: Parser) -> None:
     """Options of `squeal critical-friction`."""
-    parser.add_argument(
-        "--mu-max",
-        "--max",
-        metavar="MU",
-        default="2",
-        help="upper end of the range of mu, or of a system's parameter (2 if left out)",
-    )
+    upper_option(parser, "of the range of mu, or of a system's parameter")
     parser.add_argument(
         "--min", metavar="VALUE", help="systems only: lower end of the range (0 if left out)"
     )

@@ -122,9 +122,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         else:
             save_modes(given.figure, name, eigenvalue_figure(values), values)
     found: dict[str, Any] = {"name": system.name} | {system.parameter: at}  # its name may be one
-    found |= {
-        "name": system.name,
-        "parameter": system.parameter,
+    found |= picked(system, "name parameter") | {
         "parameters": {system.parameter: at},
         "M": M.tolist(),
         "C": (np.zeros_like(M) if C is None else C).tolist(),

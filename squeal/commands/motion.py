@@ -11,7 +11,7 @@ import numpy as np
 from squeal.errors import InputWarning
 from squeal.files.provenance import provenance
 from squeal.files.results import Event, Run, Summary
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.model.contact import contact_law
 from squeal.scene import COORDINATES, Scene
 from squeal.scene.keys import INITIAL
@@ -98,20 +98,13 @@ def draw(given: argparse.Namespace, scene: Scene, result: Simulation) -> None:
     from squeal.plots.style import save
 
     assert result.events is not None
-    assert result.shares is not None
-    assert result.extrema is not None
     assert result.response is not None
     assert result.history is not None
     summary = Summary(
         name=given.source.name.removesuffix(".yaml"),
-        model=result.model,
         stop=result.final[0],
         events=tuple(Event(e.t, e.source, e.target) for e in result.events),
-        shares=result.shares,
-        extrema=result.extrema,
-        method=result.method,
-        tolerance=result.tolerance,
-        steps=result.steps,
+        **picked(result, "model shares extrema method tolerance steps"),
         provenance=provenance([given.source.file], "squeal.commands.simulate"),
     )
     run = Run(summary, {name: np.asarray(values) for name, values in result.history.items()})

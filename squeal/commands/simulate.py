@@ -101,16 +101,14 @@ def response_rows(response: Response) -> list[tuple[str, str]]:
         f"{name} {number(value)} {UNITS[name]}" for name, value in response.amplitude.items()
     )
     frequency, growth = response.frequency_hz, response.growth_rate
+    grows = unknown
+    if growth is not None:
+        grows = f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz"
     settled = {True: "yes", False: "no", None: unknown}[response.settled]
     return [
         ("  dominant frequency", unknown if frequency is None else f"{number(frequency)} Hz"),
         ("  amplitude", size or unknown),
-        (
-            "  growth at the start",
-            unknown
-            if growth is None
-            else f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz",
-        ),
+        ("  growth at the start", grows),
         ("  settled", settled),
     ]
 

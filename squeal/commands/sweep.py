@@ -11,7 +11,7 @@ from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.modes import ModeShape, mode_shapes, sweep_modes
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.commands.tables import elided, number
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum
 
@@ -65,13 +65,9 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
         "coordinates": list(names),
         "normalisation": rule,
         "shapes": [
-            {
-                "mode": one.number,
-                "frequency_hz": one.frequency_hz,
-                "growth_rate": one.growth_rate,
-                "real": one.shape.real.tolist(),
-                "imag": one.shape.imag.tolist(),
-            }
+            {"mode": one.number}
+            | picked(one, "frequency_hz growth_rate")
+            | {"real": one.shape.real.tolist(), "imag": one.shape.imag.tolist()}
             for one in shapes
         ],
     }

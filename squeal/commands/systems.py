@@ -36,7 +36,7 @@ from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unsta
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint, Journal
 from squeal.files.matrices import fingerprint
-from squeal.files.writing import write_table
+from squeal.files.writing import picked, write_table
 from squeal.scene.terms import SystemFile
 from squeal.stability import Spectrum, UnstableMode, crossings, unstable_modes
 from squeal.stability.dampings import dense
@@ -89,9 +89,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         found = _head(file, system)
         found["eigenvalues"] = [root_row(e) for e in roots.eigenvalues]
         found["unstable"] = unstable_rows(chosen(grow))
-        found |= {
-            key: getattr(roots, key) for key in ("verdict", "criterion", "certified", "count")
-        }
+        found |= picked(roots, "verdict criterion certified count")
         found |= {"region": extent(roots.region), "growth_limit": roots.growth_limit}
         found |= {"method": method, "basis": basis_row(swept.reduction, wanted)}
         if system.n <= SHOWN_ROWS:
@@ -187,15 +185,10 @@ def basis_row(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | N
     of its band may grow."""
     if reduction is None:
         return None
-    return {
-        "method": reduction.method,
-        "size": reduction.size,
-        "samples": [dict(changes) for changes in reduction.samples],
-        "residual": reduction.worst,
-        "converged": reduction.converged,
-        "spurious": reduction.spurious,
-        "growth_limit": _growth_limit(wanted),
-    }
+    found = picked(reduction, "method size")
+    found["samples"] = [dict(changes) for changes in reduction.samples]
+    found |= {"residual": reduction.worst} | picked(reduction, "converged spurious")
+    return found | {"growth_limit": _growth_limit(wanted)}
 
 
 def _growth_limit(wanted: Wanted) -> float | None:

@@ -232,15 +232,12 @@ class Named(Single):
     """A name: letters, digits and underscores, no digit first."""
 
     def allowed(self) -> str:
-        """What names are made of."""
         return "a name of letters, digits and underscores"
 
     def convert(self, value: Any) -> str | None:
-        """The name."""
         return value if isinstance(value, str) and _NAME.fullmatch(value) else None
 
     def schema(self) -> dict[str, Any]:
-        """A string of that form."""
         return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
 
 
@@ -249,11 +246,9 @@ class Numbers(Kind):
     """A mapping of names to finite numbers."""
 
     def allowed(self) -> str:
-        """The mapping in words."""
         return "a mapping of names to finite numbers"
 
     def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
-        """The numbers by name. Raises InputError."""
         if not isinstance(value, dict):
             raise at.must_be(value, self.allowed())
         for name in value:
@@ -261,7 +256,6 @@ class Numbers(Kind):
         return {name: Number().read(one, at / name) for name, one in value.items()}
 
     def schema(self) -> dict[str, Any]:
-        """An object with numbers."""
         return {
             "type": "object",
             "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
@@ -303,7 +297,6 @@ class Square(Kind):
         return f"a square matrix of finite numbers, a list of rows, {size}{like}"
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
-        """The rows. Raises InputError."""
         if not isinstance(value, list | tuple) or not value or len(value) > self.most:
             raise at.must_be(value, f"{self.allowed()} with at most {self.most} rows")
         count = self.count or len(value)

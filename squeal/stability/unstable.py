@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -28,6 +29,11 @@ class UnstableMode:
     growth_rate: float  # 1/s
     damping_ratio: float
     onset: float | None = None
+
+    @classmethod
+    def of(cls, e: Eigenvalue, kind: str, onset: float | None = None) -> Self:
+        """The mode of an eigenvalue that grows."""
+        return cls(kind, e.frequency_hz, e.growth_rate, e.damping_ratio, onset)
 
     def __str__(self) -> str:
         at = "" if self.onset is None else f", from {self.onset:.6g} on"
@@ -63,13 +69,7 @@ def unstable_modes(
     if crossings is not None and grow:
         onsets = _onsets(system, mu, crossings)
     return tuple(
-        UnstableMode(
-            "flutter" if e.value.imag else "divergence",
-            e.frequency_hz,
-            e.growth_rate,
-            e.damping_ratio,
-            onset,
-        )
+        UnstableMode.of(e, "flutter" if e.value.imag else "divergence", onset)
         for e, onset in zip(grow, onsets, strict=True)
     )
 

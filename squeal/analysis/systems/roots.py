@@ -143,7 +143,7 @@ def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:
         noise = margin(e)
         if e.value.real > noise and e.value.imag > -noise:
             kind = "flutter" if e.value.imag > noise else "divergence"
-            found.append(UnstableMode(kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
+            found.append(UnstableMode.of(e, kind))
     return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
 
 

@@ -118,16 +118,9 @@ class _Judging:
         self._simulated |= {(model, case): (pads[:0], {}) for case in cases}
         if not able.any():
             return
+        motions = (stacks[0].pad.replace(**columns), first[able], self.stop, SEARCH_TOLERANCE)
         found = simulate_many(
-            model,
-            stacks[0].pad.replace(**columns),
-            first[able],
-            self.stop,
-            SEARCH_TOLERANCE,
-            self.formulation,
-            measured=True,
-            phase=self.phase,
-            calm=False,
+            model, *motions, self.formulation, measured=True, phase=self.phase, calm=False
         )
         of, ids = np.divmod(np.flatnonzero(able), len(pads))
         for i, case in enumerate(cases):

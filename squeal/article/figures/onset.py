@@ -100,18 +100,8 @@ def onset_figure(found: Onset) -> Figure:
             for label, look in ((r"$\mu$ raised", UP), (r"$\mu$ lowered", DOWN))
         ]
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color="k",
-                marker="o",
-                ls="",
-                ms=3.5,
-                alpha=PALE,
-                label="face faster than $V$",
-            )
-        )
+        pale: Any = {"color": "k", "marker": "o", "ls": "", "ms": 3.5, "alpha": PALE}
+        handles.append(Line2D([], [], label="face faster than $V$", **pale))
         figure.legend(handles=handles, loc="outside upper center", ncols=8)
     return figure
 

@@ -55,16 +55,8 @@ def judge_many(
     for model, heights in zip(MODELS, first_heights(repeated), strict=True):
         first = np.zeros((len(each), 6))
         first[:, 1] = heights
-        results[model] = simulate_many(
-            model,
-            pad_of(repeated, model, (alpha1, alpha2)),
-            first,
-            stop,
-            SEARCH_TOLERANCE,
-            formulation,
-            measured=True,
-            workers=workers,
-        )
+        given = (pad_of(repeated, model, (alpha1, alpha2)), first, stop, SEARCH_TOLERANCE)
+        results[model] = simulate_many(model, *given, formulation, measured=True, workers=workers)
     raised = friction_raises(stacked(numbers, "B2", "b", formulation))
     outcomes: list[Outcome | None] = []
     for i, one in enumerate(many):

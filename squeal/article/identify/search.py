@@ -90,13 +90,9 @@ class SearchState(Record):
         """The state after one more start over so many pads."""
         best = tuple(sorted((*self.best, found), key=lambda entry: entry.cost)[:KEPT])
         left = self.unfinished
-        return replace(
-            self,
-            starts=self.starts + 1,
-            pads=self.pads + pads,
-            best=best,
-            unfinished=left if left is not None and left.cost < found.cost else None,
-        )
+        left = left if left is not None and left.cost < found.cost else None
+        more = self.pads + pads
+        return replace(self, starts=self.starts + 1, pads=more, best=best, unfinished=left)
 
 
 def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchState:
@@ -166,12 +162,8 @@ def search(
     def one_start() -> None:
         random = np.random.default_rng([seed, kept.starts])
         middle, width = _first(kept, formulation, random)
-        options = {
-            "bounds": [0.0, 1.0],
-            "popsize": POPULATION,
-            "seed": int(random.integers(1, 2**31)),
-            "verbose": -9,
-        }
+        options = {"bounds": [0.0, 1.0], "popsize": POPULATION, "verbose": -9}
+        options["seed"] = int(random.integers(1, 2**31))
         strategy = cma.CMAEvolutionStrategy(middle, width, options)
         best, best_numbers, gained, pads = np.inf, _to_numbers(middle), 0, 0
         for generation in range(1, generations + 1):

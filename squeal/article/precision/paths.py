@@ -125,15 +125,8 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
             gap.terminal = True  # type: ignore[attr-defined]
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
             events.append(gap)
-        found = solve_ivp(
-            lambda _t, s: rhs(s),
-            (t, stop),
-            state,
-            method=method,
-            rtol=max(tolerance, 3e-14),
-            atol=tolerance,
-            events=events,
-        )
+        given: Any = {"rtol": max(tolerance, 3e-14), "atol": tolerance, "events": events}
+        found = solve_ivp(lambda _t, s: rhs(s), (t, stop), state, method=method, **given)
         met = next((e for e in (0, 1) if len(found.t_events[e])), None)
         return float(found.t[-1]), found.y[:, -1], met, len(found.t) - 1
 

@@ -63,21 +63,10 @@ def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:
             continue
         rows: list[list[str]] = []
         for pole in result.poles:
-            first = not rows
-            ratio = pole.damping_ratio
+            told = ["", "", ""] if rows else [case, result.contact, result.verdict]
             sign = r"\pm" if pole.imag else ""
-            imaginary = f"{pole.imag:.1f}"
-            rows.append(
-                [
-                    case if first else "",
-                    result.contact if first else "",
-                    number(pole.real, 5),
-                    f"${sign}{imaginary}$",
-                    f"{pole.frequency_hz:.1f}",
-                    "--" if ratio is None else number(ratio, 4),
-                    result.verdict if first else "",
-                ]
-            )
+            cells = [number(pole.real, 5), f"${sign}{pole.imag:.1f}$", f"{pole.frequency_hz:.1f}"]
+            rows.append([*told[:2], *cells, number(pole.damping_ratio, 4), told[2]])
         groups.append(rows)
     head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)

@@ -54,18 +54,12 @@ def _over(kept: Kept | None) -> str:
 
 def ensemble_table(found: Ensembles) -> str:
     """One row a formulation: effort, chance, what searches reach, and how long it holds."""
-    rows = [
-        [
-            *_name(e),
-            thousands(e.pads),
-            f"{e.median.informative}, {e.best.informative}",
-            _span([s.most.informative for s in e.seeds]),
-            _span([s.most.listed for s in e.seeds]),
-            _span([s.level for s in e.seeds]),
-            ", ".join(_over(e.horizons.get(str(w))) for w in found.windows),
-        ]
-        for e in found.ensembles
-    ]
+    rows = []
+    for e in found.ensembles:
+        most = [(s.most.informative, s.most.listed, s.level) for s in e.seeds]
+        row = [*_name(e), thousands(e.pads), f"{e.median.informative}, {e.best.informative}"]
+        row += [_span(column) for column in zip(*most, strict=True)]
+        rows.append([*row, ", ".join(_over(e.horizons.get(str(w))) for w in found.windows)])
     windows = ", ".join(map(str, found.windows))
     head = ["force", "delta", "sign", "pads", "chance", "best", f"first {found.total.listed}"]
     head += ["level", f"best over {windows}"]

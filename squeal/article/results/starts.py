@@ -4,11 +4,7 @@ from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
 KINDS = (
-    "no loss",
-    "loss at an edge",
-    "separation",
-    "alternate losses",
-    "never in full contact",
+    *("no loss", "loss at an edge", "separation", "alternate losses", "never in full contact"),
     "model ends",
 )
 """What becomes of a motion after its first full contact, each beyond those before it.

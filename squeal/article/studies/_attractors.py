@@ -68,13 +68,9 @@ def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
     watch, changes = Extrema(pad.model.replace(mu=cycle.mu)), Events()
     pad.motion(cycle.state, cycle.period, cycle.mu, [watch, changes])
     peak = watch.result()["extrema"][pad.model.law.plotted[0].name]
-    return CyclePoint(
-        float(cycle.mu),
-        float(1e3 * cycle.period * pad.units.time),
-        len(changes.result()["events"]),
-        peak[1] if peak else 0.0,
-        float(np.abs(cycle.multipliers[0])),
-    )
+    period, multiplier = 1e3 * cycle.period * pad.units.time, np.abs(cycle.multipliers[0])
+    told = (len(changes.result()["events"]), peak[1] if peak else 0.0)
+    return CyclePoint(float(cycle.mu), float(period), *told, float(multiplier))
 
 
 def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:

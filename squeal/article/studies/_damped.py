@@ -33,17 +33,9 @@ class Motion(NamedTuple):
 
 def _many(motions: Sequence[Motion], stop: float, measured: bool) -> Any:
     models, one = [each.model for each in motions], motions[0].model
-    return simulate_many(
-        one.name,
-        stack([model.pad for model in models]),
-        np.array([each.state for each in motions]),
-        stop,
-        TOLERANCE,
-        one.formulation,
-        measured=measured,
-        damping=damping_of(models),
-        calm=False,
-    )
+    pads, starts = stack([model.pad for model in models]), np.array([m.state for m in motions])
+    how: Any = {"measured": measured, "damping": damping_of(models), "calm": False}
+    return simulate_many(one.name, pads, starts, stop, TOLERANCE, one.formulation, **how)
 
 
 def _settled(case: Case, changes: int, lost: float, line: bool) -> Settled:

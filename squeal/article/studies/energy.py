@@ -35,14 +35,8 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         return Missing(str(error))
     c = works.course
     rest = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
-    curves = {
-        "t": 1e3 * c.t,
-        "kinetic": c.kinetic,
-        "elastic": c.springs + c.contact,
-        "friction": c.friction,
-        "load": c.load,
-        "law": c.fed,
-    }
+    curves = {"t": 1e3 * c.t, "kinetic": c.kinetic, "elastic": c.springs + c.contact}
+    curves |= {"friction": c.friction, "load": c.load, "law": c.fed}
     return Motion(
         friction=works.friction,
         load=float(c.load[-1]),

@@ -120,19 +120,13 @@ def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclu
         kept.random[..., 0].sum(1),
     )
     narrow = kept.sampled[gather.keep_all(kept.sampled, statements)][:, INDEX["B2-only-c"]]
-    return results.Conclusion(
-        statements,
-        own,
-        every,
-        lasting,
-        len(points),
-        LASTING,
-        {
-            "consistent": share(*(int(n[number]) for n in random)),
-            "every": share(*(int(n.sum()) for n in random)),
-        },
-        (float(narrow.min()), float(narrow.max())) if len(narrow) else None,
-    )
+    shares = {
+        "consistent": share(*(int(n[number]) for n in random)),
+        "every": share(*(int(n.sum()) for n in random)),
+    }
+    kept_to = (statements, own, every, lasting, len(points), LASTING, shares)
+    span = (float(narrow.min()), float(narrow.max())) if len(narrow) else None
+    return results.Conclusion(*kept_to, span)
 
 
 def twins(kept: gather.Kept) -> results.Twins:
@@ -151,13 +145,8 @@ def ranges(kept: gather.Kept, number: int) -> dict[str, results.Range]:
         low, high = np.quantile(points[:, :, at], [TAIL, 1.0 - TAIL])
         medians = np.median(points[:, :, at], axis=1)
         ends = np.quantile(numbers[d.name], [TAIL, 1.0 - TAIL])
-        found[d.name] = results.Range(
-            (d.low, d.high),
-            float(ends[0]),
-            float(ends[1]),
-            float(high - low),
-            float(np.ptp(medians)),
-        )
+        own = (*map(float, ends), float(high - low), float(np.ptp(medians)))
+        found[d.name] = results.Range((d.low, d.high), *own)
     return found
 
 

@@ -16,10 +16,5 @@ def study(files: Sequence[Path] = (), *, long: bool = False) -> Extreme:
     if files:
         raise InputError(f"{files[0]}: is not allowed; the suite needs no files")
     outcomes = tuple(run_case(longer(case) if long else case) for case in CASES)
-    return Extreme(
-        outcomes,
-        RIGHT,
-        used_tolerance(TOLERANCE),
-        precision_in_words(),
-        version("heyoka") == NOT_INSTALLED,
-    )
+    how = (used_tolerance(TOLERANCE), precision_in_words(), version("heyoka") == NOT_INSTALLED)
+    return Extreme(outcomes, RIGHT, *how)

@@ -64,14 +64,10 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> res
     assert run.extrema is not None
     places, goal = _places(scene, run), _places(scene, line)
     peak = run.extrema["Rn"]
-    return results.Contact(
-        count,
-        1.0 - run.shares["FC"],
-        run.shares["SS"],
-        sum(event.target == "SS" for event in run.events),
-        peak[1] if peak else 0.0,
-        float(np.abs(places - goal).max() / np.ptp(goal, axis=1).max()),
-    )
+    losses = sum(event.target == "SS" for event in run.events)
+    told = (1.0 - run.shares["FC"], run.shares["SS"], losses, peak[1] if peak else 0.0)
+    apart = float(np.abs(places - goal).max() / np.ptp(goal, axis=1).max())
+    return results.Contact(count, *told, apart)
 
 
 def _thresholds(scene: Scene) -> tuple[results.Threshold, ...]:

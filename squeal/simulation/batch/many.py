@@ -204,15 +204,10 @@ def _work(task: _Task) -> Arrays:
     for group in _groups(blocks, needed if task.measured else np.zeros_like(needed)):
         pads, counts = np.concatenate(group), [needed[block].max() for block in group]
         samples = np.repeat(counts, [len(block) for block in group]) * task.measured
+        n = natural
+        given = (n.coefficients[:, pads], n.touching[:, pads], n.state[:, pads], n.stop[pads])
         with machines.lease() as machine:
-            course = machine.run(
-                natural.coefficients[:, pads],
-                natural.touching[:, pads],
-                natural.state[:, pads],
-                natural.stop[pads],
-                samples,
-                natural.terms[:, pads],
-            )
+            course = machine.run(*given, samples, natural.terms[:, pads])
         first = 0
         for block in group:
             motion = course.part(first, first + len(block))
@@ -322,21 +317,13 @@ def simulate_many(
     if wrong.size:
         raise ComputationError(f"the numbers of pad {wrong[0]} of the batch are not finite")
     size = min(CHUNK, -(-count // workers)) if count else 1
-    tasks = (
-        _Task(
-            model,
-            formulation,
-            _part(pads, i, size, count),
-            None if C is None else C[..., i : i + size],
-            np.asarray(initial, dtype=float)[i : i + size],
-            stops[i : i + size],
-            tolerance,
-            measured,
-            events,
-            phase,
-            calm,
-        )
-        for i in range(0, count, size)
-    )
+    starts, settings = np.asarray(initial, dtype=float), (tolerance, measured, events, phase, calm)
+
+    def task(i: int) -> _Task:
+        part, some = slice(i, i + size), _part(pads, i, size, count)
+        drag = None if C is None else C[..., part]
+        return _Task(model, formulation, some, drag, starts[part], stops[part], *settings)
+
+    tasks = map(task, range(0, count, size))
     chunks = list(map(_work, tasks) if workers == 1 else _pool(workers).map(_work, tasks))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
