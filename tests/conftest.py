@@ -26,11 +26,11 @@ HEYOKA = importlib.util.find_spec("heyoka") is not None
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
 # files that take long: a worker runs a file whole, and none of these should be the last
 LONG = (
-    *("workflow/test_workflow", "analysis/test_maps", "equilibrium/test_admissible"),
-    *("simulation/test_springs", "commands/test_installed", "commands/test_cli"),
-    *("simulation/test_falling", "commands/test_admissible", "analysis/test_threshold_curve"),
-    *("equilibrium/test_equilibrium", "article/test_stability_chapter", "analysis/test_scatter"),
-    *("article/test_ensembles", "analysis/test_advice", "simulation/test_simulation"),
+    *("commands/test_systems", "article/test_stability_chapter", "analysis/test_sensitivity"),
+    *("simulation/test_falling", "analysis/test_threshold_curve", "commands/test_cli"),
+    *("commands/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
+    *("workflow/test_workflow", "analysis/test_advice", "simulation/test_simulation"),
+    *("equilibrium/test_equilibrium", "equilibrium/test_admissible", "stability/test_crossings"),
 )
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 

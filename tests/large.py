@@ -189,7 +189,7 @@ def twice(matrices: tuple) -> tuple:
     return tuple(csc_array(kron(eye_array(2), x)) for x in matrices)
 
 
-def with_loss_factor(rng: np.random.Generator, size: int = 60) -> tuple[TermSystem, float, float]:
+def with_loss_factor(rng: np.random.Generator, size: int = 30) -> tuple[TermSystem, float, float]:
     """lambda^2 + A(mu) with A = (1 + i eta) diag(a, b) + mu [[0, -k], [k, 0]] among other, stable,
     oscillators, mixed: at the threshold an eigenvalue of A is real and positive, 2 a b / (a + b).
 

@@ -14,7 +14,7 @@ from squeal.scene import read_scene
 from squeal.scene.schema import Damping
 from tests.conftest import SCENES
 
-AXES = (Axis("alpha1", 0.3, 2.9, 4), Axis("k2", 0.5e8, 3.0e8, 3))
+AXES = (Axis("alpha1", 0.3, 2.9, 3), Axis("k2", 0.5e8, 3.0e8, 3))
 
 
 def scenes(stem, damping=None):

@@ -81,7 +81,7 @@ def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
 
 
 def test_traced_damped_map_has_the_boundary_of_the_eigenvalues():
-    scene, axes = scene_of("b2-c", RATIOS), angle_axes(8)
+    scene, axes = scene_of("b2-c", RATIOS), angle_axes(6)
     outline = stability_map(scene, axes, traced=True).outline
     checked = 0
     for (alpha1, alpha2), sides in zip(outline.segments[:, 0], outline.sides, strict=True):

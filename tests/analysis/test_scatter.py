@@ -11,7 +11,7 @@ from squeal.model.pad import Pad
 from squeal.scene import Scene
 from tests.analysis.test_advice import coupled
 
-SIZE, COUNT = 0.03, 60
+SIZE, COUNT = 0.03, 40
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +60,10 @@ def test_share_that_stays_stable_is_counted_at_the_scene_s_friction(scene, found
 def test_workers_and_progress_change_nothing(scene):
     told = []
     spreads = (Spread("k2", "within", 0.01 * scene.pad.k2), Spread("alpha1", "absolute", 0.01))
-    alone = scatter(scene, spreads, 40, progress=lambda done, count: told.append((done, count)))
-    both = scatter(scene, spreads, 40, workers=2)
+    alone = scatter(scene, spreads, 16, progress=lambda done, count: told.append((done, count)))
+    both = scatter(scene, spreads, 16, workers=2)
     assert np.array_equal(alone.critical, both.critical, equal_nan=True)
-    assert told[-1] == (40, 40)
+    assert told[-1] == (16, 16)
 
 
 def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
@@ -105,7 +105,7 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     # |d| < sqrt(4 k (x - k)), with an even k the whole is moved
     mean, size, k = 1.0, 0.2, 0.5
     system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
-    count = 400
+    count = 200
     found = scatter(system, (Spread("a", "absolute", size),), count, seed=5, mu_max=3.0)
     assert (found.failed, found.beyond) == (0, 0)
 

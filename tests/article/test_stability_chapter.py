@@ -45,10 +45,10 @@ def found():
 def maps():
     """Results of `studies.angles` and `studies.quasi_static`, on fewer points."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(angle_study, "FINE", 60)
-        patch.setattr(angle_study, "COARSE", 30)
+        patch.setattr(angle_study, "FINE", 40)
+        patch.setattr(angle_study, "COARSE", 20)
         angles = result(angle_study.study, STEMS)
-    return angles, quasi_static(scene_of("b3").pad, 60)
+    return angles, quasi_static(scene_of("b3").pad, 40)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
@@ -90,7 +90,7 @@ def test_b3_map_agrees_with_numpy():
 
 def test_b2_map_agrees_with_single_equilibria():
     scene = scene_of("b2-c")
-    axes = angle_axes(7)
+    axes = angle_axes(5)
     codes = stability_map(scene, axes).codes
     for i, a in enumerate(axes[0].values):
         for j, b in enumerate(axes[1].values):

@@ -88,11 +88,11 @@ def test_region_and_modes(sparse, capsys):
 @pytest.mark.parametrize("method", ["full", "reduced"])
 def test_sweeps(method, sparse, capsys):
     path, expected = sparse
-    options = ("--band", "200:300", "--sweep", "0:0.4:3", "--method", method)
+    options = ("--band", "200:220", "--sweep", "0:0.4:3", "--method", method)
     found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
     assert [row["mu"] for row in found["sweep"]] == [0.0, 0.2, 0.4]
     hertz = expected.imag / (2 * np.pi)
-    _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 300)])
+    _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 220)])
     assert all(e["residual"] < 1e-8 for row in found["sweep"] for e in row["eigenvalues"])
     assert (found["basis"] is None) == (method == "full")
 
@@ -125,7 +125,7 @@ def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
 
     path, _ = sparse
     table = tmp_path / "sweep.csv"
-    options = ("eigenvalues", path / "system.yaml", "--band", "200:230", "--sweep", "0:0.4:3")
+    options = ("eigenvalues", path / "system.yaml", "--band", "200:210", "--sweep", "0:0.4:3")
     more = ("--method", "full", "--csv", table)
     solved: list[object] = []
     roots = system_roots

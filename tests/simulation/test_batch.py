@@ -101,7 +101,7 @@ def naive(one):
 @pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
 def test_measures_are_those_of_a_history(model, formulation):
     """Of the same functions a batch has coarse samples, a single run fine ones."""
-    pads, initial = some(model, 9, 300)
+    pads, initial = some(model, 6, 300)
     r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measured=True)
     compared = 0
     for i, pad in enumerate(pads):
@@ -126,7 +126,7 @@ def test_measures_are_those_of_a_history(model, formulation):
                 limit = 5e-3 if model == "B2" and name == "second" else close
                 wide = np.abs(exact[name]).max()
                 assert found[name][j] == pytest.approx(exact[name], abs=limit * wide, nan_ok=True)
-    assert compared >= 6
+    assert compared >= 4
 
 
 def test_both_edges_in_the_same_instant_in_closed_form():

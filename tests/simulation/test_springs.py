@@ -90,15 +90,15 @@ def test_eigenvalues_converge_to_those_of_the_line():
         assert expected.contact == name
         size = np.abs(expected.spectrum.values).max()
         errors = []
-        for count in (8, 64) if name == "FC" else (8, 64, 512):
+        for count in (4, 64):
             found = analyse(on_springs(scene, count))
             assert found.contact == name
             errors.append(np.abs(found.spectrum.values - expected.spectrum.values).max() / size)
         if name == "FC":
             assert max(errors) < 1e-9
         else:
-            assert errors[0] > 4 * errors[1] > 16 * errors[2] > 0.0
-            assert errors[2] < 1e-2
+            assert errors[0] > 16 * errors[1] > 0.0
+            assert errors[1] < 1e-2
 
 
 @needs_heyoka
