@@ -10,20 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from squeal.analysis import subject as subjects
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.subject import (
-    Subject,
-    check_name,
-    check_subject,
-    critical_of,
-    dense,
-    free_name,
-    is_angle,
-    named_values,
-    own_value,
-    unit_of,
-    varied,
-)
 from squeal.errors import ComputationError, InputError
 from squeal.scene import Scene
 from squeal.stability import GROWING, Spectrum, complex_eigenvalues
@@ -150,7 +138,7 @@ class Advice:
 
 
 def advise(
-    subject: Subject,
+    subject: subjects.Subject,
     tolerances: Mapping[str, Tolerance] | None = None,
     mu_max: float = 2.0,
     progress: Progress | None = None,
@@ -162,12 +150,14 @@ def advise(
     each parameter. Raises InputError, and ComputationError if the pad as it is has no equilibrium
     without friction.
     """
-    check_subject(subject, "advise", mu_max)
+    subjects.check_subject(subject, "advise", mu_max)
     named = dict(tolerances or {})
     for name, tolerance in named.items():
-        check_name(subject, name, "tolerance", tolerance.relative)
-    values = {name: v for name, v in named_values(subject).items() if v or name in named}
-    chosen = {name: Tolerance(STEP, not is_angle(subject, name)) for name in values} | named
+        subjects.check_name(subject, name, "tolerance", tolerance.relative)
+    values = {name: v for name, v in subjects.named_values(subject).items() if v or name in named}
+    chosen = {
+        name: Tolerance(STEP, not subjects.is_angle(subject, name)) for name in values
+    } | named
     nominal = _outcome(subject, None, {}, mu_max)
     if nominal.critical is None:
         nominal = _with_gap(subject, nominal, {})
@@ -180,15 +170,17 @@ def advise(
         )
         moved = (_moved(lowered, nominal, mu_max), _moved(raised, nominal, mu_max))
         parted = (_parted(lowered, nominal), _parted(raised, nominal))
-        about = (name, unit_of(subject, name), value, chosen[name], step)
+        about = (name, subjects.unit_of(subject, name), value, chosen[name], step)
         levers.append(Lever(*about, lowered, raised, moved, parted))
         if progress is not None:
             progress(done, len(values))
     ranked = tuple(sorted(levers, key=lambda lever: lever.size, reverse=True))
-    return Advice(free_name(subject), own_value(subject), mu_max, nominal, ranked)
+    return Advice(subjects.free_name(subject), subjects.own_value(subject), mu_max, nominal, ranked)
 
 
-def _changed(subject: Subject, name: str, value: float, nominal: Outcome, mu_max: float) -> Outcome:
+def _changed(
+    subject: subjects.Subject, name: str, value: float, nominal: Outcome, mu_max: float
+) -> Outcome:
     try:
         outcome = _outcome(subject, value, {name: value}, mu_max)
         return outcome if nominal.gap is None else _with_gap(subject, outcome, {name: value})
@@ -209,9 +201,9 @@ def _parted(outcome: Outcome, nominal: Outcome) -> float | None:
 
 
 def _outcome(
-    subject: Subject, value: float | None, changes: dict[str, float], mu_max: float
+    subject: subjects.Subject, value: float | None, changes: dict[str, float], mu_max: float
 ) -> Outcome:
-    found = critical_of(varied(subject, changes), mu_max)
+    found = subjects.critical_of(subjects.varied(subject, changes), mu_max)
     mu, first = found.stable_to(mu_max), found.first
     if mu is None:
         return Outcome(value)
@@ -224,14 +216,16 @@ def _outcome(
     return Outcome(value, mu, "end of the branch")
 
 
-def _with_gap(subject: Subject, outcome: Outcome, changes: dict[str, float]) -> Outcome:
+def _with_gap(subject: subjects.Subject, outcome: Outcome, changes: dict[str, float]) -> Outcome:
     """The outcome with the least relative distance of two frequencies; None where one is alone."""
-    found = sorted(e.frequency_hz for e in _spectrum(varied(subject, changes)).eigenvalues[::2])
+    found = sorted(
+        e.frequency_hz for e in _spectrum(subjects.varied(subject, changes)).eigenvalues[::2]
+    )
     gaps = ((b - a) / b if b else 1.0 for a, b in itertools.pairwise(found))
     return replace(outcome, gap=min(gaps, default=None))
 
 
-def _spectrum(subject: Subject) -> Spectrum:
+def _spectrum(subject: subjects.Subject) -> Spectrum:
     if isinstance(subject, Scene):
         return analyse(subject).spectrum
-    return complex_eigenvalues(*dense(subject)(own_value(subject)))
+    return complex_eigenvalues(*subjects.dense(subject)(subjects.own_value(subject)))

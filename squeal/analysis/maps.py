@@ -118,11 +118,8 @@ class StabilityMap:
             (part, f"exceed the limit of {name}")
             for part, name in zip(self.beyond, LIMITED, strict=True)
         ]
-        return tuple(
-            f"{100 * part.mean():.3g} % of the points {words}"
-            for part, words in parts
-            if part.any()
-        )
+        told = (f"{100 * p.mean():.3g} % of the points {words}" for p, words in parts if p.any())
+        return tuple(told)
 
     @property
     def share(self) -> dict[str, float]:

@@ -11,15 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from squeal.analysis.subject import (
-    Subject,
-    check_name,
-    check_subject,
-    critical_of,
-    named_values,
-    own_value,
-    varied,
-)
+from squeal.analysis import subject as subjects
 from squeal.errors import ComputationError, InputError
 from squeal.numerics.shares import wilson
 
@@ -120,36 +112,36 @@ class Scatter:
 
 
 def _draws(
-    subject: Subject, spreads: tuple[Spread, ...], count: int, seed: int
+    subject: subjects.Subject, spreads: tuple[Spread, ...], count: int, seed: int
 ) -> list[dict[str, float]]:
     """The scattered values of each sample. Raises InputError for what the subject does not hold."""
     named = [spread.name for spread in spreads]
     for spread in spreads:
-        check_name(subject, spread.name, "spread", spread.kind == "relative")
+        subjects.check_name(subject, spread.name, "spread", spread.kind == "relative")
         if named.count(spread.name) > 1:
             raise InputError(f"spread: {spread.name} is named twice; once is allowed")
-    random, values = np.random.default_rng(seed), named_values(subject)
+    random, values = np.random.default_rng(seed), subjects.named_values(subject)
     columns = [s.values(values[s.name], random, count) for s in spreads]
     return [dict(zip(named, row, strict=True)) for row in np.array(columns).T.tolist()]
 
 
-def _first_loss(subject: Subject, values: dict[str, float], mu_max: float) -> float | None:
+def _first_loss(subject: subjects.Subject, values: dict[str, float], mu_max: float) -> float | None:
     """The least mu without stable sliding, NaN above mu_max; None if there is no such pad."""
     try:
-        found = critical_of(varied(subject, values), mu_max)
+        found = subjects.critical_of(subjects.varied(subject, values), mu_max)
     except (InputError, ComputationError):
         return None
     loss = found.stable_to(mu_max)
     return math.nan if loss is None else loss
 
 
-def _work(task: tuple[Subject, list[dict[str, float]], float]) -> list[float | None]:
+def _work(task: tuple[subjects.Subject, list[dict[str, float]], float]) -> list[float | None]:
     subject, draws, mu_max = task
     return [_first_loss(subject, values, mu_max) for values in draws]
 
 
 def scatter(
-    subject: Subject,
+    subject: subjects.Subject,
     spreads: tuple[Spread, ...],
     count: int,
     seed: int = 1,
@@ -165,8 +157,8 @@ def scatter(
     many processes. Raises InputError for a spread that does not fit the scene or system,
     ComputationError if no sample has an equilibrium without friction.
     """
-    check_subject(subject, "scatter", mu_max)
-    mu = own_value(subject)
+    subjects.check_subject(subject, "scatter", mu_max)
+    mu = subjects.own_value(subject)
     draws = _draws(subject, spreads, count, seed)
     tasks = [(subject, draws[i : i + CHUNK], mu_max) for i in range(0, count, CHUNK)]
     mus: list[float | None] = []

@@ -128,18 +128,16 @@ class _Power(Observer):
         after = leg.nodes[1:] if self._columns else leg.nodes
         works = np.pad(done, ((0, 0), (len(after) - done.shape[1], 0))) + self.work[:, None]
         self.work = works[:, -1]
-        self._columns.append(
-            np.array([after, *self._energies(leg.dense(after), leg.contact), *works])
-        )
+        energies = self._energies(leg.dense(after), leg.contact)
+        self._columns.append(np.array([after, *energies, *works]))
         if any(leg.contact) and not all(leg.contact):
             if not self._stays_on:
                 self.stays.append([max(self._rows - 1, 0), 0])
             self.stays[-1][1] = self._rows + len(after) - 1
             self._stays_on = True
         self._rows += len(after)
-        self.kinetic = max(
-            self.kinetic, float(self._energies(leg.dense(t.ravel()), leg.contact)[0].max())
-        )
+        kinetic, *_ = self._energies(leg.dense(t.ravel()), leg.contact)
+        self.kinetic = max(self.kinetic, float(kinetic.max()))
 
     def change(self, t: float, source: State, target: State) -> None:
         if not any(target):

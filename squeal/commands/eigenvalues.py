@@ -10,6 +10,7 @@ from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.analysis.unstable import growing_modes
 from squeal.commands import sweep as sweeps
+from squeal.commands import unstable
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import spaced
 from squeal.commands.outputs import file_options, option_of
@@ -19,13 +20,6 @@ from squeal.commands.system_options import refuse_options, system_of, work_optio
 from squeal.commands.system_shapes import OPTIONS as SHAPE
 from squeal.commands.system_shapes import shape_options
 from squeal.commands.tables import in_words, number
-from squeal.commands.unstable import (
-    filter_of,
-    filter_options,
-    of_system,
-    unstable_rows,
-    unstable_text,
-)
 from squeal.files.writing import picked
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum
@@ -58,7 +52,7 @@ def options(parser: Parser) -> None:
         action="store_true",
         help="how each eigenvalue moves with each parameter of a scene",
     )
-    filter_options(parser)
+    unstable.filter_options(parser)
     file_options(
         parser,
         table="write the eigenvalues, or those of the sweep, to FILE",
@@ -107,7 +101,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
     at = value_of(given.at, system)
     M, C, K = matrices = system(at)
     spectrum, judgement = roots_and_verdict(*matrices)
-    grow, chosen = of_system(system, at), filter_of(given)
+    grow, chosen = unstable.of_system(system, at), unstable.filter_of(given)
     listed = chosen(grow)
     steps = sweeps.sweep(system, mus) if mus else []
     write_tables(given, spectrum, steps)
@@ -128,7 +122,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         "C": (np.zeros_like(M) if C is None else C).tolist(),
         "K": K.tolist(),
         "eigenvalues": [e.to_dict() | {"residual": e.residual} for e in spectrum.eigenvalues],
-        "unstable": unstable_rows(listed),
+        "unstable": unstable.unstable_rows(listed),
         "mode_shapes": sweeps.plain_shape_rows(spectrum),
         "verdict": judgement.verdict,
         "criterion": str(judgement),
@@ -140,7 +134,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
         f"{system.name}, {system.parameter} = {number(at)}",
         sweeps.eigenvalue_table(spectrum),
         f"verdict: {in_words(str(judgement))}",
-        unstable_text(listed, chosen, len(grow), system.parameter),
+        unstable.unstable_text(listed, chosen, len(grow), system.parameter),
     ]
     return Answer(
         lambda: found | ({"sweep": sweeps.sweep_rows(steps, contact=False)} if steps else {}),
@@ -153,7 +147,7 @@ def of_plain(given: argparse.Namespace, system: PlainSystem, mus: list[float] | 
 def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -> Answer:
     """The answer for a scene."""
     analysis = analyse(scene)
-    grow, chosen = growing_modes(scene, analysis), filter_of(given)
+    grow, chosen = growing_modes(scene, analysis), unstable.filter_of(given)
     listed = chosen(grow)
     origin = None if scene.pad_model.linear else article_linearisation(scene)
     steps = sweeps.sweep(scene, mus) if mus else []
@@ -173,7 +167,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
 
     def full() -> dict[str, Any]:
         found = data(analysis) | {
-            "unstable": unstable_rows(listed),
+            "unstable": unstable.unstable_rows(listed),
             "mode_shapes": sweeps.shape_rows(
                 shapes, PAD_COORDINATES, "largest of x, y, w theta 1 m"
             ),
@@ -191,7 +185,7 @@ def of_scene(given: argparse.Namespace, scene: Scene, mus: list[float] | None) -
         return found
 
     def shown() -> str:
-        parts = [text(analysis), unstable_text(listed, chosen, len(grow))]
+        parts = [text(analysis), unstable.unstable_text(listed, chosen, len(grow))]
         if origin is not None:
             parts.append(beside_text(origin))
         if steps:

@@ -13,15 +13,9 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import check_memory
 from squeal.analysis.systems.writing import write_system
+from squeal.commands import system_options
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import few, spaced
-from squeal.commands.system_options import (
-    progress_of,
-    refuse_options,
-    system_of,
-    wanted_of,
-    work_options,
-)
 from squeal.commands.systems import basis_row
 from squeal.commands.tables import table
 from squeal.errors import InputError, InputWarning
@@ -48,7 +42,7 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--sweep", metavar="A:B:N", help="values of the parameter that it has to serve"
     )
-    work_options(parser)
+    system_options.work_options(parser)
 
 
 def run(given: argparse.Namespace) -> Answer:
@@ -60,10 +54,10 @@ def run(given: argparse.Namespace) -> Answer:
     folder: Path = given.output
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"--output {folder}: is not empty; a new or empty folder is allowed")
-    file = system_of(given)
+    file = system_options.system_of(given)
     reduction: Reduction | None = None
     if file is None:
-        refuse_options(given, ("method", "band", "region", "sweep"))
+        system_options.refuse_options(given, ("method", "band", "region", "sweep"))
         plain = given.source.system()
         system = _of_scene(given) if plain is None else plain.terms()
         inputs = [given.source.file]
@@ -83,7 +77,7 @@ def run(given: argparse.Namespace) -> Answer:
             "folder": str(folder),
             "rows": system.n,
             "files": rows,
-            "basis": basis_row(reduction, wanted_of(given)),
+            "basis": basis_row(reduction, system_options.wanted_of(given)),
         },
         lambda: "\n".join(
             [
@@ -108,14 +102,16 @@ def _reduced(given: argparse.Namespace, system: TermSystem) -> Reduction:
         raise InputError(
             f"--method {given.method}: is not allowed; it must be one of full, reduced, modal"
         )
-    wanted = wanted_of(given)
+    wanted = system_options.wanted_of(given)
     if wanted.rectangle is None:
         raise InputError("--band: is missing; a reduced system needs --band or --region")
     check_memory(system, given.memory)
     own = system.parameters[system.parameter]
     values = spaced(given.sweep, "--sweep") if given.sweep else [own]
     changes = [{system.parameter: v} for v in few(values, VALUES)]
-    reduction, _ = reduced_for(system, wanted, changes, given.method, progress_of(given))
+    reduction, _ = reduced_for(
+        system, wanted, changes, given.method, system_options.progress_of(given)
+    )
     if reduction.spurious:
         warnings.warn(
             f"the reduced system has {reduction.spurious} roots in the band that the full one has "

@@ -9,15 +9,9 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.subject import dense as plain_arrays
+from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.checks import matrix_list, system_checks
 from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
-from squeal.analysis.systems.sweeps import (
-    SweepRow,
-    check_method,
-    full_rows,
-    reduced_for,
-    reduced_rows,
-)
 from squeal.analysis.systems.wanted import Wanted, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import few, spaced
@@ -50,7 +44,7 @@ SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 
 @dataclass(frozen=True)
 class _Sweep:
-    rows: list[SweepRow] = field(default_factory=list)
+    rows: list[sweeps.SweepRow] = field(default_factory=list)
     reduction: Reduction | None = None
 
 
@@ -70,7 +64,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
                 f"--at {given.at}: --set gives {system.parameter} too; one of both is allowed"
             )
         system = system.replace({system.parameter: at})
-    method = check_method(given.method, system)
+    method = sweeps.check_method(given.method, system)
     where = check_shape(given, file)
     check_work(given, system)
     roots = system_roots(system, wanted, None, progress)
@@ -129,17 +123,19 @@ def _swept(
         return {"values": values, "wanted": repr(wanted), "system": identity(system)}
 
     if method == "full":
-        journal = Journal(None if is_small(system) else given.table, head(), SweepRow.from_dict)
-        rows = [SweepRow.from_dict(row) for row in journal.rows]
-        for row in full_rows(system, wanted, values[len(rows) :], progress):
+        journal = Journal(
+            None if is_small(system) else given.table, head(), sweeps.SweepRow.from_dict
+        )
+        rows = [sweeps.SweepRow.from_dict(row) for row in journal.rows]
+        for row in sweeps.full_rows(system, wanted, values[len(rows) :], progress):
             rows.append(row)
             journal.add(row.to_dict())
         journal.close()
         return _Sweep(rows)
     changes = [{name: v} for v in few(values, CHECKED)]
     checkpoint = Checkpoint(given.table, head)
-    reduction, region = reduced_for(system, wanted, changes, method, progress, checkpoint)
-    rows = list(reduced_rows(reduction, region, name, values))
+    reduction, region = sweeps.reduced_for(system, wanted, changes, method, progress, checkpoint)
+    rows = list(sweeps.reduced_rows(reduction, region, name, values))
     checkpoint.close()
     return _Sweep(rows, reduction)
 
@@ -163,7 +159,7 @@ def root_row(e: Eigenvalue) -> dict[str, Any]:
     return e.to_dict() | {"residual": e.residual, "condition": condition}
 
 
-def sweep_row(row: SweepRow) -> dict[str, Any]:
+def sweep_row(row: sweeps.SweepRow) -> dict[str, Any]:
     """One value of a sweep as a JSON row."""
     size = np.abs(row.roots)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -318,7 +314,7 @@ def _write(
             draw_roots(given.figure, system.name, values)
 
 
-def write_sweep(path: Path, parameter: str, rows: list[SweepRow]) -> None:
+def write_sweep(path: Path, parameter: str, rows: list[sweeps.SweepRow]) -> None:
     """A row for each root at each value: the value, the root, its residual and the verdict."""
     others = {"real": "1/s", "imag": "rad/s", "residual": "", "verdict": ""}
     listed = (
@@ -329,7 +325,7 @@ def write_sweep(path: Path, parameter: str, rows: list[SweepRow]) -> None:
     write_table(path, columns_with([parameter], others), listed)
 
 
-def _or_nothing(row: SweepRow) -> tuple[np.ndarray, np.ndarray]:
+def _or_nothing(row: sweeps.SweepRow) -> tuple[np.ndarray, np.ndarray]:
     """The roots at a value and their residuals; one of NaN where there is none."""
     nothing = np.array([complex(np.nan, np.nan)]), np.array([np.nan])
     return (row.roots, row.residuals) if len(row.roots) else nothing

@@ -117,12 +117,12 @@ def history_figure(run: Run) -> Figure:
     states = looks.states
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
-        grid = figure.subplots(
-            3, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 3.0, 0.3 + 0.36 * len(states)]}
+        heights, plotted = (
+            [3.0, 3.0, 0.3 + 0.36 * len(states)],
+            contact_law(run.summary.model).plotted,
         )
-        for axes, signal, letter in zip(
-            grid, contact_law(run.summary.model).plotted, "ab", strict=False
-        ):
+        grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
+        for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
             trace(axes, run, signal, letter, looks)
         strip(grid[2], looks)
         figure.align_ylabels(grid)
@@ -138,11 +138,9 @@ def alternative_text(run: Summary) -> str:
     law = contact_law(run.model)
     for signal in law.plotted:
         limits = run.extrema[signal.name]
-        span = (
-            "is nowhere defined"
-            if limits is None
-            else f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
-        )
+        span = "is nowhere defined"
+        if limits is not None:
+            span = f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
         texts.append(f"the {signal.words} over the {_SCALES[signal.over]} {span}")
     shares = ", ".join(f"{law.meanings[s]} {100 * run.shares[s]:.1f} %" for s in run.states_met)
     changes = len(run.timeline) - 1
@@ -156,9 +154,6 @@ def alternative_text(run: Summary) -> str:
 def drawing(run: Run) -> Drawing:
     """The figure of one simulated scene, ready to be saved."""
     first, second = (signal.words for signal in contact_law(run.summary.model).plotted)
-    return Drawing(
-        history_figure(run),
-        alternative_text(run.summary),
-        f"Time histories of {first} and {second}, scene {run.summary.name}",
-        origin(__name__, run.summary.provenance),
-    )
+    name = f"Time histories of {first} and {second}, scene {run.summary.name}"
+    made = origin(__name__, run.summary.provenance)
+    return Drawing(history_figure(run), alternative_text(run.summary), name, made)

@@ -123,22 +123,20 @@ class Extrema(Observer):
                     continue
                 i, top = int(np.nanargmax(rising)), self._tops[way, which]
                 if _beyond(rising, i) > top:
-                    _, peak = _peak(
-                        lambda at, n=which, s=sign: s * signals(self._model, leg, at)[n],  # type: ignore[misc]
-                        t,
-                        i,
-                        float(rising[i]),
-                    )
+
+                    def one(at: np.ndarray, n: int = which, s: float = sign) -> np.ndarray:
+                        return s * signals(self._model, leg, at)[n]
+
+                    _, peak = _peak(one, t, i, float(rising[i]))
                     self._tops[way, which] = max(top, peak)
 
     def result(self) -> dict[str, Any]:
         ranges = zip(self._model.law.plotted, *self._tops, strict=True)
-        return {
-            "extrema": {
-                signal.name: (float(-low), float(high)) if np.isfinite(high) else None
-                for signal, high, low in ranges
-            }
+        found = {
+            signal.name: (float(-low), float(high)) if np.isfinite(high) else None
+            for signal, high, low in ranges
         }
+        return {"extrema": found}
 
 
 def signals(model: PadModel, leg: Leg, t: np.ndarray) -> np.ndarray:

@@ -112,12 +112,8 @@ def first_state(model: PadModel, state: np.ndarray) -> State:
     moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
     # the change of the gap, not the gap: an offset of rounding size must not decide
     change = model.gaps(_place(model, moved)) - heights
-    return State(
-        *(
-            bool(g < 0.0) if abs(g) > rounding else bool(d < 0.0)
-            for g, d in zip(heights, change, strict=True)
-        )
-    )
+    told = np.where(np.abs(heights) > rounding, heights, change)
+    return State(*(bool(g < 0.0) for g in told))
 
 
 def off_level(model: PadModel, state: np.ndarray, contact: State) -> np.ndarray:
@@ -139,10 +135,6 @@ def off_level(model: PadModel, state: np.ndarray, contact: State) -> np.ndarray:
     return turned[0] if first < second else turned[1]
 
 
-def _gap_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    return complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
-
-
 def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
     """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
     y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
@@ -162,7 +154,7 @@ def _late(
     near = [i for i, height in enumerate(beyond) if i != point and height >= limit]
     if not near:
         return []
-    rates = _gap_rates(model, state)
+    rates = complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
     return [i for i in near if (rates[i] if contact[i] else -rates[i]) > 0.0]
 
 

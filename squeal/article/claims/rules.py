@@ -5,6 +5,7 @@ over w, or relative differences, whichever the claim is about. A separation coun
 the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
 """
 
+import itertools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -94,7 +95,7 @@ def mostly_full(case: Case) -> Outcome:
 
 def alternate(case: Case) -> Outcome:
     """Contact losses alternate between the edges."""
-    pairs = list(zip(case.losses, case.losses[1:], strict=False))
+    pairs = list(itertools.pairwise(case.losses))
     if not pairs:
         return Outcome(-1.0, f"{len(case.losses)} contact losses")
     share = sum(a != b for a, b in pairs) / len(pairs)
@@ -144,7 +145,7 @@ def none_settles(*cases: Case) -> Outcome:
 def by_turns(case: Case) -> float:
     """Margin of hammering in model B1: each edge separates, by turns and repeatedly."""
     share = min(case.separated) / case.duration - TOUCH
-    turns = sum(a != b for a, b in zip(case.losses, case.losses[1:], strict=False))
+    turns = sum(a != b for a, b in itertools.pairwise(case.losses))
     return share if turns >= SWINGS else min(share, 0.0) - 1.0
 
 
@@ -184,9 +185,8 @@ def keeps_sliding(*cases: Case) -> Outcome:
 
 def friction_raises(case: Case) -> Outcome:
     """The reaction of the sliding equilibrium exceeds that without friction."""
-    return Outcome(
-        case.raised, f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
-    )
+    words = f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
+    return Outcome(case.raised, words)
 
 
 # model B2

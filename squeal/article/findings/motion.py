@@ -18,7 +18,7 @@ from squeal.article.equations import quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.model.contact import contact_law
+from squeal.model.contact import FORMULATION_CHOICES, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.line import LineForce
 from squeal.model.linear import balanced
@@ -63,17 +63,11 @@ class Study:
         return sum(j.holds for j in judge_claims(self.cases | changed | {"b3": linear}))
 
 
-_OTHER = {
-    "line_force": {"mean": "integral", "integral": "mean"},
-    "delta_from": {"centre": "frame", "frame": "centre"},
-    "delta_moment": {"+": "-", "-": "+"},
-}
-
-
 def flipped(scene: Scene, switch: str) -> Scene:
     """The scene with one switch of its formulation turned over."""
     now = getattr(scene.formulation, switch)
-    changed: Any = {switch: _OTHER[switch][now]}
+    (other,) = (choice for choice in FORMULATION_CHOICES[switch] if choice != now)
+    changed: Any = {switch: other}
     return dataclasses.replace(scene, formulation=dataclasses.replace(scene.formulation, **changed))
 
 
@@ -139,11 +133,10 @@ def fed_by_the_law(study: Study) -> Measured:
             f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
             f"{case.second.high:.2f} and changes sides {case.swings} times"
         )
-        text += (
-            f"; {np.mean(works.cycles):+.2g} J from one loss of contact to the next, on average."
-            if len(works.cycles)
-            else "."
-        )
+        if len(works.cycles):
+            mean = np.mean(works.cycles)
+            text += f"; {mean:+.2g} J from one loss of contact to the next, on average"
+        text += "."
     return Measured(numbers, text)
 
 

@@ -3,21 +3,8 @@
 import math
 from collections.abc import Sequence
 
+from squeal.article.report import pads
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
-from squeal.article.report.pads import (
-    LEFT,
-    balance,
-    beside,
-    consistent,
-    differ,
-    kept_by,
-    most,
-    outside,
-    sought,
-    steadier,
-    thousands,
-    twins,
-)
 from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
@@ -49,16 +36,16 @@ def _span(values: Sequence[float], digits: int = 3) -> str:
 
 
 def _over(kept: Kept | None) -> str:
-    return LEFT if kept is None else str(kept.informative)
+    return pads.LEFT if kept is None else str(kept.informative)
 
 
 def ensemble_table(found: Ensembles) -> str:
     """One row a formulation: effort, chance, what searches reach, and how long it holds."""
     rows = []
     for e in found.ensembles:
-        most = [(s.most.informative, s.most.listed, s.level) for s in e.seeds]
-        row = [*_name(e), thousands(e.pads), f"{e.median.informative}, {e.best.informative}"]
-        row += [_span(column) for column in zip(*most, strict=True)]
+        reached = [(s.most.informative, s.most.listed, s.level) for s in e.seeds]
+        row = [*_name(e), pads.thousands(e.pads), f"{e.median.informative}, {e.best.informative}"]
+        row += [_span(column) for column in zip(*reached, strict=True)]
         rows.append([*row, ", ".join(_over(e.horizons.get(str(w))) for w in found.windows)])
     windows = ", ".join(map(str, found.windows))
     head = ["force", "delta", "sign", "pads", "chance", "best", f"first {found.total.listed}"]
@@ -192,7 +179,7 @@ def _rival(found: Ensembles) -> str:
     kept = pad.horizons[str(found.windows[0])]
     if kept is None:
         return "Its motion leaves the model."
-    distance, seeds = number(pad.distance, 3), consistent(found).seeds
+    distance, seeds = number(pad.distance, 3), pads.consistent(found).seeds
     own = max(s.most.informative for s in seeds)
     near = _span([s.nearest for s in seeds])
     nearer = sum(s.nearest <= pad.distance for s in seeds)
@@ -230,7 +217,7 @@ def _confined(found: Ensembles) -> str:
     laws = list(found.ranges.values())
     kinds = [name for name in SYMBOLS if name not in SWITCHED]
     names = [n for n in kinds if all(law[n].width < NARROW for law in laws)]
-    searches = len(consistent(found).seeds)
+    searches = len(pads.consistent(found).seeds)
     both = half_by_chance(searches) ** len(laws)
     words = in_words([SYMBOLS[n] for n in names]) or "None"
     p = at_least(len(names), len(kinds), both)
@@ -254,7 +241,7 @@ def _front(found: Ensembles) -> str:
     all_three = sum(f.together[3] for f in found.fronts)
     names = in_words(list(found.names))
     if all_three == 0:
-        return f"None of {thousands(seen)} pads judged on {names} keeps all three."
+        return f"None of {pads.thousands(seen)} pads judged on {names} keeps all three."
     best = max((f for f in found.fronts if f.together[3]), key=lambda f: f.most[3])
     law = CHOICES[best.formulation.line_force]
     rest = (
@@ -265,15 +252,19 @@ def _front(found: Ensembles) -> str:
         f"{in_words(best.lacks)}"
     )
     return (
-        f"Of {thousands(seen)} pads judged on {names}, {thousands(all_three)} keep all three, "
-        f"{rest}."
+        f"Of {pads.thousands(seen)} pads judged on {names}, {pads.thousands(all_three)} keep all "
+        f"three, {rest}."
     )
 
 
 def _enough(found: Ensembles) -> str:
     least = min(e.pads for e in found.ensembles)
-    most = max(e.pads for e in found.ensembles)
-    return thousands(least) if least == most else f"{thousands(least)} to {thousands(most)}"
+    greatest = max(e.pads for e in found.ensembles)
+    return (
+        pads.thousands(least)
+        if least == greatest
+        else f"{pads.thousands(least)} to {pads.thousands(greatest)}"
+    )
 
 
 def generated(found: Ensembles) -> Generated:
@@ -281,11 +272,11 @@ def generated(found: Ensembles) -> Generated:
     switches = {c.switch: _contrast(c) for c in found.contrasts}
     count = sum(e.pads for e in found.ensembles)
     values = {
-        "ensembles.pads": thousands(count),
+        "ensembles.pads": pads.thousands(count),
         "ensembles.each": _enough(found),
-        "ensembles.motions": thousands(sum(e.motions for e in found.ensembles)),
+        "ensembles.motions": pads.thousands(sum(e.motions for e in found.ensembles)),
         "ensembles.hours": number(sum(e.seconds for e in found.ensembles) / 3600.0, 2),
-        "ensembles.random": thousands(min(e.random for e in found.ensembles)),
+        "ensembles.random": pads.thousands(min(e.random for e in found.ensembles)),
         "ensembles.seeds": str(min(len(e.seeds) for e in found.ensembles)),
         "ensembles.longest": str(found.windows[-1]),
         "ensembles.left-out": typeset(found.left_out),
@@ -297,22 +288,22 @@ def generated(found: Ensembles) -> Generated:
         "ensembles.ceiling": str(found.total.informative - 1),
         "ensembles.following": in_words(found.following),
         "ensembles.added": str(found.total.everything - found.total.listed),
-        "ensembles.twins": twins(found),
+        "ensembles.twins": pads.twins(found),
         "ensembles.islands": _islands(found),
-        **{f"ensembles.{name}.kept": kept_by(found, name) for name in found.conclusions},
+        **{f"ensembles.{name}.kept": pads.kept_by(found, name) for name in found.conclusions},
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
     if not found.left_out:
         values |= {
             "ensembles.long": _long(found),
             "ensembles.rival": _rival(found),
-            "ensembles.side": steadier(found.chosen),
-            "ensembles.outside": outside(found, found.chosen[found.taken]),
-            "ensembles.beside": beside(found, found.chosen[found.taken]),
-            "ensembles.differ": differ(found),
-            "ensembles.balance": balance(found),
-            "ensembles.sought": sought(found),
-            "ensembles.together": most(found),
+            "ensembles.side": pads.steadier(found.chosen),
+            "ensembles.outside": pads.outside(found, found.chosen[found.taken]),
+            "ensembles.beside": pads.beside(found, found.chosen[found.taken]),
+            "ensembles.differ": pads.differ(found),
+            "ensembles.balance": pads.balance(found),
+            "ensembles.sought": pads.sought(found),
+            "ensembles.together": pads.most(found),
         }
     tables = {
         "ensemble-searches": ensemble_table(found),

@@ -13,16 +13,7 @@ import heyoka as hy
 
 from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
-from squeal.simulation.batch.passing import (
-    before_zero,
-    below,
-    choose,
-    horner,
-    least,
-    most,
-    passing,
-    positive,
-)
+from squeal.simulation.batch import passing
 from squeal.simulation.batch.series import Series, SeriesFunctions, total
 from squeal.simulation.integrators.symbols import NAMES, motion, symbols
 
@@ -45,12 +36,12 @@ def order_of(tolerance: float) -> int:
 def _step_size(series: list[Series], order: int) -> Any:
     """As heyoka's, from the last two coefficients, relative to the state if that is above one; but
     by sums of squares instead of the greatest."""
-    size = most(total([s[0] * s[0] for s in series]), 1.0)
+    size = passing.most(total([s[0] * s[0] for s in series]), 1.0)
     sizes = [
         hy.log(size / (total([s[k] * s[k] for s in series]) + 1e-300)) * (0.5 / k)
         for k in (order - 1, order)
     ]
-    return hy.exp(least(*sizes) - (2.0 + 0.7 / (order - 1)))
+    return hy.exp(passing.least(*sizes) - (2.0 + 0.7 / (order - 1)))
 
 
 class _Expanded:
@@ -74,7 +65,7 @@ class _Expanded:
 
     def at(self, lapse: Any) -> list[Any]:
         """The state after a lapse of time."""
-        return [horner(s, lapse) for s in self._coefficients]
+        return [passing.horner(s, lapse) for s in self._coefficients]
 
 
 def compiled_step(law: ContactLaw, order: int, terms: tuple[str, ...]) -> Any:
@@ -88,38 +79,38 @@ def compiled_step(law: ContactLaw, order: int, terms: tuple[str, ...]) -> Any:
     given = [hy.make_vars(f"row_{i}") for i in range(TOUCHING + law.points)]
     left, on = given[LEFT], given[TOUCHING:]
     series = _Expanded(law, order, terms, given[:6], on)
-    h = least(_step_size(series.state, order), least(left, given[LONGEST]))
+    h = passing.least(_step_size(series.state, order), passing.least(left, given[LONGEST]))
     powers = [1.0, h]
     for k in range(2, order + 1):
         powers.append(powers[k // 2] * powers[k - k // 2])
 
     # in the sense in which each gap grows towards its next change
     passings = [
-        passing([(2.0 * touches - 1.0) * gap[k] * powers[k] for k in range(order + 1)])
+        passing.passing([(2.0 * touches - 1.0) * gap[k] * powers[k] for k in range(order + 1)])
         for touches, gap in zip(on, series.gaps, strict=True)
     ]
-    going = choose(positive(left), 1.0, 0.0)
+    going = passing.choose(passing.positive(left), 1.0, 0.0)
     sure = reduce(lambda a, b: a * b, [p.sure for p in passings])
-    again = going * (1.0 - sure) * (1.0 - below(h, SHORT))
+    again = going * (1.0 - sure) * (1.0 - passing.below(h, SHORT))
     move = going * (1.0 - again)
     met: Any = hy.expression(1.0)  # share of the step that is taken
     code: Any = hy.expression(0.0)
     for number, limit in enumerate(series.limits):
-        share = before_zero([limit[k] * powers[k] for k in range(order)])
-        reached = positive(below(h * share, SHORT) * (met - share))
-        code, met = choose(reached, -1.0 - number, code), least(met, share)
+        share = passing.before_zero([limit[k] * powers[k] for k in range(order)])
+        reached = passing.positive(passing.below(h * share, SHORT) * (met - share))
+        code, met = passing.choose(reached, -1.0 - number, code), passing.least(met, share)
     for point, p in enumerate(passings):
-        first = positive(p.ends * (met - p.at))
-        code, met = choose(first, point + 1.0, code), choose(first, p.at, met)
+        first = passing.positive(p.ends * (met - p.at))
+        code, met = passing.choose(first, point + 1.0, code), passing.choose(first, p.at, met)
     code, lapse = code * move, h * met * move
 
     # a pad that has reached a limit goes no further
-    after = choose(hy.lt(code, hy.expression(0.0)), 0.0, left - lapse)
+    after = passing.choose(hy.lt(code, hy.expression(0.0)), 0.0, left - lapse)
     outputs = [*series.at(lapse), given[TIME] + lapse, after]
-    outputs += [choose(positive(again), 0.5 * h, LONG), given[STEPS] + going]
+    outputs += [passing.choose(passing.positive(again), 0.5 * h, LONG), given[STEPS] + going]
     for point, touches in enumerate(on):
-        this = positive((code - (point + 0.5)) * ((point + 1.5) - code))
-        outputs.append(choose(this, 1.0 - touches, touches))
+        this = passing.positive((code - (point + 0.5)) * ((point + 1.5) - code))
+        outputs.append(passing.choose(this, 1.0 - touches, touches))
     return _compiled([*outputs, code], given)
 
 
