@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.roots import NO_ROOT
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
-from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import InputError
+from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
 from squeal.stability import VERDICTS
 from squeal.stability.sparse.factor import one_thread
@@ -50,6 +51,7 @@ class Chart:
         return {name: float(np.mean(self.codes == k)) for k, name in enumerate(NAMES)}
 
 
+@takes(system=TERMS)
 def system_chart(
     system: TermSystem,
     sides: tuple[Side, Side],

@@ -9,8 +9,9 @@ import numpy as np
 
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, verdict_of
-from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
+from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
 from squeal.stability import CriticalPoint, Crossing, thresholds
 from squeal.stability.dampings import dense
@@ -62,6 +63,7 @@ def start_of(system: TermSystem, low: float | None, high: float) -> float:
     return 0.0
 
 
+@takes(system=TERMS)
 def system_thresholds(
     system: TermSystem,
     high: float,

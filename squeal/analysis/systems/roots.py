@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.analysis.systems.wanted import MODES, Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import MODES, TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
+from squeal.files.arguments import takes
 from squeal.stability import Judgement, UnstableMode, complex_eigenvalues, judge
 from squeal.stability.dampings import dense
 from squeal.stability.eigen import Eigenvalue, hidden
@@ -61,6 +62,7 @@ class SystemRoots:
         return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
 
 
+@takes(system=TERMS)
 def system_roots(
     system: TermSystem,
     wanted: Wanted | None = None,

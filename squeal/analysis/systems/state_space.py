@@ -6,12 +6,14 @@ import control
 import numpy as np
 from control import StateSpace
 
-from squeal.analysis.systems.wanted import ALL_ROWS
+from squeal.analysis.systems.wanted import ALL_ROWS, TERMS
 from squeal.errors import InputError
+from squeal.files.arguments import takes
 from squeal.stability.dampings import dense
 from squeal.stability.terms import TermSystem
 
 
+@takes(system=TERMS)
 def system_state_space(
     system: TermSystem, changes: Mapping[str, float] | None = None
 ) -> StateSpace:

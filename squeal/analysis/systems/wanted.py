@@ -5,7 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
+from squeal.files.arguments import Instance
 from squeal.files.memory import available_memory
+from squeal.files.place import Place
+from squeal.files.values import Row, Whole
 from squeal.stability.sparse.region import Disc, Rectangle, band
 from squeal.stability.terms import TermSystem
 
@@ -14,6 +17,11 @@ MODES = 20  # of a larger system where nothing else is asked for
 FILL = 18.0  # bytes of a factorisation for each non-zero and cube root of the rows (3-D solids)
 SUBSPACE = 16 * 2 * 180  # bytes a row
 EDGE = 1e-6  # of a band from 0: how far it reaches below the real axis
+
+TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
+BAND = Row(2)
+REGION = Instance(Rectangle, "a Rectangle")
+MODES_ASKED = Whole(1, 10**6)
 
 Progress = Callable[[str], None]
 
@@ -26,7 +34,7 @@ def quiet(text: str) -> None:
 class Wanted:
     """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
 
-    Raises InputError when made with a band and a region.
+    Raises InputError when made with a band and a region, or with what is none.
     """
 
     band: tuple[float, float] | None = None
@@ -36,8 +44,13 @@ class Wanted:
     def __post_init__(self) -> None:
         if self.band is not None and self.region is not None:
             raise InputError("--band, --region: one of them is allowed")
+        at = Place("Wanted")
         if self.band is not None:
-            band(*self.band)
+            band(*BAND.read(self.band, at / "band"))
+        if self.region is not None:
+            REGION.read(self.region, at / "region")
+        if self.modes is not None:
+            MODES_ASKED.read(self.modes, at / "modes")
 
     @property
     def rectangle(self) -> Rectangle | None:
