@@ -117,10 +117,8 @@ def history_figure(run: Run) -> Figure:
     states = looks.states
     with style():
         figure = Figure(figsize=(DOUBLE, 3.6))
-        heights, plotted = (
-            [3.0, 3.0, 0.3 + 0.36 * len(states)],
-            contact_law(run.summary.model).plotted,
-        )
+        heights = [3.0, 3.0, 0.3 + 0.36 * len(states)]
+        plotted = contact_law(run.summary.model).plotted
         grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
         for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
             trace(axes, run, signal, letter, looks)
