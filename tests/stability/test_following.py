@@ -1,15 +1,20 @@
 """Thresholds of larger systems: known blocks under non-orthogonal transformations, both counts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from squeal.errors import InputError
 from squeal.numerics.formula import Formula
 from squeal.stability import thresholds
+from squeal.stability.following import locate
 from squeal.stability.following.line import Line
+from squeal.stability.following.locate import located
 from squeal.stability.following.pairs import NUDGE, pair_at
 from squeal.stability.following.search import _bisected, search
 from squeal.stability.following.sign import count_right
+from squeal.stability.following.steps import Guess
 from squeal.stability.terms import Term, TermSystem
 from tests.known import known_system
 
@@ -100,6 +105,39 @@ def test_bisection_places_growth_where_it_begins_and_not_at_the_start():
         assert one.value == pytest.approx(at, abs=1e-6)
         assert one.interval[0] > 0.49 * at
         assert one.interval[0] <= at <= one.interval[1]
+
+
+def test_bisection_goes_on_beyond_a_crossing_that_is_known():
+    def system(mu):
+        return np.eye(4), None, np.diag([1 - mu, 1.001 - mu, 7.0, 9.0])
+
+    line, x = Line(system, 0.0, 2.0), np.eye(4)[0].astype(complex)
+    first = located(line, Guess(0.99, 0j, x, x, False, 0.1))
+    assert first.value == pytest.approx(1.0, rel=1e-15)
+    places = _bisected(line, 0.5, 1.5, [first])
+    assert [p.value for (p,) in places] == pytest.approx([1.0, 1.001], rel=1e-9)
+    assert [p.value for (p,) in _bisected(line, 0.5, 1.0005, [first])] == [first.value]
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_coalescence_that_is_told_badly_is_sought_again_beside(monkeypatch, mode_coupling, times):
+    """As where the vectors a pair begins from turn to those of a third root; or rounding is all."""
+    exact, begun = locate._coalescence, []
+
+    def badly(line, guess):
+        begun.append(guess.value)
+        found = exact(line, guess)
+        if len(begun) > times:
+            return found
+        return replace(found, value=found.value + 1e-6, interval=(0.75 - 1e-3, 0.75 + 1e-3))
+
+    monkeypatch.setattr(locate, "_coalescence", badly)
+    line = Line(mode_coupling, 0.0, 2.0)
+    state = line.at(0.7)
+    found = located(line, Guess(0.74, 2 + 0j, state.right, state.left, True, 0.2))
+    assert len(begun) == 2
+    assert (abs(found.value - 0.75) < 1e-12) == (times == 1)
+    assert found.interval[0] <= 0.75 <= found.interval[1]
 
 
 def test_two_modes_that_hardly_couple_flutter_in_a_short_window():

@@ -81,6 +81,10 @@ def located(line: Line, guess: Guess) -> Located | None:
     guess = replace(guess, value=min(max(guess.value, line.low), line.high))
     if guess.coalesces:
         found = _coalescence(line, guess)
+        beside = ASIDE * guess.width
+        if found is not None and found.half > beside:  # subspaces of other roots, or rounding
+            again = _coalescence(line, replace(guess, value=found.value + beside))
+            found = min(filter(None, (found, again)), key=lambda one: one.half)
     elif guess.right.ndim == 2:
         found = _beside(line, guess)
     else:

@@ -210,7 +210,9 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
             high = middle
     near = [c for c in place if abs(c.value - low) <= 1e-6 * (line.high - line.low)]
     if near:
-        return [(near[0],)]
+        beyond = max(high, near[0].interval[1]) + 1e-7 * (line.high - line.low)
+        rest = [c for c in place if c is not near[0]]
+        return [(near[0],), *(_bisected(line, beyond, b, rest) if beyond < b else [])]
     state, seen = line.at(high), line.growth(high)
     rise = sum(seen.numbers) - sum(before)
     if not line.damped and seen.pairs != before[0]:
