@@ -147,9 +147,8 @@ def _large(
             _counted(reduction, region, p, progress) for p, _ in states
         )
     points = _points(crossings, [verdict for _, verdict in states])
-    return SystemThresholds(
-        low, high, states[0][1], points, crossings, certified, unconfirmed, reduction
-    )
+    start = verdict_of(reduction.values(region, {name: low}), noise_of(system))
+    return SystemThresholds(low, high, start, points, crossings, certified, unconfirmed, reduction)
 
 
 def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) -> list[Crossing]:
@@ -229,7 +228,8 @@ def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Pr
     vectors = reduction.basis.vectors @ found.vectors
     known = Roots(found.values, vectors, np.full_like(vectors, np.nan))
     if reduction.system.real:
-        known = known.joined(known.mirrored())
+        below = ~region.contains(found.values.conj())  # real roots are there already
+        known = known.joined(known.picked(below).mirrored())
     around = Discs(((region.centre, region.radius),))
     progress(f"counting growing roots at {name} = {value:.6g}")
     try:

@@ -1,9 +1,11 @@
 """Crossings of the imaginary axis along a parameter: found on a reduced system, proved on the full.
 
 At values of the parameter the reduced system gives roots and their derivatives. Roots at
-neighbouring values are matched by where their derivatives point, steps that leave a doubt are
-halved. A cubic through values and derivatives of the real part shows where it vanishes, also twice
-between two values; Newton's method on the full system has the last word.
+neighbouring values are matched by where their derivatives point. A cubic through values and
+derivatives of the real part shows where it vanishes, also twice between two values. Steps that
+leave a match or a change of sign in doubt are halved: two equally damped modes meet as a square
+root, which no cubic follows, and cross where they have parted by their damping. Newton's method on
+the full system has the last word.
 """
 
 import itertools
@@ -21,9 +23,11 @@ from squeal.stability.sparse.quadratic import ComplexArray, combined
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.sparse.region import Rectangle
 
-DEPTH = 7  # halvings of a step
+DEPTH = 36  # halvings of a step
+STATES = 600  # values at which roots are computed; beyond, no step is halved
 DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
 SMALL = 1e-4  # of |lambda|: ... or this
+ZERO = 1e-10  # of |lambda|: real part that may be rounding
 NEWTON = 5  # steps on the reduced system; the full one goes on from there
 NOISE = 0.05
 REAL = 1e-6  # of the region's highest imaginary part
@@ -57,6 +61,16 @@ class Step:
         da = h * self.before.slopes[self.first].real
         db = h * self.after.slopes[self.second].real
         return hermite_cubic(a, da, b, db)
+
+    def zeros(self) -> Iterator[tuple[float, complex]]:
+        """Values of the parameter at which that cubic vanishes, and the root there."""
+        cubic = self.real_part()
+        zeros = np.roots(cubic[::-1]) if np.any(cubic[1:]) else np.array([])
+        h = self.after.value - self.before.value
+        first, last = self.before.roots[self.first], self.after.roots[self.second]
+        for t in np.sort(zeros[np.abs(zeros.imag) < 1e-9].real):
+            if -1e-9 <= t < 1 + 1e-9:
+                yield self.before.value + t * h, complex(first + t * (last - first))
 
 
 class Along:
@@ -96,17 +110,36 @@ class Along:
             self._states[value] = State(value, found.values, slopes, found.right, found.left)
         return self._states[value]
 
-    def steps(self, a: float, b: float, depth: int = DEPTH) -> Iterator[Step]:
-        """Matched roots from a to b, the step halved where a match is in doubt."""
+    def crossings(self, a: float, b: float, depth: int = DEPTH) -> Iterator[tuple[State, int]]:
+        """States on the axis from a to b with the index of the root that is there; the step is
+        halved where a match or a change of sign is in doubt."""
         before, after = self.at(a), self.at(b)
         pairs = self._matched(before, after)
-        if pairs is None and depth > 0:
+        found = None if pairs is None else self._located(before, after, pairs)
+        if found is None and depth > 0 and len(self._states) < STATES:
             middle = (a + b) / 2
-            yield from self.steps(a, middle, depth - 1)
-            yield from self.steps(middle, b, depth - 1)
-            return
-        for first, second in pairs or self._nearest(before, after):
-            yield Step(before, after, first, second)
+            yield from self.crossings(a, middle, depth - 1)
+            yield from self.crossings(middle, b, depth - 1)
+        elif found is None:  # as near as values of the parameter are told apart
+            for i, j in self._nearest(before, after):
+                if _changes_sign(before.roots[i], after.roots[j]):
+                    first = abs(before.roots[i].real) < abs(after.roots[j].real)
+                    yield (before, i) if first else (after, j)
+        else:
+            yield from found
+
+    def _located(
+        self, before: State, after: State, pairs: Sequence[tuple[int, int]]
+    ) -> list[tuple[State, int]] | None:
+        """The zeros of the real parts of matched roots, None if a change of sign shows none."""
+        result = []
+        for i, j in pairs:
+            step = Step(before, after, i, j)
+            zeros = [z for value, root in step.zeros() if (z := self.refined(value, root, step))]
+            if not zeros and _changes_sign(before.roots[i], after.roots[j]):
+                return None
+            result += zeros
+        return result
 
     def _costs(self, before: State, after: State) -> np.ndarray:
         h = after.value - before.value
@@ -130,31 +163,16 @@ class Along:
         h = after.value - before.value
         lost = set(range(len(before.roots))) - {i for i, _ in pairs}
         new = set(range(len(after.roots))) - {j for _, j in pairs}
-        goes = before.roots + h * before.slopes
-        came = after.roots - h * after.slopes
-        if any(self.region.contains(goes[i]) for i in lost) or any(
-            self.region.contains(came[j]) for j in new
-        ):
+        gone = [(before.roots[i], h * before.slopes[i]) for i in lost]
+        gone += [(after.roots[j], -h * after.slopes[j]) for j in new]
+        # one that leaves the region may cross the axis before
+        if any(self.region.contains(z + way) or _changes_sign(z, z + 2 * way) for z, way in gone):
             return None
         return pairs
 
-    def guesses(self, values: Sequence[float]) -> list[tuple[float, complex, Step]]:
-        """Value of the parameter, root and step for each zero of a real part."""
-        found = []
-        for a, b in itertools.pairwise(values):
-            for step in self.steps(a, b):
-                cubic = step.real_part()
-                zeros = np.roots(cubic[::-1]) if np.any(cubic[1:]) else np.array([])
-                for t in np.sort(zeros[np.abs(zeros.imag) < 1e-9].real):
-                    if -1e-9 <= t < 1 + 1e-9:
-                        h = step.after.value - step.before.value
-                        first, last = step.before.roots[step.first], step.after.roots[step.second]
-                        root = first + t * (last - first)
-                        found.append((step.before.value + t * h, complex(root), step))
-        return found
-
-    def refined(self, value: float, root: complex, step: Step) -> tuple[float, State, int] | None:
-        """The zero of the reduced system's real part next to a guess; None if there is none."""
+    def refined(self, value: float, root: complex, step: Step) -> tuple[State, int] | None:
+        """The zero of the reduced system's real part next to a guess: the last state and the root;
+        None if there is none."""
         low, high = step.before.value, step.after.value
         width = high - low
         for _ in range(NEWTON):
@@ -169,7 +187,7 @@ class Along:
             value, root = value + move, state.roots[k] + move * slope
             if not low - width / 4 <= value <= high + width / 4:
                 return None
-        return (value, state, k) if near else None
+        return (state, k) if near else None
 
 
 @dataclass(frozen=True)
@@ -198,18 +216,17 @@ def crossings_along(
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
     with one_thread():
-        for value, root, step in along.guesses(values):
-            refined = along.refined(value, root, step)
-            if refined is None:
-                continue
-            place, state, k = refined
+        on_axis = itertools.chain.from_iterable(
+            along.crossings(a, b) for a, b in itertools.pairwise(values)
+        )
+        for state, k in on_axis:
             omega = abs(state.roots[k].imag)
             real = omega <= along.real
             pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
             right, left = combined(basis, pair).T
             try:
                 found = axis_crossing(
-                    scaled, name, place, 0.0 if real else omega, right, left, changes
+                    scaled, name, state.value, 0.0 if real else omega, right, left, changes
                 )
             except ComputationError as error:
                 unconfirmed.append(str(error))
@@ -219,6 +236,11 @@ def crossings_along(
     low, high = values[0], values[-1]
     inside = [c for c in crossings if low <= c.value <= high]
     return Found(tuple(sorted(inside, key=lambda c: c.value)), tuple(unconfirmed))
+
+
+def _changes_sign(one: complex, other: complex) -> bool:
+    """True if the real parts differ in sign by more than rounding."""
+    return one.real * other.real < 0 and all(abs(z.real) > ZERO * abs(z) for z in (one, other))
 
 
 def _same(one: AxisCrossing, other: AxisCrossing) -> bool:

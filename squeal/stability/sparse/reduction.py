@@ -29,6 +29,7 @@ NEARLY = 0.25  # of the largest estimate: what exceeds this may be the largest r
 COLUMNS = 32  # of which a residual is computed at a time
 SAMPLES = 20  # full solutions before a reduction is given up
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem
+WIDER = 12  # times a region without a root is made three times as wide
 GROWS = 1e-6  # of |lambda|: growth whose root is held against the full problem in any case
 
 Changes = Mapping[str, float]
@@ -211,8 +212,9 @@ def reduce_system(
     parameters) start the basis; of the other values that where a root's residual in the full
     problem is worst adds its own, until all are below `tolerance` (a backward error). Where the
     full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
-    if 20 samples do not suffice. `keep` is given what there is after each sample, and `begun` goes
-    on from there. Raises InputError for no values, ComputationError if the region holds no root.
+    if 20 samples do not suffice. Of a region without a root the basis holds those around it. `keep`
+    is given what there is after each sample, and `begun` goes on from there. Raises InputError for
+    no values, ComputationError.
     """
     if not values:
         raise InputError("at least one value of the parameters is required")
@@ -243,8 +245,8 @@ def reduce_system(
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")
             basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
             samples.append(where)
-            if basis.size == 0:
-                raise ComputationError("the region holds no root that a basis could start from")
+            if basis.size == 0:  # what may enter the region at other values lies around it
+                basis.extend(_around(scaled.at(values[where]), wide, progress))
             keep(Begun(basis.vectors, tuple(samples)))
     at = tuple(values[k] for k in samples)
     return Reduction(system, basis, at, worst, "reduced", int(np.sum(errors.spurious)))
@@ -301,6 +303,16 @@ def _snapshots(
     if near is not None:
         return np.hstack([near.right, near.left])
     return _vectors(problem, modes_in(problem, region, certify=False, progress=progress))
+
+
+def _around(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
+    """The same of the roots around a region that holds none. Raises ComputationError."""
+    for _ in range(WIDER):
+        region = region.widened(1.0)
+        found = _snapshots(problem, region, np.zeros((problem.n, 0)), progress)
+        if found.size:
+            return found
+    raise ComputationError("no root lies in the region or around it")
 
 
 def _certified(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:

@@ -6,7 +6,7 @@ from scipy.sparse import csc_array
 
 from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import Wanted
-from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.errors import InputError, InputWarning
 from squeal.numerics.formula import Formula
 from squeal.stability.sparse import reduction as reduction_of
 from squeal.stability.sparse.dense import dense_roots, dense_values
@@ -97,9 +97,20 @@ def test_the_worst_error_is_that_of_all_roots(scaled, monkeypatch):
     assert modal.worst == pytest.approx(worst, rel=1e-10)
 
 
-def test_a_region_without_roots_has_no_basis(scaled):
-    with pytest.raises(ComputationError, match="holds no root"):
-        reduce_system(scaled, band(1e7, 1.001e7), VALUES)
+def test_a_region_without_roots_has_the_basis_of_those_around(scaled):
+    full = modes_in(scaled.at(VALUES[1]), REGION, certify=False)
+    apart = np.diff(np.sort(full.values.imag))
+    k = int(np.argmax(apart))
+    low = np.sort(full.values.imag)[k] + apart[k] / 4
+    empty = Rectangle(-100.0, 100.0, low, low + apart[k] / 2)
+    found = reduce_system(scaled, empty, [VALUES[1]])
+    assert found.converged
+    assert not len(found.values(empty, VALUES[1]))
+    around = empty.widened(0.6)
+    exact = full.values[around.contains(full.values)]
+    assert len(exact)
+    near = found.values(around, VALUES[1])
+    assert np.allclose(np.sort_complex(near), np.sort_complex(exact), rtol=1e-8)
 
 
 def test_a_mass_that_a_parameter_takes_away_is_refused():
