@@ -33,6 +33,7 @@ LONG = (
     *("equilibrium/test_equilibrium", "equilibrium/test_admissible", "stability/test_crossings"),
 )
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
+INSTALLED = ("heyoka", "scipy") if HEYOKA else ("scipy",)
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:
