@@ -7,7 +7,7 @@ identified anew at any time.
 import dataclasses
 import importlib.util
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ LONG = (
     *("equilibrium/test_equilibrium", "equilibrium/test_admissible", "stability/test_crossings"),
 )
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
-INSTALLED = ("heyoka", "scipy") if HEYOKA else ("scipy",)
+INSTALLED: tuple[Literal["heyoka", "scipy"], ...] = ("heyoka", "scipy") if HEYOKA else ("scipy",)
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:
