@@ -15,15 +15,17 @@ class Settled(Record):
     """What a motion has come to after a long time.
 
     lost: share of the time in which some contact is lost, 0 where contact does not change any more;
-    peak: of the first signal over F_n; hammers: as the statements on hammering measure it; turns:
-    changes of side of delta (model B2), or of the edge that separates (B1); low, high: range of
-    delta/w, None with B1 and off the surface; face: greatest speed of the
-    lower face while it touches over the speed V of the surface, None without V or contact.
+    peak: of the first signal over F_n; hammers: by the model's own rule, edges: by that of B1,
+    which is for any model: both edges separate, in turn and repeatedly; turns: changes of side of
+    delta (model B2), or of the edge that separates (B1); low, high: range of delta/w, None with B1
+    and off the surface; face: greatest speed of the lower face while it touches over the speed V of
+    the surface, None without V or contact.
     """
 
     lost: Share
     peak: float
     hammers: bool
+    edges: bool
     turns: int
     low: float | None
     high: float | None
@@ -56,6 +58,37 @@ class Late(Settled):
     growth: float | None
 
 
+class Others(Record):
+    """What becomes of other starts of a scene after a long time, and of its own one early, with
+    modal damping of one ratio.
+
+    early: the own start's first so many windows, None where the model ends in them; starts: of the
+    grid; ends: of these leave the model; lasting: go on losing contact; hammer, edges: and hammer,
+    by either rule; liveliest: of all that go on, the own one among them, the one that hammers, by
+    both rules rather, and has most turns; growth: of the equilibrium as in `Late`, of rest too.
+    """
+
+    ratio: Share
+    early: tuple[Settled | None, ...]
+    starts: int
+    ends: int
+    lasting: int
+    hammer: int
+    edges: int
+    liveliest: Settled | None
+    growth: float | None
+
+    @property
+    def beside(self) -> bool:
+        """Contact goes on changing beside a stable equilibrium, the pad slower than the surface."""
+        return (
+            self.liveliest is not None
+            and self.liveliest.slides
+            and self.growth is not None
+            and self.growth <= 0.0
+        )
+
+
 class Step(Settled):
     """What a motion has come to at a friction mu."""
 
@@ -68,13 +101,16 @@ class Sweep(Record):
     up: from the equilibrium of each mu, kicked; down: lowered step by step from the greatest mu up
     to which contact goes on changing on the way up with a pad slower than the surface; beyond: from
     the greatest mu up to which it goes on at all, empty where the pad is slower there. Both begin
-    with their step of `up` and end where contact does not change any more.
+    with their step of `up` and end where contact does not change any more. lively: raised and
+    lowered from the liveliest motion beside a stable equilibrium at the scene's mu, by rising mu,
+    empty where there is none.
     """
 
     ratio: Share
     up: tuple[Step, ...]
     down: tuple[Step, ...]
     beyond: tuple[Step, ...]
+    lively: tuple[Step, ...]
 
     @property
     def changing(self) -> tuple[Step, ...]:
@@ -142,15 +178,18 @@ class Cycles(Record):
 class Onset(Result):
     """Names are those of motions, as in `squeal.article.results.energy`.
 
-    late: own starts under both laws; thresholds: of the scenes under their own law, the friction at
-    which their equilibria begin to flutter at the damping `ratio`, None if they do not at any of
-    `mu`; sweeps: of those that flutter at this ratio, of those whose own start goes on losing
-    contact at others too; windows: of `late`, longer: where contact goes on changing until then;
-    seen: over which motions are looked at then; step_windows: of each step down; confidence: of all
-    intervals together; left_out: why there is nothing, empty if there is.
+    late: own starts under both laws, others: a grid of starts on the plane of the maps of starts,
+    `wider` times as wide; thresholds: of the scenes under their own law, the friction at which
+    their equilibria begin to flutter at the damping `ratio`, None if they do not at any of `mu`;
+    sweeps: of those that flutter at this ratio, of those whose own start goes on losing contact or
+    that have a lively motion beside a stable equilibrium at others too; windows: of `late` and
+    `others`, longer: where contact goes on changing until then; early: of the own start's first
+    times; seen: over which motions are looked at then; step_windows: of each step in friction;
+    confidence: of all intervals together; left_out: why there is nothing, empty if there is.
     """
 
     late: dict[str, tuple[Late | Missing, ...]]
+    others: dict[str, tuple[Others, ...]]
     mu: tuple[float, ...]
     sweeps: dict[str, tuple[Sweep, ...]]
     thresholds: dict[str, float | None]
@@ -160,6 +199,8 @@ class Onset(Result):
     ratios: tuple[float, ...]
     windows: int
     longer: int
+    early: tuple[int, ...]
+    wider: float
     seen: int
     step_windows: int
     confidence: Annotated[float, ".0%"]

@@ -31,24 +31,29 @@ class Motion(NamedTuple):
     state: np.ndarray
 
 
-def _many(motions: Sequence[Motion], stop: float, measured: bool) -> Any:
+def many(motions: Sequence[Motion], stop: float | np.ndarray, measured: bool = False) -> Any:
+    """Motions of one model and formulation, with the times of their contact changes."""
     models, one = [each.model for each in motions], motions[0].model
     pads, starts = stack([model.pad for model in models]), np.array([m.state for m in motions])
-    how: Any = {"measured": measured, "damping": damping_of(models), "calm": False}
+    how: Any = {
+        "measured": measured,
+        "events": not measured,
+        "damping": damping_of(models),
+        "calm": False,
+    }
     return simulate_many(one.name, pads, starts, stop, TOLERANCE, one.formulation, **how)
 
 
 def _settled(case: Case, changes: int, lost: float, line: bool) -> Settled:
-    margin = 0.0
-    if changes:
-        margin = hammers(case).margin if line else by_turns(case)
+    edges = changes > 0 and by_turns(case) > 0.0
     turns = sum(a != b for a, b in zip(case.losses, case.losses[1:], strict=False))
     # a pad that is off the surface all the time has no peak and no place of the reaction
     off = np.isnan(case.first.high)
     return Settled(
         lost=1.0 if off else lost if changes else 0.0,
         peak=0.0 if off else case.first.high,
-        hammers=margin > 0.0,
+        hammers=changes > 0 and hammers(case).margin > 0.0 if line else edges,
+        edges=edges,
         turns=case.swings if line else turns,
         low=case.second.low if line and not off else None,
         high=case.second.high if line and not off else None,
@@ -56,24 +61,33 @@ def _settled(case: Case, changes: int, lost: float, line: bool) -> Settled:
     )
 
 
-def settled(
-    motions: Sequence[Motion], before: float, seen: float
-) -> tuple[list[np.ndarray], list[Settled | None]]:
-    """What motions come to after a time `before` (s), looked at for a time `seen`, and the states
-    (6,) then; None where the model ends. The motions are of one model and formulation."""
-    first = _many(motions, before, False)
+Found = tuple[list[np.ndarray], list[Settled | None]]
+
+
+def looked_at(motions: Sequence[Motion], seen: float | np.ndarray) -> Found:
+    """What motions do for a time `seen` (s), and the states (6,) then; None where the model ends.
+    The motions are of one model and formulation."""
+    if not motions:
+        return [], []
+    line = not motions[0].model.law.plotted[1].is_force
+    run = many(motions, seen, True)
+    found: list[Settled | None] = [None] * len(motions)
+    for i in np.flatnonzero(run["outcome"] == DONE).tolist():
+        case = case_of(run, i, motions[i].model.pad.V)
+        lost = 1.0 - float(run["shares"][i, 0])
+        found[i] = _settled(case, int(run["changes"][i]), lost, line)
+    return list(run["final"]), found
+
+
+def settled(motions: Sequence[Motion], before: float, seen: float) -> Found:
+    """`looked_at` after a time `before` (s)."""
+    first = many(motions, before)
     ends = list(first["final"])
     found: list[Settled | None] = [None] * len(motions)
     there = np.flatnonzero(first["outcome"] == DONE).tolist()
-    if there:
-        line = not motions[0].model.law.plotted[1].is_force
-        after = _many([Motion(motions[i].model, ends[i]) for i in there], seen, True)
-        for k, i in enumerate(there):
-            ends[i] = after["final"][k]
-            if after["outcome"][k] == DONE:
-                case = case_of(after, k, motions[i].model.pad.V)
-                lost = 1.0 - float(after["shares"][k, 0])
-                found[i] = _settled(case, int(after["changes"][k]), lost, line)
+    after = looked_at([Motion(motions[i].model, ends[i]) for i in there], seen)
+    for i, end, one in zip(there, *after, strict=True):
+        ends[i], found[i] = end, one
     return ends, found
 
 
