@@ -2,13 +2,11 @@
 
 from typing import Annotated, Literal
 
-import numpy as np
-
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
 ROUNDING = 1e-4  # of a multiplier
-Sign = Literal["chaotic", "no growth", "undecided", "ends"]
+Sign = Literal["chaotic", "no growth", "undecided"]
 
 
 class Settled(Record):
@@ -121,25 +119,31 @@ class Sweep(Record):
 class Exponent(Record):
     """Largest Lyapunov exponents in 1/ms of motions from neighbouring starts.
 
-    rates: one of each start, the first is the scene's own; half_width: of the interval of their
-    mean, at a level at which all intervals of the study hold together; sign: ends where a motion
-    leaves the model after `windows` times the scene's time, so that exponents do not exist; chaotic
-    where all of the interval is above `least`, what deviations that grow in proportion to time
-    would give; no growth where no rate is, nor any of the interval; else undecided. ratio: of
-    damping.
+    rates: one of each start, the first is the scene's own; half_widths: of their intervals, each
+    from the start's own scatter in time, infinite where that is too short; least: the rate that
+    deviations have which grow as the square of time; windows: times that of the scene; ends: a
+    motion leaves the model after these, so that exponents do not exist; ratio: of damping.
     """
 
     ratio: Share
     rates: tuple[float, ...]
-    half_width: float
+    half_widths: tuple[float, ...]
     least: float
-    sign: Sign
     windows: int
+    ends: bool
 
     @property
-    def rate(self) -> float:
-        """The mean over the starts."""
-        return float(np.mean(self.rates))
+    def signs(self) -> list[Sign]:
+        """Of each start: chaotic where all of the interval is above `least`, no growth where the
+        rate is not above it."""
+        return [
+            "chaotic"
+            if rate - half > self.least
+            else "no growth"
+            if rate <= self.least
+            else "undecided"
+            for rate, half in zip(self.rates, self.half_widths, strict=True)
+        ]
 
 
 class CyclePoint(Record):
@@ -185,7 +189,7 @@ class Onset(Result):
     that have a lively motion beside a stable equilibrium at others too; windows: of `late` and
     `others`, longer: where contact goes on changing until then; early: of the own start's first
     times; seen: over which motions are looked at then; step_windows: of each step in friction;
-    confidence: of all intervals together; left_out: why there is nothing, empty if there is.
+    confidence: of the interval of each exponent; left_out: why there is nothing, empty if there is.
     """
 
     late: dict[str, tuple[Late | Missing, ...]]

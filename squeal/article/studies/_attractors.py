@@ -2,11 +2,12 @@
 
 import contextlib
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
-from squeal.article.results.onset import CyclePoint, Cycles, Exponent, Sign
+from squeal.article.results.onset import CyclePoint, Cycles, Exponent
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
@@ -14,17 +15,19 @@ from squeal.files.records import Missing
 from squeal.model.states import State
 from squeal.model.units import natural_units
 from squeal.scene import Scene
-from squeal.simulation.batch.neighbours import growth, neighbours
+from squeal.simulation.batch.neighbours import SETTLING, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Events, Extrema, Observer
 
-SETTLED, LASTING = 40, 400  # windows over which neighbours are compared with and without damping
+LASTING = 600  # windows over which neighbours are compared
 STRETCH = 5  # windows from one comparison to the next
 EARLY = 10  # least windows for an exponent
 MEMBERS = 5  # motions from which one is taken
 APART = 1e-3  # of their size: how far apart these motions start
-CONFIDENCE = 0.95  # of the intervals of all exponents together
+CONFIDENCE = 0.95  # of the interval of each start's rate
+BLOCKS = 12  # of late stretches, between whose means a rate scatters
+POWER = 2  # deviations that grow by this power of time show no exponential growth
 GREATEST = 1.0  # mu on the branch of cycles
 BRANCH_STEP = 0.2  # of it, in natural units, periods and mu
 NEAR = 1e-6  # of their size: returns that near are the same
@@ -122,44 +125,56 @@ def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[Cycl
     return points
 
 
-def exponents(
-    scenes: Mapping[str, Scene], states: Mapping[str, np.ndarray], ratio: float
-) -> dict[str, np.ndarray]:
-    """Growth (stretches, starts) of deviations from motions of one model and formulation, by name,
-    from starts about states (SI)."""
+class Beginning(NamedTuple):
+    """A scene, its damping ratio, and the state (6,) in SI units about which motions start."""
+
+    scene: Scene
+    ratio: float
+    state: np.ndarray
+
+
+def exponents(motions: Mapping[str, Beginning]) -> dict[str, np.ndarray]:
+    """Growth (stretches, starts) of deviations from motions of one model and formulation, by
+    name."""
     models, starts = [], []
     random = np.random.default_rng(1).normal(size=(MEMBERS, 6))
     random[0] = 0.0
-    for name, scene in scenes.items():
+    for scene, ratio, state in motions.values():
         model = damped_model(damped(scene, ratio))
-        size = natural_units(model, states[name]).to_si(np.ones(6))
-        starts += list(states[name] + APART * random * size)
+        size = natural_units(model, state).to_si(np.ones(6))
+        starts += list(state + APART * random * size)
         models += [model] * MEMBERS
-    count = (SETTLED if ratio else LASTING) // STRETCH
-    logs = neighbours(models, np.array(starts), STRETCH * window(scenes), count)
-    return dict(zip(scenes, np.split(logs, len(scenes), axis=1), strict=True))
+    stretch = STRETCH * window({name: one.scene for name, one in motions.items()})
+    logs = neighbours(models, np.array(starts), stretch, LASTING // STRETCH)
+    return dict(zip(motions, np.split(logs, len(motions), axis=1), strict=True))
 
 
-def exponent(logs: np.ndarray, unit: float, ratio: float, tests: int) -> Exponent | Missing:
-    """Exponents from the growth (stretches, starts) of `neighbours`, one of so many tests; unit:
-    of the windows (s).
+def own_error(logs: np.ndarray, stretch: float) -> np.ndarray:
+    """Half widths (starts,) in 1/s of the intervals of the rates of `growth`, each from its own
+    late stretches: the scatter of the rates between the means of their blocks, by Student's
+    distribution; infinite where stretches are too few."""
+    grown = np.cumsum(logs, axis=0)[int(SETTLING * len(logs)) :]
+    size = len(grown) // BLOCKS
+    if not size:
+        return np.full(logs.shape[1], np.inf)
+    means = grown[-size * BLOCKS :].reshape(BLOCKS, size, -1).mean(axis=1)
+    rates = np.diff(means, axis=0) / (size * stretch)
+    quantile = stdtrit(BLOCKS - 2, 0.5 * (1.0 + CONFIDENCE))
+    return np.asarray(quantile * rates.std(axis=0, ddof=1) / np.sqrt(BLOCKS - 1))
 
-    A start is one sample: the interval of the mean comes from the scatter between starts, by
-    Student's distribution, at the level at which `tests` intervals hold together (Bonferroni).
-    """
+
+def exponent(logs: np.ndarray, unit: float, ratio: float) -> Exponent | Missing:
+    """Exponents from the growth (stretches, starts) of `neighbours`; unit: of the windows (s)."""
     count = int(np.isfinite(logs).all(axis=1).sum())
     if count * STRETCH < EARLY:
         return Missing("the model ends")
     rates, least = growth(logs[:count], STRETCH * unit)
-    n = len(rates)
-    quantile = stdtrit(n - 1, 1.0 - (1.0 - CONFIDENCE) / (2.0 * tests))
-    half = float(quantile * rates.std(ddof=1) / np.sqrt(n))
-    sign: Sign = "undecided"
-    if count < len(logs):
-        sign = "ends"
-    elif rates.mean() - half > least:
-        sign = "chaotic"
-    elif max(rates.max(), rates.mean() + half) <= least:
-        sign = "no growth"
-    per_ms = tuple((rates / 1e3).tolist())
-    return Exponent(ratio, per_ms, half / 1e3, least / 1e3, sign, count * STRETCH)
+    errors = own_error(logs[:count], STRETCH * unit)
+    return Exponent(
+        ratio=ratio,
+        rates=tuple((rates / 1e3).tolist()),
+        half_widths=tuple((errors / 1e3).tolist()),
+        least=POWER * least / 1e3,
+        windows=count * STRETCH,
+        ends=count < len(logs),
+    )

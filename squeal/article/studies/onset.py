@@ -8,9 +8,9 @@ import numpy as np
 
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.onset import Cycles, Late, Onset, Sweep
+from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
 from squeal.article.scenes import read_scenes
-from squeal.article.studies._attractors import CONFIDENCE, cycles, exponent, exponents
+from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._late import EARLY, LATE, LONGER, RATIOS, SEEN, WIDER, Own, late
 from squeal.article.studies._sweeps import MU, STEP, Begun, sweeps
@@ -63,7 +63,7 @@ def study(files: Sequence[Path]) -> Onset:
     at = RATIOS.index(RATIO)
     lasts = {n for n in own if any(isinstance(o, Late) and o.goes_on for o in came[n].rows)}
     swept: dict[str, tuple[Sweep, ...]] = {}
-    logs: dict[str, np.ndarray] = {}
+    found: dict[str, Exponent | Missing] = {}
     last = {
         name: came[name].states[at]
         for name in own
@@ -86,15 +86,14 @@ def study(files: Sequence[Path]) -> Onset:
             for name in some
         }
         swept |= sweeps(some, ratios, lively)
-        going = {n: m for n, m in some.items() if n in last}
-        logs |= exponents(going, last, RATIO) if going else {}
-        starts = {n: np.array(m.initial) for n, m in some.items()}
-        free = exponents(some, starts, 0.0)
-        logs |= {f"{name[:4]}, undamped": one for name, one in free.items()}
-    found = {
-        name: exponent(one, window(scenes), RATIO if name in own else 0.0, len(logs))
-        for name, one in logs.items()
-    }
+        begin = {n: Beginning(m, RATIO, last[n]) for n, m in some.items() if n in last}
+        begin |= {
+            f"{n[:4]}, undamped": Beginning(m, 0.0, np.array(m.initial)) for n, m in some.items()
+        }
+        found |= {
+            name: exponent(logs, window(some), begin[name].ratio)
+            for name, logs in exponents(begin).items()
+        }
     tried = (cycles(name, own[name], last[name]) for name in last)
     periodic = next(
         (one for one in tried if isinstance(one, Cycles)),
