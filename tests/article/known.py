@@ -166,7 +166,7 @@ def result(name: str) -> Result:
         given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "onset":
         both = ("b1-d", "b2-c-mean", "b2-c-integral")
-        given = {field: by(field, both) for field in ("late", "sweeps", "exponents")}
+        given = {field: by(field, both) for field in ("late", "others", "sweeps", "exponents")}
         given["mu"] = (0.4, 0.5, 0.6)
         given["ratio"] = given["sweeps"]["b1-d"][0].ratio
         given["thresholds"] = {"b1-d": 0.7, "b2-c-mean": None, "b2-c-integral": 0.7}

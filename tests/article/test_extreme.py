@@ -10,11 +10,13 @@ from squeal.article.extreme import CASES, run_case
 from squeal.article.extreme.cases import scene_of
 from squeal.article.extreme.closed_forms import bounce_error, bounce_period, upright
 from squeal.article.extreme.run import RIGHT, in_units, peak_memory
-from squeal.article.report.extreme import accuracy_table, accuracy_values
-from squeal.article.results.accuracy import SceneAccuracy
+from squeal.article.report.extreme import accuracy_values
+from squeal.article.results.accuracy import Accuracy, SceneAccuracy
+from squeal.article.results.onset import Exponent, Onset
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
+from tests.article import known
 from tests.conftest import needs_heyoka
 
 QUICK = [case for case in CASES if case.truth != "energy"]
@@ -115,18 +117,24 @@ def test_other_units_are_the_same_scene():
     assert back.stop == pytest.approx(scene.stop, rel=1e-14)
 
 
-def test_horizons_are_shown_where_there_are_any():
-    def one(horizon: float | None) -> SceneAccuracy:
-        return SceneAccuracy(1e-14, 20.0, 300.0, 5.0, horizon, 200, 40, 0.05, 1e-15, 0.003)
-
-    none = {name: one(None) for name in ("b1-a", "b1-b")}
-    assert "horizon" not in accuracy_table(none)
-    assert "no horizon is given: none ends within $5$ times" in horizons(none)
-    some = none | {"b1-b": one(0.009)}
-    assert "& $9$" in accuracy_table(some)
-    assert "but for 1 of 2 motions, whose horizon is at least $3$ times" in horizons(some)
-    assert accuracy_values(some | {"b1-a": one(0.003)})["accuracy.within"] == "not all are"
-
-
-def horizons(scenes: dict[str, SceneAccuracy]) -> str:
-    return accuracy_values(scenes)["accuracy.horizons"]
+@pytest.mark.parametrize(
+    ("rate", "half", "ends", "words"),
+    [
+        # ln(0.01/1e-15) = 29.93, over 0.3/ms
+        (0.3, 0.1, False, r"B1, case (a) $99.8$\,ms, 33 times that of the scene; in 600"),
+        (0.3, 0.4, False, "in 600 times the time of the scenes no other own motion"),
+        (0.3, 0.1, True, "no exponents were measured"),
+    ],
+)
+def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, ends, words):
+    one = SceneAccuracy(1e-14, 20.0, 300.0, 5.0, 200, 40, 0.05, 1e-15, 0.003)
+    found = Accuracy({"b1-a": one, "b1-b": one}, 0.01, "quad precision")
+    exponent = Exponent(0.0, (rate, 9.0), (half, 0.1), 0.001, 600, ends)
+    onset = dataclasses.replace(known.of(Onset), exponents={"b1-a, undamped": exponent})
+    values = accuracy_values(found, onset)
+    assert words in values["accuracy.horizons"]
+    assert values["accuracy.within"] == "all are"
+    # exp(0.3/ms 15 ms) = 90
+    assert values["accuracy.grown"] == r"$9 \times 10^{-14}$"
+    lost = dataclasses.replace(found, lost=1e-14)
+    assert accuracy_values(lost, onset)["accuracy.within"] == "not all are"

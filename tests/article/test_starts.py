@@ -75,7 +75,9 @@ def test_the_plane_of_starts_holds_equilibrium_and_own_start():
 
 def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
     share = dict.fromkeys(KINDS, 0.0) | {KINDS[0]: lossless, KINDS[3]: hammering}
-    return SceneStarts(1.0, 1.0, (Map(1, ("0",), 1, share), Map(10, ("0",), own, share)))
+    return SceneStarts(
+        1.0, 1.0, (Map(1, ("0" * 100,), 1, share), Map(10, ("0" * 100,), own, share))
+    )
 
 
 @pytest.mark.parametrize(
@@ -87,6 +89,8 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
             ("nearer to the equ", "both models in case (c)", "another end"),
         ),
         ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
+        # 55 of 100 may be less than half
+        ((1, 0.0, 0.6), (1, 0.0, 0.55), ("No start", "not decided in B2, case (c) (55 of", "no")),
         ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
     ],
 )

@@ -151,8 +151,8 @@ def test_what_differs_between_cases_is_counted_on_random_pads():
     assert verdicts.of_share(0.0) == "not supported"
 
 
-def test_the_rotation_is_judged_by_the_thresholds_with_it_and_without():
-    def rotation(**pairs: tuple[float | None, float | None]) -> tuple[str, str]:
+def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
+    def rotation(**pairs: tuple[float | None, float | None]) -> str:
         def up(mu: float | None) -> tuple[HeldThreshold, ...]:
             return () if mu is None else (HeldThreshold(mu, "flutter", "up"),)
 
@@ -166,16 +166,20 @@ def test_the_rotation_is_judged_by_the_thresholds_with_it_and_without():
             )
             for name, (free, held) in pairs.items()
         )
-        return verdicts.rotation(dataclasses.replace(loci, scenes=scenes))
+        return verdicts.rotation(dataclasses.replace(loci, scenes=scenes), hammering)
 
-    verdict, words = rotation(b2_a=(0.9, None), b2_c=(0.2, 1.5))
-    assert verdict == "supported"
-    assert words == ("B2 (a) nowhere (at $0.9$), B2 (c) at $1.5$ (at $0.2$)")
-    assert rotation(b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))[0] == "depends on the case"
-    verdict, words = rotation(b1_d=(None, 0.2), b2_d=(0.46, 0.45))
-    assert verdict == "not supported"
-    assert "B1 (d) at $0.2$ (nowhere)" in words
-    assert rotation(b2_b=(None, None))[0] == "not decided"
+    hammering = Hammering({"B1": ("d",), "B2": ("c",)}, {})
+    words = rotation(b1_d=(None, None), b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))
+    assert words == (
+        "of the cases that hammer here, B1 (d) and B2 (c), flutter begins in B2 (c) at $0.2$ "
+        "($1.5$ with the rotation held) only"
+    )
+    words = rotation(b1_d=(0.3, None), b2_c=(0.2, 1.5))
+    assert "in B1 (d) at $0.3$ (nowhere with the rotation held) and B2 (c)" in words
+    assert not words.endswith("only")
+    assert rotation(b1_d=(None, 0.2), b2_c=(None, None)).endswith("B2 (c), none flutters")
+    hammering = Hammering({"B1": (), "B2": ()}, {})
+    assert rotation(b2_c=(0.2, 1.5)) == "no case hammers here"
 
 
 def test_perpetual_contact_is_judged_by_other_starts():

@@ -15,6 +15,7 @@ from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 COLOURS = ("#000000", "#3498DB", "#C8380E", "#6A1B7B")
 UP: dict[str, Any] = {"marker": "^", "ms": 3.5}
 DOWN: dict[str, Any] = {"marker": "v", "ms": 3.5, "mfc": "w"}
+LIVELY: dict[str, Any] = {"marker": "x", "ms": 3.5}
 PALE = 0.3
 COLUMNS = 3
 
@@ -43,6 +44,7 @@ def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], colours: dict[float, str]) ->
     for sweep in sweeps:
         _way(axes, sweep.up, colours[sweep.ratio], UP)
         _way(axes, sweep.down[1:] + sweep.beyond[1:], colours[sweep.ratio], DOWN)
+        _way(axes, sweep.lively, colours[sweep.ratio], LIVELY)
     low, high = axes.get_ylim()
     if high > 5.0 * max(low, 0.1):
         axes.set_yscale("log")
@@ -97,7 +99,11 @@ def onset_figure(found: Onset) -> Figure:
         ]
         handles += [
             Line2D([], [], color="k", ls="", label=label, **look)
-            for label, look in ((r"$\mu$ raised", UP), (r"$\mu$ lowered", DOWN))
+            for label, look in (
+                (r"$\mu$ raised", UP),
+                (r"$\mu$ lowered", DOWN),
+                ("other starts", LIVELY),
+            )
         ]
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))
         pale: Any = {"color": "k", "marker": "o", "ls": "", "ms": 3.5, "alpha": PALE}
@@ -120,6 +126,7 @@ def draw(found: Onset) -> Drawing:
     for name, sweeps in found.sweeps.items():
         ends = [
             f"{100 * s.ratio:g} % damping {_range(s.up)} raised and {_range(s.down)} lowered"
+            + (f", from other starts {_range(s.lively)}" if s.lively else "")
             for s in sweeps
         ]
         parts.append(f"{motion_title(name)} changes contact with {', '.join(ends)}")

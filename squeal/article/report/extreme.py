@@ -1,11 +1,15 @@
 """Tables and values of the section on accuracy, stiff and extreme cases."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
 
 from squeal.article.cases import title
 from squeal.article.report.latex import Generated, cells, long_table, number, once, tabular, typeset
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
+from squeal.article.results.onset import Exponent, Onset
 
 
 def extreme_table(cases: Sequence[Outcome]) -> str:
@@ -36,7 +40,7 @@ def values(cases: Sequence[Outcome]) -> dict[str, str]:
 
 
 def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
-    """One row a simulated scene: error, effort, growth of errors, horizon if any has one."""
+    """One row a simulated scene: error, effort, growth of errors."""
     columns: dict[str, Callable[[tuple[str, SceneAccuracy]], str]] = {
         "scene": lambda one: title(one[0]).replace(", case", ""),
         "error": lambda one: number(one[1].error, 2),
@@ -46,35 +50,46 @@ def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
         "growth": lambda one: number(one[1].growth, 3),
         "rate, 1/ms": lambda one: number(1e-3 * one[1].exponent, 2),
     }
-    if any(one.horizon is not None for one in scenes.values()):
-        columns["horizon, ms"] = lambda one: number(one[1].horizon and 1e3 * one[1].horizon, 3)
     head, rows = cells(columns, scenes.items())
     return tabular("l" + "r" * (len(columns) - 1), head, [rows[:4], rows[4:]])
 
 
-def accuracy_values(scenes: Mapping[str, SceneAccuracy]) -> dict[str, str]:
+def _horizons(found: Accuracy, onset: Onset) -> str:
+    """The times in which the tolerance grows to the share that counts as lost, where the scene's
+    own motion is chaotic."""
+    words, longest = [], 0
+    for name, scene in found.scenes.items():
+        one = onset.exponents.get(f"{name}, undamped")
+        if not isinstance(one, Exponent) or one.ends:
+            continue
+        longest = max(longest, one.windows)
+        if one.signs[0] == "chaotic":
+            tolerance = max(scene.tolerance, float(np.finfo(float).eps))
+            time = math.log(found.lost / tolerance) / one.rates[0]
+            windows = f"{time / (1e3 * scene.stop):.0f} times that of the scene"
+            words.append(f"{title(name)} {number(time, 3)}\\,ms, {windows}")
+    if not longest:
+        return "no exponents were measured, so that none is given"
+    seen = f"in {longest} times the time of the scenes no other own motion is seen to be chaotic"
+    return f"for {'; '.join(words)}; {seen}" if words else seen
+
+
+def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
     """Values that the text on accuracy refers to."""
-    reach = [a.horizon / a.stop for a in scenes.values() if a.horizon is not None]
-    worst = max(a.error for a in scenes.values())
-    longer = min(a.measured for a in scenes.values())
-    least = min([*reach, longer])
-    figures = rf"{number(1e3 * next(iter(scenes.values())).stop, 4)}\,ms of the figures"
-    given = "so that no horizon is given: none ends within"
-    if reach:
-        given = (
-            f"but for {len(reach)} of {len(scenes)} motions, whose horizon is at least "
-            f"{number(min(reach), 3)} times the {figures}; the others have none within"
-        )
+    scenes = found.scenes.values()
+    grown = max(a.tolerance * math.exp(a.exponent * a.measured * a.stop) for a in scenes)
+    longer = min(a.measured for a in scenes)
     return {
-        "accuracy.worst": number(worst, 2),
+        "accuracy.worst": number(max(a.error for a in scenes), 2),
         "accuracy.longer": number(longer, 3),
-        "accuracy.horizons": f"{given} {number(longer, 3)} times the {figures}",
-        "accuracy.within": "all are" if least >= 2.0 else "not all are",
+        "accuracy.horizons": _horizons(found, onset),
+        "accuracy.grown": number(grown, 1),
+        "accuracy.within": "all are" if grown < found.lost and longer >= 2.0 else "not all are",
     }
 
 
-def generated(suite: Extreme, found: Accuracy) -> Generated:
+def generated(suite: Extreme, found: Accuracy, onset: Onset) -> Generated:
     """Values and tables, from the files of these studies."""
     tables = {"extreme": extreme_table(suite.cases), "accuracy": accuracy_table(found.scenes)}
     words = {"accuracy.truth": typeset(found.truth), "extreme.truth": typeset(suite.truth)}
-    return values(suite.cases) | accuracy_values(found.scenes) | words, tables
+    return values(suite.cases) | accuracy_values(found, onset) | words, tables

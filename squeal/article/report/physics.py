@@ -1,6 +1,7 @@
 """Tables and sentences of the physics chapter; what interprets asks the results first."""
 
 from collections.abc import Sequence
+from typing import NamedTuple, Self
 
 from squeal.article.cases import title
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
@@ -271,12 +272,22 @@ def _scenes(found: Starts) -> dict[str, SceneStarts]:
     return {name: one for name, one in found.scenes.items() if isinstance(one, SceneStarts)}
 
 
-def _alternating(part: Map) -> str:
+class _Count(NamedTuple):
     """From how many starts of a map losses alternate, with an interval as if drawn at random."""
-    count = sum(map(len, part.rows))
-    number_of = round(count * part.share[ALTERNATE])
-    low, high = wilson(number_of, count)
-    return f"{number_of} of {count}, {percent(low, 0)} to {percent(high, 0)}"
+
+    of: int
+    starts: int
+    low: float
+    high: float
+
+    @classmethod
+    def on(cls, part: Map) -> Self:
+        starts = sum(map(len, part.rows))
+        alternate = round(starts * part.share[ALTERNATE])
+        return cls(alternate, starts, *wilson(alternate, starts, CONFIDENCE))
+
+    def __str__(self) -> str:
+        return f"{self.of} of {self.starts}, {percent(self.low, 0)} to {percent(self.high, 0)}"
 
 
 def _times(windows: int) -> str:
@@ -301,18 +312,18 @@ def _starts(found: Starts) -> dict[str, str]:
         if calm
         else "No start of the maps of model B1 keeps contact where the scene's own start loses it."
     )
+    counts = {name: _Count.on(part) for name, part in last.items()}
     most = {
         model: [
             name[-1]
             for name, part in last.items()
-            if name.startswith(model) and part.share[ALTERNATE] > MOST
+            if name.startswith(model) and counts[name].low > MOST
         ]
         for model in ("b1", "b2")
     }
     both = [case for case in most["b1"] if case in most["b2"]]
     either = in_words([f"{_cases(most[m])} with {m.upper()}" for m in most if most[m]])
-    counts = {name: _alternating(part) for name, part in last.items()}
-    early = {name: _alternating(one.maps[0]) for name, one in scenes.items()}
+    early = {name: _Count.on(one.maps[0]) for name, one in scenes.items()}
     told = [
         f"{title(name)} {counts[name]} (over {_times(one.maps[0].windows)} {early[name]})"
         for name, one in scenes.items()
@@ -324,6 +335,11 @@ def _starts(found: Starts) -> dict[str, str]:
         if both
         else "In no case do losses alternate from most of these starts with both models"
     )
+    near = [
+        f"{title(name)} ({each})" for name, each in counts.items() if each.low <= MOST < each.high
+    ]
+    if near:
+        hammers += f". Whether it is most is not decided in {in_words(near)}"
     turned = [
         f"{title(name)} ({KINDS[one.maps[0].own]}, then {KINDS[one.maps[-1].own]})"
         for name, one in scenes.items()

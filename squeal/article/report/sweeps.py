@@ -1,69 +1,12 @@
 """Sentences on sweeps of friction and the branch of cycles; they ask the results first."""
 
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from collections.abc import Sequence
 
+from squeal.article.report.lasting import beside_rest, by_edges, by_side, dampings, grouped
 from squeal.article.report.latex import in_words, number, typeset
-from squeal.article.results.energy import LAWS, motion_title
-from squeal.article.results.onset import Cycles, Late, Onset, Step, Sweep
+from squeal.article.results.energy import motion_title
+from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.files.records import Missing
-
-
-def titles(names: Iterable[str]) -> str:
-    """Motions in a sentence, those under both laws together."""
-    given = list(names)
-    words: list[str] = []
-    for name in given:
-        stem, law = name[:4], name[5:]
-        if not law or not {f"{stem}-{one}" for one in LAWS} <= set(given):
-            words.append(motion_title(name))
-        elif law == next(iter(LAWS)):
-            words.append(f"{motion_title(stem)} under both laws")
-    return in_words(words)
-
-
-def dampings(ratios: Iterable[float]) -> str:
-    return in_words([f"{100.0 * ratio:g}" for ratio in ratios]) + r"\,\%"
-
-
-def going_on(found: Onset) -> Iterator[tuple[str, Late]]:
-    """The own starts that reach the end and go on losing contact, with their names."""
-    for name, row in found.late.items():
-        yield from ((name, one) for one in row if isinstance(one, Late) and one.goes_on)
-
-
-class Group(NamedTuple):
-    """Motions that share their damping ratios, in words, and what each comes to."""
-
-    words: str
-    rows: list[Late]
-
-
-def groups(some: Iterable[tuple[str, Late]]) -> list[Group]:
-    rows: dict[str, list[Late]] = {}
-    for name, one in some:
-        rows.setdefault(name, []).append(one)
-    names: dict[tuple[float, ...], list[str]] = {}
-    for name, mine in rows.items():
-        names.setdefault(tuple(one.ratio for one in mine), []).append(name)
-    return [
-        Group(
-            rf"{titles(group)} at $\zeta =$ {dampings(ratios)}",
-            [one for name in group for one in rows[name]],
-        )
-        for ratios, group in names.items()
-    ]
-
-
-def grouped(some: Iterable[tuple[str, Late]]) -> str:
-    return in_words([group.words for group in groups(some)])
-
-
-def beside_rest(found: Onset) -> list[tuple[str, Late]]:
-    """Own starts that go on losing contact beside a stable equilibrium."""
-    return [
-        (name, one) for name, one in going_on(found) if one.growth is not None and one.growth <= 0.0
-    ]
 
 
 def _mu(value: float) -> str:
@@ -79,19 +22,61 @@ def _at(found: Onset, name: str) -> Sweep | None:
     return next((one for one in found.sweeps.get(name, ()) if one.ratio == found.ratio), None)
 
 
+def _span(found: Onset, steps: Sequence[Step]) -> str:
+    """The friction of some steps, those in a row together."""
+    runs: list[list[float]] = []
+    for step in steps:
+        if runs and step.mu - runs[-1][-1] < 1.5 * found.step:
+            runs[-1].append(step.mu)
+        else:
+            runs.append([step.mu])
+    each = [f"{r[0]:.3g} to {r[-1]:.3g}" if r[1:] else f"{r[0]:.3g}" for r in runs]
+    return rf"$\mu =$ {in_words(each)}"
+
+
+def _beside(one: Sweep) -> list[Step]:
+    """The steps of the lively motion at which the kicked equilibrium comes to keep its contact."""
+    rest = {step.mu for step in one.up if not step.goes_on}
+    return [step for step in one.lively if step.goes_on and step.mu in rest]
+
+
+def _followed(found: Onset, one: Sweep) -> str:
+    """Where the lively motion goes on and hammers."""
+    on = [step for step in one.lively if step.goes_on]
+    words = f"goes on losing contact for {_span(found, on)}"
+    sides, edges = ([s for s in on if rule(s)] for rule in (by_side, by_edges))
+    if not sides and not edges:
+        return f"{words} and hammers nowhere"
+    if sides == edges:
+        return f"{words} and hammers for {_span(found, sides)}"
+    parts = [
+        f"{_span(found, some)} {rule}"
+        for some, rule in ((sides, r"by $\delta$"), (edges, "by the edges"))
+        if some
+    ]
+    return f"{words} and hammers for {' and '.join(parts)}"
+
+
 def _lowered(found: Onset, name: str, one: Sweep) -> str:
     title = motion_title(name)
+    both = _beside(one)
     if not one.changing:
-        return f"In {title} no changes of contact last on the way up."
-    begins, down = one.changing[0].mu, _last(one.down)
-    text = f"In {title} changes of contact that last begin at {_mu(begins)}"
-    if down is None:
-        return f"{text}."
-    which = "without" if abs(begins - down) < 0.5 * found.step else "with"
-    return (
-        f"{text}; lowered from {_mu(one.down[0].mu)} they last to {down:.3g}, {which} hysteresis "
-        "in steps of that width."
-    )
+        text = f"In {title} no changes of contact last on the way up."
+    else:
+        begins, down = one.changing[0].mu, _last(one.down)
+        text = f"In {title} changes of contact that last begin at {_mu(begins)}"
+        if down is not None:
+            apart = abs(begins - down) >= 0.5 * found.step
+            which = "with" if apart else "without"
+            text += f"; lowered from {_mu(one.down[0].mu)} they last to {down:.3g}"
+            if apart or not both:
+                text += f", {which} hysteresis in steps of that width"
+        text += "."
+    if one.lively:
+        text += f" The liveliest motion of other starts {_followed(found, one)}"
+        where = f"; from rest contact comes to be kept for {_span(found, both)}: hysteresis"
+        text += f"{where if both else ''}."
+    return text
 
 
 def _beyond(found: Onset) -> str:
@@ -117,7 +102,7 @@ def _beyond(found: Onset) -> str:
             else ""
         )
         parts.append(
-            f"In {motion_title(name)} the pad becomes faster than the surface from "
+            f"In {motion_title(name)} the face becomes faster than the surface from "
             f"{_mu(fast[0].mu)} on, up to {times:.2g} times as fast, and the model ends, since "
             "friction would turn round. The equations as they stand, lowered from the greatest "
             f"$\\mu$ up to which motion so goes on, keep it to $\\mu =$ {words}."
@@ -135,7 +120,9 @@ def _both(found: Onset) -> str:
         one = _at(found, name)
         changing = [step for step in one.changing if step.slides] if one else []
         begins = changing[0].mu if changing else None
-        hammers = next((step.mu for step in changing if step.hammers), None)
+        hammers, edges = (
+            next((step.mu for step in changing if rule(step)), None) for rule in (by_side, by_edges)
+        )
         if begins is None:
             loss = "lasting losses of contact do not begin with it"
         elif abs(begins - mu) <= found.step:
@@ -148,12 +135,20 @@ def _both(found: Onset) -> str:
             beat = "hammering begins with them"
         else:
             beat = f"hammering begins at {_mu(hammers)} only"
+        if edges is not None and edges != hammers:
+            beat += f" (by the edges at {_mu(edges)})"
         where = f"{motion_title(name)} flutters from {_mu(mu)}"
-        groups.setdefault(f"{loss}, and {beat}", []).append(where)
+        groups.setdefault(f"from rest {loss}, and {beat}", []).append(where)
     parts = "; ".join(f"{in_words(names)}: {words}" for words, names in groups.items())
-    stable = grouped(beside_rest(found))
+    lively = [
+        f"{motion_title(name)} {_followed(found, one)}"
+        for name in found.sweeps
+        if (one := _at(found, name)) and one.lively
+    ]
+    away = f"; from other starts {in_words(lively)}" if lively else ""
+    stable = grouped(each for each in beside_rest(found) if not each.other)
     beside = f"; {stable} goes on losing contact beside a stable equilibrium" if stable else ""
-    return rf"at $\zeta = {100.0 * found.ratio:g}\,\%$ and {range_}, {parts}{beside}"
+    return rf"at $\zeta = {100.0 * found.ratio:g}\,\%$ and {range_}, {parts}{away}{beside}"
 
 
 def _cycles(found: Cycles, threshold: float | None) -> str:
@@ -207,7 +202,8 @@ def _caption(found: Onset) -> str:
     letters = in_words([f"({letter})" for letter, _ in zip("abcdefgh", names, strict=False)])
     text = (
         f"{letters}: peak of {shown} over friction, raised from the equilibrium of each $\\mu$ and "
-        "lowered; pale: the pad is faster than the surface, outside of the model"
+        "lowered; crosses: from the liveliest of other starts, raised and lowered; pale: the face "
+        "is faster than the surface, outside of the model"
     )
     if any(found.thresholds[name] is not None for name in names):
         text += rf"; dashed: flutter begins at $\zeta = {100.0 * found.ratio:g}\,\%$"

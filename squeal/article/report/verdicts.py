@@ -12,7 +12,7 @@ from squeal.article.report.hammering import by_model, under_load
 from squeal.article.report.latex import Generated, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin
 from squeal.article.results.angles import Angles
-from squeal.article.results.claims import Claims, JudgedClaim
+from squeal.article.results.claims import Claims, Hammering, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
@@ -22,7 +22,6 @@ from squeal.files.records import Missing
 
 SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST = 0.5  # of random pads
-SAME = 0.1  # relative: thresholds that differ by less are alike
 CLOSED = 0.01  # how far a closed form for small tilts may be from what is measured
 
 
@@ -110,26 +109,28 @@ def _turned(one: SceneLoci) -> tuple[float | None, float | None]:
     return free, None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
 
 
-def rotation(loci: Loci) -> tuple[str, str]:
-    """Whether flutter needs the rotation: a verdict and the thresholds with it and without."""
-    flutter = {one.name: pair for one in loci.scenes if any(pair := _turned(one))}
-    needs = {
-        name: free is not None and (held is None or held > (1.0 + SAME) * free)
+def rotation(loci: Loci, hammering: Hammering) -> str:
+    """Which of the cases that hammer flutter, and whether they do with the rotation held."""
+    names = [
+        f"{model}-{case}".lower() for model, cases in hammering.cases.items() for case in cases
+    ]
+    flutter = {one.name: _turned(one) for one in loci.scenes if one.name in names}
+    which = in_words([_short(name) for name in names])
+    if not names:
+        return "no case hammers here"
+    words = [
+        f"{_short(name)} at {number(free, 3)} "
+        f"({'nowhere' if held is None else number(held, 3)} with the rotation held)"
         for name, (free, held) in flutter.items()
-    }
+        if free is not None
+    ]
+    only = " only" if len(words) < len(names) else ""
+    told = f"flutter begins in {in_words(words)}{only}" if words else "none flutters"
+    return f"of the cases that hammer here, {which}, {told}"
 
-    def friction(mu: float | None) -> str:
-        return "nowhere" if mu is None else f"at {number(mu, 3)}"
 
-    words = ", ".join(
-        f"{name[:2].upper()} ({name[-1]}) {friction(held)} ({friction(free)})"
-        for name, (free, held) in flutter.items()
-    )
-    if not flutter:
-        return "not decided", f"nothing flutters up to $\\mu = {loci.margin_max:g}$"
-    if all(needs.values()):
-        return "supported", words
-    return "depends on the case" if any(needs.values()) else "not supported", words
+def _short(name: str) -> str:
+    return f"{name[:2].upper()} ({name[-1]})"
 
 
 def perpetual(starts: Starts) -> tuple[str, str]:
@@ -163,7 +164,6 @@ def generated(
     come_by, share = origin(own.origin), differing(ensembles)
     (friction,) = (c for c in claims.claims if c.id == "B2-b-raised")
     of_raised, factor = raised(friction, own.numbers)
-    of_rotation, thresholds = rotation(loci)
     of_perpetual, keeping = perpetual(starts)
     values = {
         "verdict.origin": come_by,
@@ -182,8 +182,8 @@ def generated(
         "verdict.settles": "cannot fail" if held["B3-none"] else "not reproduced",
         "verdict.directions": of_share(share),
         "verdict.directions.share": percent(share, 0),
-        "verdict.rotation": of_rotation,
-        "verdict.rotation.thresholds": thresholds,
+        "verdict.rotation": "by definition",
+        "verdict.rotation.thresholds": rotation(loci, claims.hammering),
         "verdict.perpetual": of_perpetual,
         "verdict.perpetual.kept": keeping,
     }

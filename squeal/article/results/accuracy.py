@@ -1,4 +1,4 @@
-"""Error, effort and predictability horizon of each simulated scene."""
+"""Error, effort and growth of small deviations of each simulated scene."""
 
 from typing import Annotated
 
@@ -9,16 +9,14 @@ class SceneAccuracy(Record):
     """What a simulated scene is worth.
 
     error: of the final place against quad precision, relative; growth: of small deviations over
-    the scene's time; exponent in 1/s, `measured` over how many times the scene's time; horizon in
-    s: when the tolerance has grown to the share `lost`, None where deviations do not grow
-    exponentially; run_time: processor time in s, median.
+    the scene's time; exponent in 1/s, `measured` over how many times the scene's time; run_time:
+    processor time in s, median.
     """
 
     error: float
     growth: float
     exponent: float
     measured: float
-    horizon: float | None
     steps: int
     changes: int
     run_time: float

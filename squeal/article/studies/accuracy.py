@@ -1,4 +1,4 @@
-"""Error, effort and predictability horizon of each simulated scene."""
+"""Error, effort and growth of small deviations of each simulated scene."""
 
 import math
 import statistics
@@ -20,7 +20,7 @@ REPEATS = 3
 
 
 def accuracy(scene: Scene) -> SceneAccuracy:
-    """Error, growth of errors, effort and predictability horizon of a scene of B1 or B2.
+    """Error, growth of errors and effort of a scene of B1 or B2.
 
     Raises ComputationError without quad precision, or where the model ends.
     """
@@ -28,16 +28,11 @@ def accuracy(scene: Scene) -> SceneAccuracy:
     units, _, _, stop = in_natural_units(scene)
     final = units.to_scaled(np.array(runs[0].final[1:]))[:3]
     over_scene, over_longer = variations(scene), variations(scene, LONGER)
-    exponent = over_longer.exponent
-    # growth by a power of t is no loss of foresight: it leaves ln(t)/t in the measured exponent
-    grows = exponent * over_longer.t > 3.0 * math.log(over_longer.t)
-    tolerance = max(scene.tolerance, float(np.finfo(float).eps))
     return SceneAccuracy(
         error=error_against(final, reference(scene).place),
         growth=math.exp(over_scene.logarithm),
-        exponent=exponent / units.time,
+        exponent=over_longer.exponent / units.time,
         measured=over_longer.t / stop,
-        horizon=math.log(LOST / tolerance) / exponent * units.time if grows else None,
         steps=runs[0].steps,
         changes=runs[0].contact_changes,
         run_time=statistics.median(run.run_time for run in runs),
