@@ -344,8 +344,8 @@ LIVELY = {
             LIVELY,
             "hysteresis",
             r"last to 0.7. The liveliest motion of other starts goes on losing contact for "
-            r"$\mu =$ 0.6 to 0.7 and hammers for $\mu =$ 0.65 by $\delta$ and $\mu =$ 0.6 to 0.65 by "
-            r"the edges; from rest contact comes to be kept for $\mu =$ 0.6: hysteresis.",
+            r"$\mu =$ 0.6 to 0.7 and hammers for $\mu =$ 0.65 by $\delta$ and $\mu =$ 0.6 to 0.65 "
+            r"by the edges; from rest contact comes to be kept for $\mu =$ 0.6: hysteresis.",
         ),
         (
             {"lively": (step(0.7),)},

@@ -88,10 +88,10 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
             (3, 0.1, 0.6),
             ("nearer to the equ", "both models in case (c)", "another end"),
         ),
-        ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "In no case", "no other end")),
+        ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "both models in no case", "no other end")),
         # 55 of 100 may be less than half
         ((1, 0.0, 0.6), (1, 0.0, 0.55), ("No start", "not decided in B2, case (c) (55 of", "no")),
-        ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "In no case", "another end")),
+        ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "both models in no case", "another end")),
     ],
 )
 def test_sentences_on_starts_follow_the_maps(one, other, words):

@@ -75,7 +75,7 @@ def onset_figure(found: Onset) -> Figure:
     rows = -(-panels // columns)
     colours = _colours(found)
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.4 + 2.2 * rows))
+        figure = Figure(figsize=(DOUBLE, 0.6 + 2.2 * rows))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, letter, name in zip(grid.flat, "abcdefgh", names, strict=False):
             _sweeps(axes, found.sweeps[name], colours)
@@ -108,7 +108,7 @@ def onset_figure(found: Onset) -> Figure:
         handles.append(Line2D([], [], color="0.5", ls="--", lw=0.7, label="flutter begins"))
         pale: Any = {"color": "k", "marker": "o", "ls": "", "ms": 3.5, "alpha": PALE}
         handles.append(Line2D([], [], label="face faster than $V$", **pale))
-        figure.legend(handles=handles, loc="outside upper center", ncols=8)
+        figure.legend(handles=handles, loc="outside upper center", ncols=5)
     return figure
 
 

@@ -207,7 +207,7 @@ def _early(found: Onset) -> str:
         for case, ratios in both.items()
     ]
     rest = [r for r in found.ratios if not any(r in ratios for ratios in both.values())]
-    none = rf"; at $\zeta =$ {dampings(rest)} none does" if rest and words else ""
+    none = rf"; at $\zeta =$ {dampings(rest)} no case does" if rest and words else ""
     return f"{in_words(words)}{none}" if words else "no case hammers with both models"
 
 

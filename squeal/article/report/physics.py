@@ -330,11 +330,12 @@ def _starts(found: Starts) -> dict[str, str]:
         if name[-1] in both
     ]
     hammers = (
-        f"Losses alternate from most of these starts in {either}; with both models "
-        f"in {_cases(both)}: {'; '.join(told)}"
-        if both
-        else "In no case do losses alternate from most of these starts with both models"
+        f"Losses alternate from most of these starts in {either}"
+        if either
+        else "In no case are losses shown to alternate from most of these starts"
     )
+    hammers += f", with both models in {_cases(both)}" if both else ", with both models in no case"
+    hammers += f": {'; '.join(told)}" if told else ""
     near = [
         f"{title(name)} ({each})" for name, each in counts.items() if each.low <= MOST < each.high
     ]
