@@ -34,7 +34,7 @@ def scene_of(name: str):
 def test_a_cycle_s_multiplier_is_the_decay_of_a_disturbance():
     scene = scene_of("b1-d")
     rows, states, *_ = _late.late({"b1-d": scene})["b1-d"]
-    at = study.RATIOS.index(RATIO)
+    at = _late.RATIOS.index(RATIO)
     row = rows[at]
     assert isinstance(row, results.Late)
     assert row.goes_on
@@ -91,7 +91,7 @@ def test_what_is_measured_is_what_a_simulation_of_the_scene_measures():
 @needs_heyoka
 def test_a_motion_that_ends_is_missing():
     scene = scene_of("b1-d")
-    models = [damped_model(damped(scene, ratio)) for ratio in study.RATIOS]
+    models = [damped_model(damped(scene, ratio)) for ratio in _late.RATIOS]
     fast = np.tile(scene.initial, (4, 1))
     fast[0, 5] = 1e5  # rad/s: it turns over
     ends, found = settled([Motion(*one) for one in zip(models, fast, strict=True)], 0.003, 0.001)
@@ -174,7 +174,7 @@ def test_friction_is_followed_until_contact_does_not_change(monkeypatch):
 def test_a_lively_motion_is_followed_both_ways_and_the_resting_pad_stays_at_rest(monkeypatch):
     """B1 (d), which has its own cycle beside rest, above and below the flutter threshold."""
     scene = scene_of("b1-d")
-    state = _late.late({"b1-d": scene})["b1-d"].states[study.RATIOS.index(RATIO)]
+    state = _late.late({"b1-d": scene})["b1-d"].states[_late.RATIOS.index(RATIO)]
     begun = _sweeps.Begun(scene.pad.mu, state, settled_one(0.4))
     monkeypatch.setattr(_sweeps, "MU", (0.5, 0.75, 0.85))
     (sweep,) = _sweeps.sweeps({"b1-d": scene}, {"b1-d": (RATIO,)}, {("b1-d", RATIO): begun})["b1-d"]
@@ -414,9 +414,9 @@ def test_tables_tell_what_lasts_and_what_is_undecided():
     )
     assert "the model ends" in lasting_table(ended)
     drifts = results.Exponent(0.0, (0.1, 0.3, 0.9), (0.1, 0.4, 0.4), 0.2, 40, False)
-    ended = results.Exponent(0.0, (0.1, 0.3), (0.1, 0.4), 0.2, 40, True)
-    given = {"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
-    others_ = dataclasses.replace(found, exponents=given | {"b1-c, undamped": ended})
+    left = results.Exponent(0.0, (0.1, 0.3), (0.1, 0.4), 0.2, 40, True)
+    given: dict[str, Any] = {"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
+    others_ = dataclasses.replace(found, exponents=given | {"b1-c, undamped": left})
     table = exponents_table(others_)
     assert r"none & 40 & $0.1$ to $0.9$ & 1 & 1 & 1" in table
     assert table.count("the model ends") == 2
@@ -504,7 +504,7 @@ def test_hammering_sounds_at_the_frequency_of_its_cycle_and_growth_at_that_of_it
     assert one.tonal > 0.99
     pad = attractors.shooting(scene, RATIO)
     own = pad.units.to_scaled(np.array(scene.initial))
-    state = pad.motion(own, study.LATE * scene.stop / pad.units.time, scene.pad.mu)
+    state = pad.motion(own, _late.LATE * scene.stop / pad.units.time, scene.pad.mu)
     found = attractors.cycles("b1-d", scene, pad.units.to_si(state))
     assert isinstance(found, results.Cycles)
     assert one.strongest * found.own.period == pytest.approx(1.0, rel=1e-4)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from squeal.article.cases import CASES
 from squeal.article.report.latex import in_words, number, percent, tabular, typeset
-from squeal.article.results.energy import LAWS, motion_title
+from squeal.article.results.energy import LAWS, LineForce, motion_title
 from squeal.article.results.onset import Late, Onset, Others, Settled
 from squeal.files.records import Missing
 
@@ -238,11 +238,12 @@ def _hammering(found: Onset) -> dict[str, str]:
 
 def _laws(found: Onset) -> str:
     """Under which law of line contact more of the same starts go on losing contact."""
-    parts: dict[str, list[str]] = {law: [] for law in LAWS}
+    parts: dict[LineForce, list[str]] = {law: [] for law in LAWS}
+    ways: tuple[tuple[LineForce, int], ...] = (("mean", 1), ("integral", -1))
     starts = 0
     for name, row in found.others.items():
         pairs = list(zip(row, found.others.get(f"{name[:4]}-integral", ()), strict=False))
-        for law, sign in (("mean", 1), ("integral", -1)) if name.endswith("mean") else ():
+        for law, sign in ways if name.endswith("mean") else ():
             more = [pair for pair in pairs if sign * (pair[0].lasting - pair[1].lasting) > 0]
             if more:
                 counts = [
