@@ -40,21 +40,22 @@ def mark_events(
     lower: Axes,
     low: float = 0.0,
     reach: float = 1.0,
+    height: float = 0.96,
 ) -> None:
-    """Verticals (mu, label, line style), sorted, through both panels.
+    """Verticals (mu, label, line style), sorted, through both panels, which may be one.
 
-    Labels stand in the lower one, before their line unless another one is there; the
-    axis of mu begins at `low` and shows as much as `reach`.
+    Labels stand in the lower one below a height (share of the axis), before their line unless
+    another one is there; the axis of mu begins at `low` and shows as much as `reach`.
     """
     width, free = WIDTH_OF_LABEL * reach, low
     for mu, label, line in events:
-        for axes in (upper, lower):
+        for axes in dict.fromkeys((upper, lower)):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
         before = mu - free > width
         x, side = (-2.0, "right") if before else (2.0, "left")
         place: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
         look: Any = {"rotation": 90, "va": "top", "bbox": {"fc": "w", "ec": "none", "pad": 0.6}}
-        lower.annotate(label, (mu, 0.96), (x, 0.0), ha=side, **place, **look)
+        lower.annotate(label, (mu, height), (x, 0.0), ha=side, **place, **look)
         free = mu if before else mu + width
 
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS
+from squeal.article.ensembles.choosing import names
+from squeal.article.ensembles.gather import COUNTS
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS
 from squeal.article.identify.space import START
 from squeal.article.identify.stored import read_searches
@@ -21,6 +23,7 @@ from squeal.article.results import record_of
 from squeal.article.results.claims import Hammering, Loaded
 from squeal.article.results.ensembles import Conclusion, Keeping, Kept, Pad, Range, Seed, Twins
 from squeal.article.results.line_springs import Compared
+from squeal.article.results.map_ranges import Upright
 from squeal.article.results.precision import Point, Timing
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts
@@ -94,15 +97,16 @@ def ensembles(entry: Any) -> dict[str, Any]:
     spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
     words = [Switches.of(f) for f in FORMULATIONS]
     one = filled(entry("ensembles"), chance=shares, seeds=(seed,) * 5, best_pads=shares)
-    one = dataclasses.replace(one, horizons=horizons)
+    parting = (40, *(0,) * 3, 30, *(0,) * 10, 10)
+    one = dataclasses.replace(one, horizons=horizons, parting=parting)
     some = {"together": (40, 30, 20, 10), "most": (9, 9, 10, 11), "lacks": ("B2-b-twice",)}
     front = filled(entry("fronts"), **some)
     return {
         "ensembles": tuple(dataclasses.replace(one, formulation=f) for f in words),
         "fronts": tuple(dataclasses.replace(front, formulation=f) for f in words),
         "windows": (1, 3, 10, 40),
-        "total": Kept(len(CLAIMS), 29, sum(c.informative for c in CLAIMS)),
-        "informative": tuple(c.id for c in CLAIMS if c.informative),
+        "total": Kept(len(CLAIMS), 29, int(COUNTS.sum())),
+        "counted": names(COUNTS),
         "contrasts": tuple(
             filled(
                 entry("contrasts"),
@@ -154,7 +158,9 @@ def result(name: str) -> Result:
     elif name == "ensembles":
         given = ensembles(entry)
     elif name == "map_ranges":
-        given = {"sweeps": by("sweeps", ("h/w", "k2/k1", "mu")), "members": by("members", CASES)}
+        small = {name: {"0.1": 2, "0.9": 8} for name in ("h/w", "k2/k1", "mu")}
+        full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90)
+        given = {"sweeps": by("sweeps", small), "members": by("members", CASES), "full": full}
     elif name == "line_springs":
         case = typing.get_args(types_of["cases"])[1]
         points = filled(typing.get_args(typing.get_type_hints(case)["thresholds"])[1])
@@ -184,7 +190,7 @@ def result(name: str) -> Result:
             filled(entry("claims"), id=claim.id, case=claim.case) for claim in CLAIMS
         )
         rows = (Loaded(0.5, -0.5, 0.25, 9), Loaded(1.0, None, None, 0))
-        given["hammering"] = Hammering({"B1": ("a", "c"), "B2": ("c",)}, {"c": rows})
+        given["hammering"] = Hammering({"B1": ("a", "c"), "B2": ("c",)}, ("c",), {"c": rows})
     elif name == "loci":
         given["scenes"] = tuple(filled(entry("scenes"), name=one) for one in HISTORY_FIGURES)
     elif name == "stability":

@@ -10,6 +10,8 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import CLAIMS, Case, hammering, judge_claims, measure
 from squeal.article.claims.judging import loaded, under_load
 from squeal.article.claims.measures import Linear, Range
+from squeal.article.claims.rules import CALM, keeps_sliding
+from squeal.article.claims.settling import decaying, settled
 from squeal.article.results.claims import Loaded
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from squeal.scene import read_scene
@@ -125,7 +127,7 @@ def test_of_two_conflicting_claims_one_contradicts_the_other():
 def test_catalogue_is_complete_and_conflicts_are_mutual():
     ids = [claim.id for claim in CLAIMS]
     assert len(set(ids)) == 33
-    assert sum(claim.informative for claim in CLAIMS) == 18
+    assert sum(claim.informative for claim in CLAIMS) == 17
     for claim in CLAIMS:
         if claim.conflicts:
             other = CLAIMS[ids.index(claim.conflicts)]
@@ -199,6 +201,11 @@ def test_sliding_is_judged_against_the_surface():
     slow = {f"b{m}_{n}": case(slip=0.9) for m in (1, 2) for n in "abcd"}
     assert verdict("B12-sliding", **slow) == YES
     assert verdict("B12-sliding", **slow | {"b1_d": case(slip=1.1)}) == NO
+    rubs = {name: dataclasses.replace(one, face=1.2) for name, one in slow.items()}
+    assert verdict("B12-sliding", **rubs) == YES  # by the article's condition
+    told = keeps_sliding(case(slip=0.25, face=0.41)).measured
+    assert told.endswith("25 % of the surface's speed, its lower face 41 % while it touches")
+    assert keeps_sliding(case(slip=0.25)).measured.endswith("25 % of the surface's speed")
     assert verdict("B12-sliding") == NO  # without a speed nothing is known
 
 
@@ -242,10 +249,28 @@ def test_hammering_is_measured_by_model_and_under_load():
     wide = case(second=Range(-1.0, 1.0), swings=9)
     measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b1-c": turns, "b1-d": turns, "b2-c": wide}
     found = hammering(measured, {})
+    assert found.by_edges == ()  # B2 (c) loses no edge
+    assert hammering(measured | {"b2-d": turns}, {}).by_edges == ("d",)
     assert found.cases == {"B1": ("c", "d"), "B2": ("c",)}
     assert found.both == ("c",)
     seldom = measured | {"b2-c": dataclasses.replace(wide, swings=3)}
     assert hammering(seldom, {}).both == ()
+
+
+@needs_heyoka
+def test_a_motion_on_a_decaying_mode_settles_without_damping():
+    """Its accelerations fall as the mode does, from the whole motion to its last tenth."""
+    scenes = {
+        n: read_scene(ROOT / f"workflow/scenes/{n}.yaml", "simulate") for n in ("b2-b", "b2-c")
+    }
+    assert decaying(scenes["b2-b"]) is None  # all its roots are imaginary
+    assert settled({"b2-b": scenes["b2-b"]}) is None
+    found = settled(scenes)
+    assert found is not None
+    assert found.scene == "b2-c"
+    fall = math.exp(0.9 * found.real * found.windows * scenes["b2-c"].stop)
+    assert 0.5 * fall < found.calm < 2.0 * fall
+    assert found.calm < CALM
 
 
 def test_the_way_of_the_reaction_under_load():

@@ -20,9 +20,16 @@ from squeal.article.ensembles.distance import INDEX, judge
 from squeal.article.ensembles.gather import read_kept
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.report.chapters import ENSEMBLES
-from squeal.article.report.ensembles import _contrast, at_least, generated, half_by_chance
+from squeal.article.report.ensembles import (
+    _contrast,
+    at_least,
+    generated,
+    half_by_chance,
+    range_table,
+)
 from squeal.article.report.pads import kept_briefly
 from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensembles, Kept
+from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
 from squeal.model.contact import CONSISTENT, Formulation
@@ -45,7 +52,7 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     values, tables = generated(found)
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
-    assert kept_briefly(found, "hammering", "chosen").startswith("Kept by ")
+    assert kept_briefly(found, "hammering").startswith("Kept by ")
     assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
 
@@ -151,7 +158,7 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")
     two = stored().twins
     assert "so that B2-b-tilt is not counted" in told(stored(), "twins")
-    both = stored(informative=("B2-b-trailing", "B2-b-tilt"))
+    both = stored(counted=("B2-b-trailing", "B2-b-tilt"))
     assert "one of them should not" in told(both, "twins")
     assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")
     assert "told apart" in told(stored(twins=replace(two, agree=40)), "twins")
@@ -176,10 +183,10 @@ def test_sentences_on_ensembles_follow_the_file():
         text = told(stored(check=again), "differ")
         assert ("none differs", "one differs", "2 differ")[count] in text
         assert "B3-none is not judged" in text
-        assert ("so that the sampling" in text) == bool(which)
+        assert ("so that the coarser samples" in text) == bool(which)
         again = replace(again, as_now=0, unjudged=())
         text = told(stored(check=again), "differ")
-        assert "sampling" not in text
+        assert "coarser" not in text
         assert "not judged" not in text
     assert "that (c) alone hammers was sought" in told(stored(chosen_from=ELSEWHERE), "sought")
     assert "It is that of here" in told(stored(chosen_from="here"), "sought")
@@ -192,10 +199,38 @@ def test_sentences_on_ensembles_follow_the_file():
     }
     words = told(stored(ranges=narrow), "confined")
     assert "lie within half of the searched range" in words
-    assert "thus confine some numbers; with 10 left free" in words
+    assert "thus confine some numbers; with 9 left free" in words
+    assert words.startswith("Of 13 numbers that have an effect")
     assert "is not shown" in told(few, "confined")
     every = {law: {n: replace(v, width=0.1) for n, v in r.items()} for law, r in few.ranges.items()}
     assert "confine all numbers" in told(stored(ranges=every), "confined")
+
+
+def test_what_keeps_three_statements_is_counted_by_formulation():
+    found = stored()
+    own = Switches.of(CONSISTENT)
+    keeping = {own: 17, found.fronts[-1].formulation: 4}
+    fronts = tuple(
+        replace(f, pads=100, together=(0, 0, 0, keeping.get(f.formulation, 0)))
+        for f in found.fronts
+    )
+    words = generated(stored(fronts=fronts))[0]["ensembles.front"]
+    assert "21 keep all three" in words
+    assert "they are 17 of the consistent law (integral, centre, $+$) and 4 of (" in words
+    assert "none of the 600 of the other 6" in words
+    every = tuple(replace(f, together=(0, 0, 0, 1)) for f in fronts)
+    assert "none of" not in generated(stored(fronts=every))[0]["ensembles.front"]
+
+
+def test_a_number_without_effect_has_no_range():
+    row = next(line for line in range_table(stored()).splitlines() if line.startswith("$x_0/w$"))
+    assert row.count("no effect") == 2
+
+
+@pytest.mark.parametrize(("off", "words"), [(0.04, "carry that"), (0.001, "changes little")])
+def test_what_stored_peaks_carry_is_told(off, words):
+    check = replace(stored().check, peaks=(1e-4, off))
+    assert words in generated(stored(check=check))[0]["ensembles.coarse"]
 
 
 def test_the_probability_of_as_many():
@@ -247,3 +282,15 @@ def test_the_sentence_on_the_most_follows_the_count(listed, words):
         values, _ = generated(dataclasses.replace(found, most=pads, plausible=plausible))
         assert words in values["ensembles.together"]
         assert like in values["ensembles.together"]
+
+
+def test_how_long_the_pad_with_most_statements_lasts_is_told():
+    found = stored()
+    pad = found.most["consistent"]
+    ends = {**found.most, "consistent": replace(pad, horizons={**pad.horizons, "40": None})}
+
+    def told(most: dict[str, Any]) -> str:
+        return generated(stored(most=most))[0]["ensembles.together"]
+
+    assert "over one window (18 over 3, 18 over 10, 18 over 40), with" in told(found.most)
+    assert "18 over 10, its motion leaves the model within 40), with" in told(ends)

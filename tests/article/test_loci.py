@@ -159,16 +159,33 @@ def drawn(figure, gid):
     return [line for axes in figure.axes for line in axes.get_lines() if line.get_gid() == gid]
 
 
+def calm(found, loops=False):
+    """Names of the scenes without a threshold, and without one of the loop."""
+    return {
+        s.name
+        for s in found.scenes
+        if not s.branch.thresholds and not (loops and getattr(s.loop, "loop_thresholds", ()))
+    }
+
+
+def test_scenes_without_a_threshold_stay_on_the_axis(found):
+    assert {s.name for s in found.scenes if not s.leaves_axis} == calm(found)
+    assert 0 < len(calm(found)) < len(found.scenes)
+
+
 def test_loci_figure_draws_what_it_is_given(found):
     figure = loci.loci_figure(found)
     clouds = [c for axes in figure.axes for c in axes.collections if c.get_gid() == "mu"]
-    for one, cloud in zip(found.scenes, clouds, strict=True):
+    assert {s.name for s in found.leaving} == {s.name for s in found.scenes} - calm(
+        found, loops=True
+    )
+    for one, cloud in zip(found.leaving, clouds, strict=True):
         real, imag = np.array(one.branch.real), np.array(one.branch.imag)
         mu = np.broadcast_to(one.branch.mu, real.shape)
         given = np.array([real / 1e3, imag / (2e3 * np.pi)])[:, imag >= 0.0].T
         assert np.array_equal(np.asarray(cloud.get_offsets()), given)
         assert np.array_equal(cloud.get_array(), mu[imag >= 0.0])
-    for one, ring in zip(found.scenes, drawn(figure, "scene"), strict=True):
+    for one, ring in zip(found.leaving, drawn(figure, "scene"), strict=True):
         real, imag = (np.array(getattr(one.equilibrium, part)) for part in ("real", "imag"))
         assert np.array_equal(ring.get_xdata(), real[imag >= 0.0] / 1e3)
 
@@ -178,11 +195,11 @@ def test_coupling_figure_draws_what_it_is_given(found):
     for k in range(3):
         lines = drawn(figure, f"mode {k + 1}")
         frequencies = [line for line in lines if line.axes.get_ylabel() != "growth [1/ms]"]
-        assert len(lines) == 3 * len(found.scenes)
+        assert len(lines) == 3 * len(found.scenes) - 2 * len(calm(found))
         given = [np.abs(one.branch.imag[2 * k]) / (2e3 * np.pi) for one in found.scenes]
         for values in given:
             assert any(np.array_equal(line.get_ydata(), values) for line in frequencies)
-        for one in found.scenes:
+        for one in (s for s in found.scenes if s.name not in calm(found)):
             for values in one.branch.real[2 * k : 2 * k + 2]:
                 growth = np.array(values) / 1e3
                 assert any(np.array_equal(line.get_ydata(), growth) for line in lines)

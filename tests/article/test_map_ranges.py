@@ -9,6 +9,7 @@ import pytest
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
 from squeal.article.cases import CASES
 from squeal.article.equations import Bounds, bounds
+from squeal.article.report.verdicts import deciding
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
@@ -118,6 +119,27 @@ def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scen
     assert ranges_study._flat(scene.pad) == tuple(closed) == ("a", "b")
     found = dataclasses.replace(known.of(MapRanges), flat=("a", "b"))
     assert "For cases (a) and (b) $K_{21} = 0$" in known.physics(ranges=found)["physics.map.angles"]
+
+
+def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
+    """Of made-up shares that are small where mu exceeds 0.6, or 0.2 for the tallest pads."""
+
+    def shares(_, pads, cells):
+        small = pads.mu > np.where(pads.h / pads.w > 0.85, 0.2, 0.6)
+        return (np.where(small, 0.1, 0.5),) * 3
+
+    monkeypatch.setattr(ranges_study, "_equilibria", shares)
+    found = ranges_study._full(scene)
+    assert (found.pads, found.small, found.cells) == (125, 2 * 25 + 2 * 5, 90)
+    assert list(found.small_at["mu"].values()) == [0, 5, 5, 25, 25]
+    assert list(found.small_at["h/w"].values()) == [10, 10, 10, 10, 20]
+    assert list(found.small_at["k2/k1"].values()) == [12] * 5
+    assert deciding(found) == ["friction", "height"]
+    words = known.physics(ranges=dataclasses.replace(known.of(MapRanges), full=found))
+    assert (
+        "0, 5, 5, 25 and 25 at $\\mu$ of 0.1, 0.3, 0.5, 0.7 and 0.9, each of 25 pads"
+        in (words["physics.map.small"])
+    )
 
 
 def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):

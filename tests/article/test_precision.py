@@ -19,7 +19,7 @@ from squeal.article.precision.linear import (
     exact_values,
 )
 from squeal.article.precision.maps import matrices, named
-from squeal.article.precision.measure import compare_times, confirm, points_of
+from squeal.article.precision.measure import compare_times, confirm, points_of, timed
 from squeal.article.precision.paths import DEFAULT, Run
 from squeal.article.report.precision import check_values, linear_values, speed_table, values
 from squeal.article.results.precision import Check, Point, Timing, time_at
@@ -31,6 +31,20 @@ from squeal.scene.system import PlainSystem
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES, needs_heyoka
+
+
+def test_a_task_that_once_takes_long_does_not_count_by_that_alone(monkeypatch):
+    """By a clock on which the first run takes a second and the others a millisecond."""
+
+    def median(least: int) -> float:
+        now = iter(np.cumsum([0.0, 1.0, *[0.0, 1e-3] * 9]))
+        monkeypatch.setattr(
+            "squeal.article.precision.measure.clock.process_time", lambda: next(now)
+        )
+        return timed(lambda: None, least=least)[1]
+
+    assert median(1) == pytest.approx(1.0)
+    assert median(3) == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("name", DEFAULT)

@@ -14,7 +14,7 @@ from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
 from squeal.article.cases import HISTORY_FIGURES, STEMS
 from squeal.article.figures import angle_maps, growth
 from squeal.article.precision.maps import matrices, named
-from squeal.article.report.stability import literature_table, threshold_table, values
+from squeal.article.report.stability import _left_out, literature_table, threshold_table, values
 from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.loci import examined
@@ -151,6 +151,14 @@ def test_each_figure_is_drawn_with_a_text(found, maps):
         assert made.figure.get_axes()
 
 
+def test_scenes_without_a_panel_are_named():
+    scenes = [dataclasses.replace(s, model=s.name[:2].upper()) for s in known.of(Loci).scenes]
+    told = _left_out([scenes[0], scenes[2], scenes[4]], "panel")
+    assert told.startswith(" Without a panel, since all")
+    assert told.endswith("axis: B1 (a) and (c); B2 (a).")
+    assert _left_out([], "panel") == ""
+
+
 def test_simulations_of_a_pad_that_does_not_grow_are_counted_apart(found):
     grows = dataclasses.replace(found.growth[0], predicted=((1.0, 2.0), (-1.0, 2.0)))
     told = values(dataclasses.replace(found, growth=(grows,)), known.of(Loci))
@@ -175,6 +183,8 @@ def test_shares_of_traced_maps(maps):
     share = angles.share
     assert share.full + share.partial == pytest.approx(share.exists)
     assert 1.0 - share.exists == pytest.approx(angles.share_b2["beyond a fold"])
+    assert share.quiet_full - printed.share.as_printed - 0.01 < share.denied_full
+    assert share.denied_full <= min(share.quiet_full, share.denied)
     # allowed where nothing is kept + allowed where it is = allowed
     allowed = share.wrongly_allowed + share.quiet - share.denied
     assert allowed == pytest.approx(printed.share.as_printed, abs=0.01)

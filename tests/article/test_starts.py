@@ -1,8 +1,11 @@
 """Maps over starts: kinds of motion by hand, the plane of starts, sentences that follow."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from squeal.article.claims.rules import HAMMER, SWINGS
 from squeal.article.figures import starts as starts_figure
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
 from squeal.article.studies import starts as starts_study
@@ -11,9 +14,10 @@ from squeal.files.records import Missing
 from squeal.model.linear import linearise
 from squeal.model.states import FULL, LEAD, NONE
 from squeal.scene import read_scene
+from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import HAMMERING as SCENES
-from tests.conftest import needs_heyoka
+from tests.conftest import ROOT, needs_heyoka
 
 
 @pytest.mark.parametrize(
@@ -71,6 +75,36 @@ def test_the_plane_of_starts_holds_equilibrium_and_own_start():
     assert made[1] == pytest.approx(np.array(own.initial), abs=1e-20)
     lift = own.pad.w * (made[2, 2] - rest[2])
     assert lift == pytest.approx(own.pad.F_n / own.pad.k_c)
+
+
+@needs_heyoka
+def test_starts_that_hammer_are_those_whose_history_does():
+    """Second method: delta and contact of dense histories, for some starts of B2 (b)."""
+    own = read_scene(ROOT / "workflow" / "scenes" / "b2-b.yaml", "simulate")
+    rest, _ = sliding_equilibrium(own.pad_model)
+    assert rest is not None
+    s, t = starts_study.grid(4)
+    starts = starts_study.plane(own, np.array(rest.q), s, t)
+    found = starts_study.swinging(own, starts)
+    hammer = full = touching = 0
+    for start in starts:
+        dense = dataclasses.replace(
+            own, initial=tuple(start), start="origin", samples=20_001, outputs=("history",)
+        )
+        history = simulate(dense).history
+        assert history is not None
+        state = history["state"]
+        begun = np.argmax(state != "SS")
+        delta, state = np.array(history["delta"], dtype=float)[begun:], state[begun:]
+        side = np.sign(delta[np.isfinite(delta)])
+        swings = np.count_nonzero(np.diff(side[side != 0.0]))
+        if min(np.nanmax(delta), -np.nanmin(delta)) > HAMMER and swings >= SWINGS:
+            hammer += 1
+            full += bool(np.all(state == "FC"))
+            touching += bool(np.all(state != "SS"))
+    assert (found.starts, found.hammer, found.full, found.touching) == (16, hammer, full, touching)
+    assert hammer >= 3
+    assert full >= 1
 
 
 def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:

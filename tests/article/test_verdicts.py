@@ -8,15 +8,15 @@ import pytest
 
 from squeal.article.claims import CLAIMS
 from squeal.article.report import verdicts
-from squeal.article.report.hammering import by_model, under_load
+from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.identification import hardest
 from squeal.article.report.pads import kept_briefly, kept_by, lasts, origin
-from squeal.article.results.claims import Hammering, JudgedClaim, Loaded
+from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settled
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
 from squeal.article.results.map_ranges import Upright
 from squeal.article.results.robustness import Share
-from squeal.article.results.starts import KINDS, SceneStarts, Starts
+from squeal.article.results.starts import KINDS, SceneStarts, Starts, Swinging
 from squeal.files.records import Missing
 from tests.article import known
 
@@ -39,25 +39,33 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
     some, none = judged_pads(3, "B2-c-hammer"), judged_pads(0, "B2-c-hammer")
     plausible = judged_pads(0, "B2-b-twice")
     words = {
-        (True, 3): "holds for pads fitted to it",
-        (True, 0): "holds for one pad fitted to it",
-        (False, 3): "holds for other pads, fitted to it",
-        (False, 0): "not reproduced by any pad",
+        (True, 3, 0.1): "holds for pads fitted to it, few random ones",
+        (True, 0, 0.0): "holds for one pad fitted to it, no random ones",
+        (True, 3, 0.9): "holds for pads fitted to it, most random ones",
+        (False, 3, 0.1): "holds for other pads: some fitted to it, few random ones",
+        (False, 0, 0.1): "holds for few random ones",
+        (False, 0, 0.0): "not reproduced by any pad",
     }
-    for (held, keep), verdict in words.items():
+    for (held, keep, share), verdict in words.items():
         claims = dict.fromkeys(some.conclusions["hammering"].statements, held)
-        assert verdicts.of_pads(claims, some if keep else none, "hammering") == verdict
+        found = some if keep else none
+        one = found.conclusions["hammering"]
+        random = {"every": Share(share, (0.0, 1.0)), "consistent": Share(share, (0.0, 1.0))}
+        drawn = {"hammering": dataclasses.replace(one, random=random)}
+        found = dataclasses.replace(found, conclusions=drawn)
+        assert verdicts.of_pads(claims, found, "hammering") == verdict
     assert lasts(plausible, "hammering") == ["1", "10"]
     assert lasts(none, "hammering") == []
-    text = kept_briefly(plausible, "hammering", "found somewhere")
-    assert text.startswith("Kept over 1 and 10 windows by this pad, found somewhere; by pads of 12")
-    assert "of 40 searches for all statements at once (consistent law: 2 of 5)" in text
-    assert text.endswith(r"by 10.00\,\% of random pads (consistent: 10.00\,\%)")
-    assert kept_briefly(some, "hammering", "found").endswith(", not by this pad")
-    alone = dataclasses.replace(some, chosen={})
-    assert kept_briefly(alone, "hammering", "found").endswith(
-        "of random pads (consistent: 10.00\\,\\%)"
+    text = kept_briefly(plausible, "hammering")
+    assert text.startswith(
+        "Kept over 1 and 10 windows by this pad, fitted to it, and by pads of 12"
     )
+    assert "of 40 searches (consistent law: 2 of 5)" in text
+    chance = r". Of random pads, not fitted, 10.00\,\% keep it (consistent: 10.00\,\%)"
+    assert text.endswith("(consistent law: 2 of 5)" + chance)
+    assert ", not by this pad. Of random" in kept_briefly(some, "hammering")
+    alone = dataclasses.replace(some, chosen={})
+    assert kept_briefly(alone, "hammering").endswith("(consistent law: 2 of 5)" + chance)
     assert "keeps it over 1 and 10 windows; it is" in kept_by(plausible, "hammering")
     assert "does not keep it; it is kept by pads of 2 of the 5" in kept_by(some, "hammering")
 
@@ -80,22 +88,52 @@ def test_a_pad_is_said_to_be_sought_where_it_was():
     ],
 )
 def test_hammering_is_told_by_model(b1, b2, words):
-    assert by_model(Hammering({"B1": tuple(b1), "B2": tuple(b2)}, {})).endswith(words)
+    assert by_model(Hammering({"B1": tuple(b1), "B2": tuple(b2)}, (), {})).endswith(words)
 
 
 def test_hammering_under_load_is_told_from_the_way_of_delta():
     def told(*rows: Loaded) -> str:
-        return under_load(Hammering({"B1": ("c",), "B2": ("c",)}, {"c": rows}))
+        return under_load(Hammering({"B1": ("c",), "B2": ("c",)}, (), {"c": rows}))
 
-    far, near, still = Loaded(0.5, -0.9, 0.5, 9), Loaded(1.0, -0.9, 0.05, 9), Loaded(1.0, -1, 1, 3)
-    assert "under each of these loads" in told(far)
-    assert told(far, near).endswith(r"up to $0.5$\,$F_n$")
-    assert told(far, still).endswith(r"up to $0.5$\,$F_n$")
-    assert told(near).endswith("by a light touch only")
-    assert r"$-0.9$ to $0.5$ while $R_n$ exceeds $0.5$\,$F_n$" in told(
+    far, near, still = Loaded(0.5, -0.9, 0.6, 9), Loaded(1.0, -0.9, 0.2, 9), Loaded(1.0, -1, 1, 3)
+    assert r"met at $0.1$\,$w$ under each of them, at $0.25$" in told(far, near)
+    assert r"at $0.25$\,$w$ up to $0.5$\,$F_n$, at $0.5$\,$w$ up to $0.5$\,$F_n$ and" in told(
+        far, near
+    )
+    assert told(far, near).endswith(r"at $0.9$\,$w$ under none")
+    assert r"met at $0.1$\,$w$ up to $0.5$\,$F_n$, at" in told(far, still)  # seldom
+    assert r"met at $0.1$\,$w$ under none" in told(still, far)  # under a light load already
+    assert r"$-0.9$ to $0.6$ while $R_n$ exceeds $0.5$\,$F_n$" in told(
         far, Loaded(2, None, None, 0)
     )
-    assert under_load(Hammering({"B1": (), "B2": ()}, {})) == "Model B2 hammers in no case"
+    assert under_load(Hammering({"B1": (), "B2": ()}, (), {})) == "Model B2 hammers in no case"
+
+
+def test_what_the_rule_of_one_model_says_of_the_other():
+    def told(*cases: str) -> str:
+        return by_edges(Hammering({"B1": ("a",), "B2": ("c",)}, cases, {}))
+
+    assert told("c").endswith("so does B2 in (c)")
+    assert told("a", "c").endswith("B2 would in (a) and (c)")
+    assert told().endswith("B2 would in no case")
+
+
+def test_starts_that_hammer_without_losing_contact_are_counted():
+    def told(*counts: int) -> str:
+        one = SceneStarts(1.0, 1.0, (), Swinging(*counts))
+        return touching(Starts(scenes={"b2-b": one, "b2-c": one, "b1-a": Missing("")}, reach=1.0))
+
+    assert "(b) and (c) 42 and 42 hammer so, of which 32 and 32 never leave" in told(
+        121, 42, 32, 40
+    )
+    assert "none hammers so and touches" in told(121, 42, 0, 0)
+    assert "is not known here" in touching(Starts(scenes={"b2-b": Missing("")}, reach=1.0))
+
+
+def test_a_motion_that_settles_is_told_by_the_rule():
+    assert "settles by this rule" in settles(Settled("b2-c", -1271.0, 1.5, 0.004))
+    assert "too much" in settles(Settled("b2-c", -1271.0, 1.5, 0.04))
+    assert settles(None) == "none was found that does"
 
 
 def test_what_the_article_argues_with_is_told_apart_from_our_reading():
@@ -110,13 +148,14 @@ def test_what_the_article_argues_with_is_told_apart_from_our_reading():
 def test_a_verdict_turns_with_the_results_behind_it():
     def maps(printed, small, exists=0.7):
         share = SimpleNamespace(exists=exists)
-        full = Upright(10, 0.1, 0.6, small, 0.25)
+        full = Upright(10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90)
         printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
         return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
 
     assert verdicts.region(*maps(0.1, 0)[:2]) == "does not hold"
     assert verdicts.region(*maps(0.1, 10)[:2]) == "holds"
-    assert verdicts.region(*maps(0.1, 3)[:2]) == "depends on the pad"
+    assert verdicts.region(*maps(0.1, 3)[:2]) == "depends on height"
+    assert verdicts.region(*maps(0.1, 1)[:2]) == "depends on the pad"  # on nothing alone
     assert verdicts.region(*maps(0.4, 3)[:2]) == "not reproduced"
     held = {"B3-singular": True}
     assert verdicts.singular(held, maps(0.1, 0)[2]) == "does not follow"
@@ -140,15 +179,21 @@ def test_that_friction_raises_the_reaction_is_an_identity_where_the_closed_form_
     assert raised(-0.1)[0] == "not reproduced"
 
 
-def test_what_differs_between_cases_is_counted_on_random_pads():
+def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
     found = judged_pads(3, "B2-b-twice")
-    parting = (60, *(0,) * 3, 30, *(0,) * 10, 10)  # in no case, in c only, in all
-    some = tuple(dataclasses.replace(e, parting=parting) for e in found.ensembles)
-    share = verdicts.differing(dataclasses.replace(found, ensembles=some))
-    assert share == pytest.approx(0.3)
-    assert verdicts.of_share(share) == "holds for some random pads"
-    assert verdicts.of_share(0.7) == "holds for most random pads"
-    assert verdicts.of_share(0.0) == "not supported"
+
+    def influence(none: int, some: int, every: int) -> tuple[str, str]:
+        parting = (none, *(0,) * 3, some, *(0,) * 10, every)  # in no case, in c only, in all
+        many = (dataclasses.replace(e, parting=parting, random=500) for e in found.ensembles)
+        return verdicts.influence(dataclasses.replace(found, ensembles=tuple(many)))
+
+    verdict, words = influence(60, 30, 10)
+    assert verdict == "holds for most random pads that part"
+    assert "Of 100 random pads of the consistent law that run (500 were drawn)" in words
+    assert r"in some cases of B2 with 30\,\%, in all with 10\,\%, in none with 60\,\%" in words
+    assert r"differ in 75\,\% of those in which any parts" in words
+    assert influence(60, 10, 30)[0] == "holds for some random pads that part"
+    assert influence(60, 0, 30)[0] == "not supported"
 
 
 def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
@@ -168,7 +213,7 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
         )
         return verdicts.rotation(dataclasses.replace(loci, scenes=scenes), hammering)
 
-    hammering = Hammering({"B1": ("d",), "B2": ("c",)}, {})
+    hammering = Hammering({"B1": ("d",), "B2": ("c",)}, (), {})
     words = rotation(b1_d=(None, None), b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))
     assert words == (
         "of the cases that hammer here, B1 (d) and B2 (c), flutter begins in B2 (c) at $0.2$ "
@@ -178,7 +223,7 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
     assert "in B1 (d) at $0.3$ (nowhere with the rotation held) and B2 (c)" in words
     assert not words.endswith("only")
     assert rotation(b1_d=(None, 0.2), b2_c=(None, None)).endswith("B2 (c), none flutters")
-    hammering = Hammering({"B1": (), "B2": ()}, {})
+    hammering = Hammering({"B1": (), "B2": ()}, (), {})
     assert rotation(b2_c=(0.2, 1.5)) == "no case hammers here"
 
 

@@ -13,6 +13,7 @@ from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
 from squeal.simulation.batch.alone import measure_alone
+from squeal.simulation.batch.crests import crest
 from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
 from squeal.simulation.run import in_natural_units
 from tests.conftest import needs_heyoka, random_pad
@@ -93,7 +94,7 @@ def naive(one):
         "together": naive_range(first + second),
         "tilt": naive_range(one.pad.theta0 + h["theta"][seen]),
         "mean": np.trapezoid(first, h["t"][seen]) / (one.stop - begin),
-        "calm": size[late].max() / size.max(),
+        "calm": size[late].max() / np.maximum(size, 1e-30).max(),
         "shares": [np.mean([name in names for name in state[seen]]) for names in ("1FC", "2SS")],
     }
 
@@ -254,3 +255,44 @@ def test_batches_without_heyoka_say_so(monkeypatch):
     pads, initial = some("B1", 1, 1)
     with pytest.raises(ComputationError, match="heyoka"):
         simulate_many("B1", stack(pads), initial, 1.0)
+
+
+@pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
+def test_measures_do_not_depend_on_the_pads_beside(model, formulation):
+    pads, initial = some(model, 9, 300)
+    together = simulate_many(model, stack(pads), initial, STOP, 1e-8, formulation, measured=True)
+    for i, pad in enumerate(pads):
+        alone = simulate_many(
+            model, stack([pad]), initial[i : i + 1], STOP, 1e-8, formulation, measured=True
+        )
+        for name in ("first", "second", "tilt", "mean", "fastest", "face", "calm"):
+            assert alone[name][0] == pytest.approx(together[name][i], rel=1e-12, nan_ok=True)
+
+
+@pytest.mark.parametrize(("model", "formulation"), LAWS[:2])
+def test_peaks_between_few_samples_are_those_between_many(model, formulation):
+    """Also where contact changes between two samples: few of them are close to a peak."""
+    pads, initial = some(model, 12, 300)
+    few, many = (
+        simulate_many(
+            model, stack(pads), initial, STOP, 1e-10, formulation, measured=True, phase=phase
+        )
+        for phase in (0.8, 0.02)
+    )
+    ended = few["outcome"] == DONE
+    assert ended.sum() >= 8
+    for name in ("first", "second", "tilt"):
+        size = np.abs(many[name][ended]).max(axis=1, keepdims=True)
+        off = np.abs(few[name] - many[name])[ended] / np.maximum(size, 1e-30)
+        assert np.nanmax(off) < 2e-3, name
+        assert np.nanmedian(off) < 1e-4, name
+
+
+def test_the_crest_of_a_cubic_in_closed_form():
+    """u (1 - u) (2 - u) is greatest at 1 - 1/sqrt(3); straight lines and troughs have no crest."""
+    cubics = [[0.0, 0.0, 2.0, -1.0], [0.0, 0.0, 1.0, -1.0], [0.0, 1.0, 1.0, 1.0], [0, 0, -2, 1]]
+    with np.errstate(all="ignore"):
+        at, value = crest(*np.array(cubics, dtype=float).T)
+    assert at[:2] == pytest.approx([1.0 - 1.0 / math.sqrt(3.0), 0.5])
+    assert value[:2] == pytest.approx([2.0 / (3.0 * math.sqrt(3.0)), 0.25])
+    assert np.isnan(value[2:]).all()

@@ -22,10 +22,11 @@ class Consequence:
     """Why a claim carries no information of its own.
 
     implied: it holds where all claims `by` hold; identity: algebra makes it hold whatever the
-    numbers; tautology: so does what the model leaves out.
+    numbers; almost sure: the motions for which it fails have no volume; free: a number that is not
+    printed can be chosen to make it hold.
     """
 
-    kind: Literal["implied", "identity", "tautology"]
+    kind: Literal["implied", "identity", "almost sure", "free"]
     derivation: str
     by: tuple[str, ...] = ()
 
@@ -58,7 +59,7 @@ class Claim:
 
     @property
     def informative(self) -> bool:
-        """Whether its verdict is no consequence of others, of algebra or of missing damping."""
+        """Whether its verdict is no consequence of others, algebra, missing damping or a free V."""
         return self.follows is None
 
     @property
@@ -156,7 +157,9 @@ CLAIMS = (
     Claim("B3-none", (*_ALL_B1, *_ALL_B2), "Sec. 7",
           "no simulated case settles into zero acceleration", rules.none_settles, ample=0.1,
           follows=Consequence(
-              "tautology", "nothing damps, so that no oscillation dies out")),
+              "almost sure",
+              "without damping the volume of phase space is kept, so that almost no motion comes "
+              "to rest")),
     Claim("B2-b-raised", ("b2-b",), "Sec. 5",
           "friction raises the reaction at rest", rules.friction_raises,
           follows=Consequence(
@@ -171,7 +174,10 @@ CLAIMS = (
           "edges are apart for more of the time in B1 than in B2", rules.more_loss_in_b1,
           ample=0.05, listed=False),
     Claim("B12-sliding", (*_ALL_B1, *_ALL_B2), "Sec. 5",
-          "sliding never stops: neither stiction nor sprag-slip (x_dot < V)", rules.keeps_sliding,
+          "sliding never stops: neither stiction nor sprag-slip (x_dot < V)",
+          rules.keeps_sliding,
+          follows=Consequence(
+              "free", "V is not printed, and any bounded motion keeps it with V large enough"),
           listed=False),
 )
 # fmt: on

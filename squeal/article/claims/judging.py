@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from squeal.article.cases import stem
+from squeal.article.cases import CASES, stem
 from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
-from squeal.article.claims.rules import LOADS, hammering_margins
+from squeal.article.claims.rules import LOADS, by_turns, hammering_margins
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Verdict
 from squeal.scene import Scene
 from squeal.simulation import simulate
@@ -60,7 +60,10 @@ def hammering(cases: Mapping[str, Case], b2: Mapping[str, Scene]) -> Hammering:
         model: tuple(name for name, margin in margins.items() if margin > 0.0)
         for model, margins in hammering_margins(*cases.values()).items()
     }
-    return Hammering(beating, {case: loaded(b2[case]) for case in beating["B2"] if case in b2})
+    edges = tuple(case for case in CASES if by_turns(cases[stem("B2", case)]) > 0.0)
+    return Hammering(
+        beating, edges, {case: loaded(b2[case]) for case in beating["B2"] if case in b2}
+    )
 
 
 def loaded(scene: Scene) -> tuple[Loaded, ...]:

@@ -6,6 +6,7 @@ the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
 """
 
 import itertools
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -178,9 +179,12 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 
 
 def keeps_sliding(*cases: Case) -> Outcome:
-    """The pad is never as fast as the surface."""
-    slip = max(case.slip for case in cases)
-    return Outcome(1.0 - slip, f"the pad reaches {100 * slip:.2g} % of the surface's speed")
+    """The pad is never as fast as the surface, by x_dot as the article asks; its lower face, which
+    is what rubs, is told beside."""
+    slip, face = (max(getattr(case, key) for case in cases) for key in ("slip", "face"))
+    words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
+    rubs = "" if math.isnan(face) else f", its lower face {100 * face:.2g} % while it touches"
+    return Outcome(1.0 - slip, words + rubs)
 
 
 def friction_raises(case: Case) -> Outcome:

@@ -15,7 +15,7 @@ from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import Choice
 from squeal.article.ensembles.distance import Judgement, judge
-from squeal.article.ensembles.gather import INFORMATIVE, TAUTOLOGIES, Kept, counts, read_kept
+from squeal.article.ensembles.gather import COUNTS, UNJUDGED, Kept, counts, read_kept
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, SPEED, decode, starts
 from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
@@ -57,8 +57,8 @@ def names(chosen: np.ndarray) -> tuple[str, ...]:
 
 
 def failing(margins: np.ndarray) -> tuple[str, ...]:
-    """The informative claims that margins (claims,) do not keep."""
-    return names(INFORMATIVE & ~(margins > 0.0))
+    """The counted claims that margins (claims,) do not keep."""
+    return names(COUNTS & ~(margins > 0.0))
 
 
 def over_windows(
@@ -101,7 +101,7 @@ def side_by_side(
         rows, judged = over_windows(arrays(pads), f)
         around = [_around(numbers) for numbers in pads]
         near = judge({n: np.concatenate([one[n] for one in around]) for n in around[0]}, f)
-        informative = np.where(near.whole, counts(near.margins)[2], -1).reshape(len(pads), -1)
+        counted = np.where(near.whole, counts(near.margins)[2], -1).reshape(len(pads), -1)
         for i, numbers in enumerate(pads):
             first = judged[1]
             wanted = counts(first.margins)[2, i]
@@ -109,12 +109,12 @@ def side_by_side(
                 numbers=numbers,
                 horizons=rows[i],
                 failing={
-                    str(w): names(~((j.margins[i] > 0.0) | TAUTOLOGIES)) if j.whole[i] else None
+                    str(w): names(~((j.margins[i] > 0.0) | UNJUDGED)) if j.whole[i] else None
                     for w, j in judged.items()
                 },
                 distance=float(first.partial[i, -1]),
                 least_speed=_least_speed(first.margins[i]),
-                steady=float(np.mean(informative[i] >= wanted)),
+                steady=float(np.mean(counted[i] >= wanted)),
             )
     return found
 
@@ -143,7 +143,7 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
     rows = []
     for pads, (_, origin) in zip(side_by_side([n for n, _ in best]), best, strict=True):
         long = [pad.horizons["10"] for pad in pads.values()]
-        worst = min(0 if k is None else k.informative for k in long)
+        worst = min(0 if k is None else k.counted for k in long)
         steady = min(pad.steady for pad in pads.values())
         speed = max(pad.least_speed for pad in pads.values())
         rows.append(((worst, steady, -speed), pads, origin))
@@ -154,7 +154,7 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
 def law_of(pads: dict[str, Pad]) -> str:
     """The law under which a pad keeps more over ten windows, the consistent one of equals."""
     long = {name: pad.horizons["10"] for name, pad in pads.items()}
-    return max(LAWS, key=lambda name: 0 if (k := long[name]) is None else k.informative)
+    return max(LAWS, key=lambda name: 0 if (k := long[name]) is None else k.counted)
 
 
 def choice(pads: dict[str, Pad], origin: str) -> Choice:

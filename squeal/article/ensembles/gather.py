@@ -23,8 +23,9 @@ from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.errors import InputError
 
 SAMPLE = 40  # pads kept of each last population
-INFORMATIVE = np.array([c.informative for c in CLAIMS])
-TAUTOLOGIES = np.array([c.follows is not None and c.follows.kind == "tautology" for c in CLAIMS])
+SLIDING = "B12-sliding"  # was taken for informative when the stored ensembles were counted
+COUNTS = np.array([c.informative or c.id == SLIDING for c in CLAIMS])
+UNJUDGED = np.array([c.id == "B3-none" for c in CLAIMS])  # in searches; it all but cannot fail
 LISTED = np.array([c.listed for c in CLAIMS])
 FRONT = ("B2-a-leading", "B2-c-hammer", "B2-d-trailing")
 CONCLUSIONS = {
@@ -43,12 +44,12 @@ class Kept:
     effort (F, S, 4): pads, motions, integration steps, CPU seconds; stages: that all searches have;
     random (F, S, 2): random pads, and those whose eight motions reach the end; random_holds (F, S,
     claims): how many of them keep each claim; random_counts (F, 3, claims + 1): how many keep so
-    many of all claims, of the listed ones and of the informative ones; random_together (F,
+    many of all claims, of the listed ones and of the counted ones; random_together (F,
     conclusions): how many keep each of `CONCLUSIONS`; random_parting (F, 16): in how many the
     surfaces of B2 part in which cases, a to d as bits from the lowest; best (F, S, 3): the most
     kept by one pad, counted in the same three ways; levels, shares (F, S, stages): distance levels
     and logarithms of the share of the ranges within; points (F, S, dimensions), margins (F, S,
-    claims): the pad of each search that keeps the most informative claims, of equals the most of
+    claims): the pad of each search that keeps the most counted claims, of equals the most of
     all; sample (F, S, SAMPLE, dimensions), sampled (..., claims): pads of the last populations;
     seen (F,): pads with all three margins of `FRONT`; together (F, 4): how many keep so many of the
     three; most (F, 4): the most B2 claims that one of them keeps; lacks (F, claims): those on B2
@@ -97,12 +98,12 @@ def read_kept(file: Path) -> Kept:
 
 
 def counts(margins: np.ndarray) -> np.ndarray:
-    """How many claims hold (3, n): of all, of the listed and of the informative ones.
+    """How many claims hold (3, n): of all, of the listed ones and of those of `COUNTS`.
 
-    Tautologies are not judged in searches, and hold.
+    What is not judged in searches holds.
     """
-    holds = (margins > 0.0) | TAUTOLOGIES
-    return np.array([holds.sum(1), holds[:, LISTED].sum(1), holds[:, INFORMATIVE].sum(1)])
+    holds = (margins > 0.0) | UNJUDGED
+    return np.array([holds.sum(1), holds[:, LISTED].sum(1), holds[:, COUNTS].sum(1)])
 
 
 def keep_all(margins: np.ndarray, statements: Sequence[str]) -> np.ndarray:
@@ -224,9 +225,9 @@ def _of_search(
     different pads of the last population."""
     points = np.concatenate([s.points[s.whole] for s in stages])
     margins = np.concatenate([s.margins[s.whole] for s in stages])
-    everything, listed, informative = counts(margins)
-    at = np.lexsort([-everything, -informative])[0]
-    rows["best"].append([everything.max(), listed.max(), informative.max()])
+    everything, listed, counted = counts(margins)
+    at = np.lexsort([-everything, -counted])[0]
+    rows["best"].append([everything.max(), listed.max(), counted.max()])
     rows["points"].append(points[at])
     rows["margins"].append(margins[at])
     where = {point.tobytes(): i for i, point in enumerate(points)}

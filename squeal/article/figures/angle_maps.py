@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from squeal.article.results.angles import Angles
 from squeal.article.results.quasi_static import QuasiStatic
@@ -33,13 +34,27 @@ Marks = Mapping[str, tuple[float, float]]
 
 def _panel(axes: Axes, found: Outline, marks: Marks, colours: tuple[str, ...], title: str) -> None:
     areas.draw(axes, found, colours)
-    areas.mark(axes, marks)
+    edge = [withStroke(linewidth=1.5, foreground="w")]
+    for name, (x, y) in marks.items():
+        axes.plot(x, y, "o", ms=2.5, mfc="w", mec="k", mew=0.6, clip_on=False, zorder=5)
+        # beside the area that a case is in, outside if it is on the frame
+        away = (0.0, 5.0) if y >= np.pi else (5.0, 0.0) if x >= np.pi else (-4.5, 4.5)
+        axes.annotate(
+            name,
+            (x, y),
+            away,
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=7,
+            path_effects=edge,
+        )
     axes.set_aspect("equal")
     axes.set_xlim(0.0, np.pi)
     axes.set_ylim(0.0, np.pi)
     axes.set_xticks(*TICKS)
     axes.set_yticks(*TICKS)
-    axes.set_title(title, pad=8.0)
+    axes.set_title(title, pad=10.0)
     axes.set_xlabel(r"$\alpha_1$ [rad]")
 
 

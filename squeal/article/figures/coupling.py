@@ -33,7 +33,10 @@ def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
     if isinstance(branch, Branch):
         values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
         draw_modes(upper, lower, np.array(branch.mu), values, LOOKS, UNITS)
-        mark_events(_events(branch), upper, lower)
+        if scene.leaves_axis:
+            mark_events(_events(branch), upper, lower)
+        else:  # above the middle mode there is room
+            mark_events(_events(branch), upper, upper, height=0.72)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
     for axes in (upper, lower):
@@ -45,15 +48,21 @@ def _pair(scene: SceneLoci, upper: Axes, lower: Axes) -> None:
         inside = imag >= 0.0
         upper.plot(mu[inside], imag[inside] / loci.KILOHERTZ, mark, gid="scene", **OWN)
         lower.plot(mu, real / loci.PER_MS, mark, gid="scene", **OWN)
+    if not scene.leaves_axis:
+        lower.remove()
+        upper.tick_params(labelbottom=True)
     upper.set_title(title(scene.name), pad=3.0)
 
 
 def coupling_figure(found: Loci) -> Figure:
-    """For each model a row of frequencies over one of growth rates; one column a case."""
+    """For each model a row of frequencies over one of growth rates, where there are; one column a
+    case."""
     grid_of = loci.rows(found)
+    shape = 2 * len(grid_of), max(map(len, grid_of))
+    moving = [any(scene.leaves_axis for scene in scenes) for scenes in grid_of]
+    heights = [h for moves in moving for h in (1.7, 1.0 if moves else 1e-3)]
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.5 + 2.65 * len(grid_of)))
-        shape, heights = (2 * len(grid_of), max(map(len, grid_of))), [1.7, 1.0] * len(grid_of)
+        figure = Figure(figsize=(DOUBLE, 0.5 + 0.98 * sum(heights)))
         grid = figure.subplots(
             *shape, squeeze=False, sharex=True, sharey="row", height_ratios=heights
         )
@@ -62,16 +71,18 @@ def coupling_figure(found: Loci) -> Figure:
             for scene, above, below in zip(scenes, upper, lower, strict=False):
                 _pair(scene, above, below)
             upper[0].set_ylim(0.0, 1.07 * max(axes.dataLim.y1 for axes in upper))
-            reach = max(abs(axes.dataLim.intervaly).max() for axes in lower)
-            reach = 1.15 * reach if reach > 0.0 else 1.0
-            lower[0].set_ylim(-reach, reach)
             upper[0].set_ylabel("frequency [kHz]")
-            lower[0].set_ylabel("growth [1/ms]")
+            shown = [axes for one, axes in zip(scenes, lower, strict=False) if one.leaves_axis]
+            if shown:
+                reach = 1.15 * max(abs(axes.dataLim.intervaly).max() for axes in shown)
+                shown[0].set_ylim(-reach, reach)
+                shown[0].set_ylabel("growth [1/ms]")
+                shown[0].tick_params(labelleft=True)
+                shown[0].yaxis.set_in_layout(shown[0] is lower[0])
         grid[0, 0].set_xlim(0.0, found.mu_max)
         grid[0, 0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
-        for axes in grid[-1]:
-            axes.set_xlabel(r"friction $\mu$")
-        figure.align_ylabels(grid[:, 0])
+        for scene, above, below in zip(grid_of[-1], grid[-2], grid[-1], strict=False):
+            (below if scene.leaves_axis else above).set_xlabel(r"friction $\mu$")
         figure.legend(
             handles=_legend(found), loc="outside upper center", ncols=6, columnspacing=1.2
         )

@@ -22,26 +22,26 @@ def names(found: Ensembles) -> list[str]:
 
 def _counts(axes: Axes, found: Ensembles) -> None:
     for at, e in enumerate(found.ensembles):
-        most = [seed.most.informative for seed in e.seeds]
+        most = [seed.most.counted for seed in e.seeds]
         spread = np.linspace(-0.2, 0.2, len(most))
         axes.plot(at + spread, most, "o", color="#3498DB", ms=3.5, zorder=3)
-        axes.plot(at, e.best.informative, "_", color="#C8380E", ms=11, mew=1.4)
-        axes.plot(at, e.median.informative, "_", color="0.4", ms=11, mew=1.4)
+        axes.plot(at, e.best.counted, "_", color="#C8380E", ms=11, mew=1.4)
+        axes.plot(at, e.median.counted, "_", color="0.4", ms=11, mew=1.4)
     labels = ("best of a search", "best random pad", "median random pad that runs")
     styles = (("o", "#3498DB", 3.5), ("_", "#C8380E", 11), ("_", "0.4", 11))
     for label, (marker, colour, size) in zip(labels, styles, strict=True):
         axes.plot([], [], marker, color=colour, ms=size, mew=1.4, ls="none", label=label)
-    axes.axhline(found.total.informative - 1, color="k", lw=0.6, ls=":")
-    axes.set_ylim(0, found.total.informative + 0.5)
+    axes.axhline(found.total.counted - 1, color="k", lw=0.6, ls=":")
+    axes.set_ylim(0, found.total.counted + 0.5)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel("informative statements kept")
+    axes.set_ylabel("counted statements kept")
     axes.set_xticks(range(len(found.ensembles)), [])
     axes.set_xlim(-0.5, len(found.ensembles) - 0.5)
     axes.legend(loc="lower center", ncols=3, columnspacing=1.2, handletextpad=0.3)
 
 
 def _statements(axes: Axes, found: Ensembles) -> None:
-    ids = list(found.informative)
+    ids = list(found.counted)
     table = np.array([[e.best_pads[i].share for e in found.ensembles] for i in ids])
     axes.imshow(table, cmap="Blues", vmin=0.0, vmax=1.6, aspect="auto")
     for (row, column), share in np.ndenumerate(table):
@@ -65,12 +65,12 @@ def draw(found: Ensembles) -> Drawing:
             axes.text(-0.1, 1.0, f"({letter})", transform=axes.transAxes, va="bottom", ha="right")
     parts = []
     for e in found.ensembles:
-        most = [seed.most.informative for seed in e.seeds]
+        most = [seed.most.counted for seed in e.seeds]
         name = ", ".join(vars(e.formulation).values())
         least, best = min(most), max(most)
-        parts.append(f"{name}: {least} to {best}, by chance at most {e.best.informative}")
+        parts.append(f"{name}: {least} to {best}, by chance at most {e.best.counted}")
     text = (
-        f"Informative statements of {found.total.informative} that the best pads of the searches "
+        f"Counted statements of {found.total.counted} that the best pads of the searches "
         f"keep, by formulation: {'; '.join(parts)}. Below, how many searches end in a pad that "
         "keeps each statement, and the share of random pads that keep it."
     )

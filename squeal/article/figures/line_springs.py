@@ -28,7 +28,7 @@ def springs_figure(found: LineSprings) -> Figure:
             off.plot(count, away, marker + "-", color=colour, ms=3)
         guide = np.array([8.0, 32.0])
         off.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
-        off.text(16.0, 0.012, r"$\propto N^{-2}$", color="0.4")
+        off.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
         lost.set_ylabel("share of time, contact lost")
         apart.set_ylabel("share of time, surfaces apart")
         off.set_ylabel("distance from the line's motion")

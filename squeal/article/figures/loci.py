@@ -1,5 +1,6 @@
 """Root loci: eigenvalues in the complex plane over mu, from the results of `studies.loci`."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,10 +59,11 @@ def _panel(axes: Axes, scene: SceneLoci) -> None:
 
 
 def loci_figure(found: Loci) -> Figure:
-    """One panel a scene; frequency upwards, growth to the right, coloured by mu."""
+    """One panel a scene whose roots leave the imaginary axis: frequency over growth, by mu."""
+    found = replace(found, scenes=found.leaving)
     grid_of = rows(found)
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.7 + 1.75 * len(grid_of)))
+        figure = Figure(figsize=(DOUBLE, 0.9 + 1.75 * len(grid_of)))
         columns = max(map(len, grid_of))
         grid = figure.subplots(len(grid_of), columns, squeeze=False, sharex=True, sharey="row")
         for scenes, line in zip(grid_of, grid, strict=True):
@@ -114,7 +116,8 @@ def growths(found: Loci) -> str:
 def draw(found: Loci) -> Drawing:
     """The figure of `squeal.article.studies.loci` results, ready to be saved."""
     text = (
-        "One panel for each model and case: eigenvalues of the upper half plane along the "
+        "One panel for each model and case whose roots leave the imaginary axis: eigenvalues of "
+        "the upper half plane along the "
         f"equilibrium branch, coloured by friction to {found.mu_max:g}; frequency in kHz upwards, "
         "growth rate in 1/ms to the right. Ticks mark zero friction, rings the scene's. Pads whose "
         "eigenvalues stay on the imaginary axis are marginal; at the scenes' friction "

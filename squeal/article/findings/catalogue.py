@@ -67,7 +67,8 @@ FINDINGS = (
             "As extracted, the slope in the integrand is 0/0.",
             lambda s: equations.slope(s.b2["c"].pad)),
     Finding("E16", "friction",
-            "All equations assume that the surface stays faster than the pad.", motion.sliding),
+            "All equations assume that the surface stays faster than the pad, V > x_dot; what rubs "
+            "is its lower face.", motion.sliding),
 )
 # fmt: on
 

@@ -3,13 +3,17 @@
 import math
 from collections.abc import Sequence
 
+from squeal.article.ensembles.choosing import LAWS
 from squeal.article.report import pads
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept
+from squeal.article.results.verify import Switches
+from squeal.model.contact import CONSISTENT
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
 NARROW = 0.5  # of the searched range: a number that lies within is said to be confined
 SWITCHED = ("tilt", "start")  # numbers of which only the side of a threshold matters much
+IDLE = "x0"  # without effect with delta from the centre
 SWITCHES = {
     "line_force": "the line force (as printed or consistent)",
     "delta_from": r"the point from which $\delta$ is counted",
@@ -36,15 +40,15 @@ def _span(values: Sequence[float], digits: int = 3) -> str:
 
 
 def _over(kept: Kept | None) -> str:
-    return pads.LEFT if kept is None else str(kept.informative)
+    return pads.LEFT if kept is None else str(kept.counted)
 
 
 def ensemble_table(found: Ensembles) -> str:
     """One row a formulation: effort, chance, what searches reach, and how long it holds."""
     rows = []
     for e in found.ensembles:
-        reached = [(s.most.informative, s.most.listed, s.level) for s in e.seeds]
-        row = [*_name(e), pads.thousands(e.pads), f"{e.median.informative}, {e.best.informative}"]
+        reached = [(s.most.counted, s.most.listed, s.level) for s in e.seeds]
+        row = [*_name(e), pads.thousands(e.pads), f"{e.median.counted}, {e.best.counted}"]
         row += [_span(column) for column in zip(*reached, strict=True)]
         rows.append([*row, ", ".join(_over(e.horizons.get(str(w))) for w in found.windows)])
     windows = ", ".join(map(str, found.windows))
@@ -59,7 +63,10 @@ def range_table(found: Ensembles) -> str:
     for name, symbol in SYMBOLS.items():
         ranges = [law[name] for law in found.ranges.values()]
         row = [symbol, f"{number(ranges[0].searched[0])} to {number(ranges[0].searched[1])}"]
-        for r in ranges:
+        for law, r in zip(found.ranges, ranges, strict=True):
+            if name == IDLE and LAWS[law].delta_from == "centre":
+                row += ["no effect", "--", "--"]
+                continue
             row += [f"{number(r.low, 2)} to {number(r.high, 2)}", percent(r.width, 0)]
             row.append(percent(r.between, 0))
         rows.append(row)
@@ -70,7 +77,7 @@ def range_table(found: Ensembles) -> str:
 def pad_table(found: Ensembles) -> str:
     """The chosen pad under both laws."""
     windows = ", ".join(map(str, found.windows))
-    head = ["law", f"informative over {windows}", "all", "not kept", "least $V$"]
+    head = ["law", f"counted, over {windows}", "all", "not kept", r"least $V > \dot x$"]
     head[-1] += f" at {number(found.load)}\\,N"
     head.append("steady")
     rows = [
@@ -78,7 +85,7 @@ def pad_table(found: Ensembles) -> str:
             law,
             ", ".join(_over(pad.horizons[str(w)]) for w in found.windows),
             str(kept.everything) if (kept := pad.horizons["1"]) is not None else "--",
-            typeset(", ".join(n for n in pad.failing["1"] or () if n in found.informative)),
+            typeset(", ".join(n for n in pad.failing["1"] or () if n in found.counted)),
             rf"{number(pad.least_speed, 2)}\,m/s",
             percent(pad.steady, 0),
         ]
@@ -123,7 +130,7 @@ def _long(found: Ensembles) -> str:
     lasting = 0
     for e in found.ensembles:
         short, long = e.horizons[first], e.horizons[last]
-        lasting += short is not None and long is not None and long.informative >= short.informative
+        lasting += short is not None and long is not None and long.counted >= short.counted
     count = len(found.ensembles)
     if lasting == count:
         return f"All best pads keep as many over {last} windows as over one."
@@ -180,7 +187,7 @@ def _rival(found: Ensembles) -> str:
     if kept is None:
         return "Its motion leaves the model."
     distance, seeds = number(pad.distance, 3), pads.consistent(found).seeds
-    own = max(s.most.informative for s in seeds)
+    own = max(s.most.counted for s in seeds)
     near = _span([s.nearest for s in seeds])
     nearer = sum(s.nearest <= pad.distance for s in seeds)
     where = (
@@ -193,14 +200,14 @@ def _rival(found: Ensembles) -> str:
     )
     than = (
         "more than"
-        if kept.informative > own
+        if kept.counted > own
         else "as many as"
-        if kept.informative == own
+        if kept.counted == own
         else ("fewer than")
     )
     return (
-        f"It keeps {kept.everything} of all {found.total.everything} and {kept.informative} of "
-        f"the {found.total.informative} informative statements, of the latter {than} the best of "
+        f"It keeps {kept.everything} of all {found.total.everything} and {kept.counted} of "
+        f"the {found.total.counted} counted statements, of the latter {than} the best of "
         f"these searches ({own}). {where}."
     )
 
@@ -215,15 +222,16 @@ def _standing(found: Ensembles) -> str:
 
 def _confined(found: Ensembles) -> str:
     laws = list(found.ranges.values())
-    kinds = [name for name in SYMBOLS if name not in SWITCHED]
+    idle = [IDLE] if all(LAWS[name].delta_from == "centre" for name in found.ranges) else []
+    kinds = [name for name in SYMBOLS if name not in (*SWITCHED, *idle)]
     names = [n for n in kinds if all(law[n].width < NARROW for law in laws)]
     searches = len(pads.consistent(found).seeds)
     both = half_by_chance(searches) ** len(laws)
     words = in_words([SYMBOLS[n] for n in names]) or "None"
     p = at_least(len(names), len(kinds), both)
     told = (
-        f"Of {len(kinds)} numbers that are no switches {len(names)} lie within half of the "
-        f"searched range under both laws ({words}); of {searches} uniform points "
+        f"Of {len(kinds)} numbers that have an effect and are no switches {len(names)} lie within "
+        f"half of the searched range under both laws ({words}); of {searches} uniform points "
         f"{number(len(kinds) * both, 2)} would, and as many with a probability of {number(p, 2)}"
     )
     if p < SURE:
@@ -251,10 +259,22 @@ def _front(found: Ensembles) -> str:
         f"{best.most[3]} of the {found.total_b2} statements on model B2 and lacks "
         f"{in_words(best.lacks)}"
     )
+    keeping = sorted((f for f in found.fronts if f.together[3]), key=lambda f: -f.together[3])
+    own = [f"{pads.thousands(f.together[3])} of {_law(f.formulation)}" for f in keeping]
+    others = [f.pads for f in found.fronts if not f.together[3]]
+    none = (
+        f", none of the {pads.thousands(sum(others))} of the other {len(others)}" if others else ""
+    )
     return (
         f"Of {pads.thousands(seen)} pads judged on {names}, {pads.thousands(all_three)} keep all "
-        f"three, {rest}."
+        f"three, {rest}. By formulation they are {in_words(own)}{none}. Pads of one population "
+        "descend from each other, so that such a count is no share of what is possible."
     )
+
+
+def _law(f: Switches) -> str:
+    words = f"{f.line_force}, {f.delta_from}, ${f.delta_moment}$"
+    return f"the consistent law ({words})" if f == Switches.of(CONSISTENT) else f"({words})"
 
 
 def _enough(found: Ensembles) -> str:
@@ -283,9 +303,10 @@ def generated(found: Ensembles) -> Generated:
         "ensembles.standing": _standing(found),
         "ensembles.confined": _confined(found),
         "ensembles.front": _front(found),
-        "ensembles.chance": str(max(e.best.informative for e in found.ensembles)),
-        "ensembles.best": str(max(s.most.informative for e in found.ensembles for s in e.seeds)),
-        "ensembles.ceiling": str(found.total.informative - 1),
+        "ensembles.counted": str(found.total.counted),
+        "ensembles.chance": str(max(e.best.counted for e in found.ensembles)),
+        "ensembles.best": str(max(s.most.counted for e in found.ensembles for s in e.seeds)),
+        "ensembles.ceiling": str(found.total.counted - 1),
         "ensembles.following": in_words(found.following),
         "ensembles.added": str(found.total.everything - found.total.listed),
         "ensembles.twins": pads.twins(found),
@@ -301,6 +322,7 @@ def generated(found: Ensembles) -> Generated:
             "ensembles.outside": pads.outside(found, found.chosen[found.taken]),
             "ensembles.beside": pads.beside(found, found.chosen[found.taken]),
             "ensembles.differ": pads.differ(found),
+            "ensembles.coarse": pads.coarse(found),
             "ensembles.balance": pads.balance(found),
             "ensembles.sought": pads.sought(found),
             "ensembles.together": pads.most(found),

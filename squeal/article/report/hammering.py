@@ -1,10 +1,14 @@
 """Sentences on hammering: which cases of the report's pad do, by model and under load."""
 
 from collections.abc import Sequence
+from itertools import takewhile
 
-from squeal.article.claims.rules import HAMMER, SWINGS
-from squeal.article.report.latex import in_words, number
-from squeal.article.results.claims import Hammering, Loaded
+from squeal.article.claims.rules import CALM, HAMMER, SWINGS
+from squeal.article.report.latex import in_words, number, percent
+from squeal.article.results.claims import Hammering, Loaded, Settled
+from squeal.article.results.starts import SceneStarts, Starts
+
+TRIED = (HAMMER, 0.25, 0.5, 0.9)  # of w: swings at which the rule is asked for under load
 
 
 def _cases(names: Sequence[str]) -> str:
@@ -25,11 +29,59 @@ def by_model(found: Hammering) -> str:
     return f"{words}, and so both in {_cases(found.both)}"
 
 
-def _goes_on(one: Loaded) -> bool:
-    """Whether delta goes to both sides repeatedly, counted under this load only."""
-    if one.low is None or one.high is None:
-        return False
-    return min(one.high, -one.low) > HAMMER and one.swings >= SWINGS
+def by_edges(found: Hammering) -> str:
+    """What the rule of B1 says of model B2."""
+    if set(found.by_edges) == set(found.cases["B2"]):
+        return f"by the rule of B1, losses in turn, so does B2 in {_cases(found.by_edges)}"
+    return f"by the rule of B1, losses in turn, B2 would in {_cases(found.by_edges)}"
+
+
+def touching(found: Starts) -> str:
+    """How many starts of B2 hammer by the way of delta without a loss of contact."""
+    many = {
+        name: one.swinging
+        for name, one in found.scenes.items()
+        if isinstance(one, SceneStarts) and one.swinging is not None
+    }
+    if not many:
+        return "How many other starts do so without a loss of contact is not known here"
+    beat, full, met = (
+        in_words([str(getattr(one, key)) for one in many.values()])
+        for key in ("hammer", "full", "touching")
+    )
+    starts = max(one.starts for one in many.values())
+    cases = in_words([f"({name[-1]})" for name in many])
+    if not any(one.touching for one in many.values()):
+        return f"Of {starts} starts of each of {cases} none hammers so and touches all the time"
+    return (
+        f"Of the {starts} starts of Fig.~\\ref{{fig:starts}} in each of {cases} {beat} hammer so, "
+        f"of which {full} never leave full contact and {met} never separate, which "
+        "the article, asking for impacts (its Sec.~5), does not call hammering"
+    )
+
+
+def settles(found: Settled | None) -> str:
+    """A motion that settles without damping, if one was found."""
+    if found is None:
+        return "none was found that does"
+    title = f"model {found.scene[:2].upper()} in case ({found.scene[-1]})"
+    begun = (
+        f"one was sought: begun on the mode of {title} that decays at "
+        f"${found.real:.0f}$\\,s$^{{-1}}$, its late accelerations over {number(found.windows, 2)} "
+        f"windows are {percent(found.calm, 2)} of the greatest"
+    )
+    return f"{begun}: it settles by this rule" if found.calm < CALM else f"{begun}, too much"
+
+
+def _reached(rows: Sequence[Loaded], swing: float) -> list[Loaded]:
+    """The loads, from the least on, under which delta goes so far to both sides repeatedly."""
+
+    def met(one: Loaded) -> bool:
+        if one.low is None or one.high is None:
+            return False
+        return min(one.high, -one.low) > swing and one.swings >= SWINGS
+
+    return list(takewhile(met, rows))
 
 
 def under_load(found: Hammering) -> str:
@@ -44,16 +96,20 @@ def under_load(found: Hammering) -> str:
             if one.high is not None
         ]
         shares = in_words([f"{number(one.share, 2)}\\,$F_n$" for one in reached])
-        heavy = [one for one in rows if _goes_on(one)]
-        met = (
-            f"the rule is met under each of these loads, from {number(HAMMER, 2)}\\,$w$ on"
-            if len(heavy) == len(rows)
-            else f"the rule is met up to {number(heavy[-1].share, 2)}\\,$F_n$"
-            if heavy
-            else "the rule is met by a light touch only"
-        )
+        met = {swing: _reached(rows, swing) for swing in TRIED}
+        at = [
+            f"at {number(swing, 2)}\\,$w$ "
+            + (
+                "under each of them"
+                if len(heavy) == len(rows)
+                else f"up to {number(heavy[-1].share, 2)}\\,$F_n$"
+                if heavy
+                else "under none"
+            )
+            for swing, heavy in met.items()
+        ]
         parts.append(
             f"In ({name}) $\\delta/w$ goes from {in_words(ends)} while $R_n$ exceeds {shares}; "
-            + met
+            + f"the rule is met {in_words(at)}"
         )
     return ". ".join(parts) or "Model B2 hammers in no case"

@@ -6,6 +6,7 @@ from squeal.article.ensembles.balance import flattest
 from squeal.article.report.latex import in_words, number, percent, typeset
 from squeal.article.results.ensembles import ELSEWHERE, SYMBOLS, Ensemble, Ensembles, Pad
 
+LITTLE = 0.01  # of a ratio of peaks
 LEFT = "--"  # where the motion of a pad leaves the model
 
 
@@ -44,19 +45,21 @@ def origin(words: str) -> str:
     return f"chosen from the ensembles ({words})"
 
 
-def kept_briefly(found: Ensembles, name: str, come_by: str) -> str:
+def kept_briefly(found: Ensembles, name: str) -> str:
     """Whether the pad of the report keeps a conclusion, how many searches do, and random pads."""
     one, over = found.conclusions[name], lasts(found, name)
     others = (
-        f"pads of {one.every.keeping} of {one.every.searches} searches for all statements at once "
-        f"(consistent law: {one.consistent.keeping} of {one.consistent.searches}) and by "
-        f"{percent(one.random['every'].share, 2)} of random pads "
+        f"pads of {one.every.keeping} of {one.every.searches} searches "
+        f"(consistent law: {one.consistent.keeping} of {one.consistent.searches})"
+    )
+    chance = (
+        f". Of random pads, not fitted, {percent(one.random['every'].share, 2)} keep it "
         f"(consistent: {percent(one.random['consistent'].share, 2)})"
     )
     if over:
         windows = f"{in_words(over)} window{'s' if over != ['1'] else ''}"
-        return f"Kept over {windows} by this pad, {come_by}; by {others}"
-    return f"Kept by {others}{', not by this pad' if found.chosen else ''}"
+        return f"Kept over {windows} by this pad, fitted to it, and by {others}{chance}"
+    return f"Kept by {others}{', not by this pad' if found.chosen else ''}{chance}"
 
 
 def _span(ends: Sequence[float]) -> str:
@@ -90,7 +93,7 @@ def twins(found: Ensembles) -> str:
     """Whether two statements are one."""
     one, two = found.twins.ids
     if found.twins.agree == found.twins.pads:
-        left = [name for name in found.twins.ids if name not in found.informative]
+        left = [name for name in found.twins.ids if name not in found.counted]
         so = f"{left[0]} is not counted" if left else "one of them should not be counted"
         return (
             f"With $\\delta$ counted from the centre, {one} and {two} agree on all "
@@ -130,7 +133,7 @@ def beside(found: Ensembles, pad: Pad) -> str:
         f"At the speed of the ensembles, {number(speed, 2)}\\,m/s at {number(found.load)}\\,N, "
         f"its sliding {'stops' if slid else 'goes on'} (it would need "
         f"{number(pad.least_speed, 2)}\\,m/s at this load), so that it keeps {short.everything} "
-        f"statements, {short.informative} of them informative"
+        f"statements, {short.counted} of them counted"
     )
     return f"{told}; {'; '.join(parts)}."
 
@@ -163,33 +166,34 @@ def balance(found: Ensembles) -> str:
 def most(found: Ensembles) -> str:
     """What the pad with most of the listed statements keeps, and for how long."""
     pad = found.most["consistent"]
-    first, *later = (pad.horizons[str(w)] for w in found.windows)
+    first = pad.horizons[str(found.windows[0])]
     if first is None:
         return "The motion of its pad leaves the model."
     ceiling = found.total.listed - 1
     whole = "all that can hold together" if first.listed == ceiling else "not all"
     lost = typeset(in_words(pad.failing[str(found.windows[0])] or ()))
-    spans = in_words([str(w) for w in found.windows[1:]])
-    over = in_words([LEFT if k is None else str(k.listed) for k in later])
-    gone = f" ({LEFT}: its motion leaves the model)" if None in later else ""
+    later = {w: pad.horizons[str(w)] for w in found.windows[1:]}
+    long = [f"{kept.listed} over {w}" for w, kept in later.items() if kept is not None]
+    gone = [str(w) for w, kept in later.items() if kept is None]
+    long += [f"its motion leaves the model within {gone[0]}"] if gone else []
     like = "such as" if found.plausible else "not one that"
     return (
-        f"One keeps {first.listed} of the {found.total.listed} listed statements, {whole}, and "
-        f"{over} over {spans} windows{gone}, with $h/w$ {number(pad.numbers['h'], 3)} and $\\mu$ "
-        f"{number(pad.numbers['mu'], 3)}; of the informative ones it does not keep "
+        f"One keeps {first.listed} of the {found.total.listed} listed statements, {whole}, "
+        f"over one window ({', '.join(long)}), with $h/w$ {number(pad.numbers['h'], 3)} and $\\mu$ "
+        f"{number(pad.numbers['mu'], 3)}; of the counted ones it does not keep "
         f"{lost}. It is {like} an engineer would take."
     )
 
 
 def steadier(pads: dict[str, Pad]) -> str:
-    counts = {n: k.informative for n, p in pads.items() if (k := p.horizons["10"]) is not None}
+    counts = {n: k.counted for n, p in pads.items() if (k := p.horizons["10"]) is not None}
     if len(counts) < len(pads):
         return "Under one of the laws its motion leaves the model within ten windows."
     best = max(counts, key=lambda name: counts[name])
     if len(set(counts.values())) == 1:
-        return f"Over ten windows it keeps {counts[best]} informative statements under either law."
+        return f"Over ten windows it keeps {counts[best]} counted statements under either law."
     return (
-        f"Over ten windows it keeps more informative statements under the {best} law "
+        f"Over ten windows it keeps more counted statements under the {best} law "
         f"({', '.join(f'{name}: {n}' for name, n in counts.items())})."
     )
 
@@ -227,5 +231,23 @@ def differ(found: Ensembles) -> str:
     return (
         f"{others} from the stored one{left}: {which}. {again} as now with {one.denser} times as "
         "many samples of the motion"
-        + (", so that the sampling of peaks decided" if 2 * one.as_now > one.different else "")
+        + (
+            ", so that the coarser samples of the stored ones decided"
+            if 2 * one.as_now > one.different
+            else ""
+        )
+    )
+
+
+def coarse(found: Ensembles) -> str:
+    """What the stored margins carry of the sampling of peaks."""
+    median, most = found.check.peaks
+    return (
+        f"The margin of B1-b-ratio, which rests on two peaks, differs from the stored one by "
+        f"{number(median, 2)} (median) to {number(most, 2)} at most"
+        + (
+            ": its counts in Fig.~\\ref{fig:ensembles} and those of the searches carry that"
+            if most > LITTLE
+            else ", which changes little"
+        )
     )

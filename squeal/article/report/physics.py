@@ -121,13 +121,26 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         if of.kept
         else "so that the branch tells all there is to tell"
     )
+    by = {name: _small(name, at, found.full.pads) for name, at in found.full.small_at.items()}
     return {
+        "physics.map.small": "; ".join(by.values()),
+        "physics.map.small-mu": _counted("mu", found.full.small_at["mu"]),
         "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
         "physics.map.widest": f"${_SYMBOLS[widest]}$",
         "physics.map.angles": angles,
         "physics.map.other": other,
     }
+
+
+def _small(name: str, at: dict[str, int], pads: int) -> str:
+    """On how many pads the region is small, by the values of one parameter."""
+    return f"{_counted(name, at)}, each of {pads // len(at)} pads"
+
+
+def _counted(name: str, at: dict[str, int]) -> str:
+    values, counts = (in_words([str(v) for v in some]) for some in (at.keys(), at.values()))
+    return f"{counts} at ${_SYMBOLS[name]}$ of {values}"
 
 
 _SYMBOLS = {"h/w": "h/w", "k2/k1": "k_2/k_1", "mu": r"\mu"}
@@ -302,13 +315,13 @@ def _starts(found: Starts) -> dict[str, str]:
     times = [str(part.windows) for part in next(iter(scenes.values())).maps]
     last = {name: one.maps[-1] for name, one in scenes.items()}
     calm = [
-        title(name)
+        name[-1]
         for name, part in last.items()
         if name.startswith("b1") and part.share[LOSSLESS] > 0.0 and part.own > 0
     ]
     keeps = (
         "That point contact cannot keep contact is a property of the start: nearer to the "
-        f"equilibrium no contact is lost for as long in {in_words(calm)}."
+        f"equilibrium no contact is lost for as long in {_cases(calm)} of B1."
         if calm
         else "No start of the maps of model B1 keeps contact where the scene's own start loses it."
     )

@@ -79,6 +79,16 @@ def threshold_table(loci: Loci, fluttering: Thresholds | None) -> str:
     return tabular("lllll", head, list(groups.values()))
 
 
+def _left_out(scenes: Sequence[SceneLoci], what: str) -> str:
+    """A sentence on the scenes that have no panel in a figure."""
+    if not scenes:
+        return ""
+    models = dict.fromkeys(scene.model for scene in scenes)
+    cases = {m: in_words([f"({s.name[-1]})" for s in scenes if s.model == m]) for m in models}
+    names = "; ".join(f"{model} {letters}" for model, letters in cases.items())
+    return f" Without a {what}, since all roots stay on the imaginary axis: {names}."
+
+
 def values(found: Stability, loci: Loci) -> dict[str, str]:
     """Values that the chapter's text refers to."""
     loops = [scene.loop for scene in loci.scenes if isinstance(scene.loop, SingleLoop)]
@@ -89,6 +99,8 @@ def values(found: Stability, loci: Loci) -> dict[str, str]:
         "scene's own pad does not flutter."
     )
     return {
+        "loci.no-growth": _left_out([s for s in loci.scenes if not s.leaves_axis], "growth panel"),
+        "loci.on-axis": _left_out([s for s in loci.scenes if s not in loci.leaving], "panel"),
         "stability.fluttering": "" if found.fluttering is None else other,
         "growth.growing": str(sum(real > 0.0 for g in found.growth for real, _ in g.predicted)),
         "growth.calm": alone,

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from squeal.article.ensembles.choice import read_choice
-from squeal.article.report.hammering import by_model, under_load
+from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.latex import Generated, in_words, number, percent
-from squeal.article.report.pads import consistent, kept_briefly, origin
+from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
 from squeal.article.results.angles import Angles
 from squeal.article.results.claims import Claims, Hammering, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
-from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci
+from squeal.article.results.loci import HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
@@ -22,19 +22,26 @@ from squeal.files.records import Missing
 
 SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST = 0.5  # of random pads
+APART = 0.25  # of the pads with one value: counts that differ by more depend on the parameter
+NAMES = {"mu": "friction", "h/w": "height", "k2/k1": "springs"}
 CLOSED = 0.01  # how far a closed form for small tilts may be from what is measured
 
 
 def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
     """A conclusion about motions: for which pads its statements hold together.
 
-    The pad of the report, and those stored of all searches: all were sought for the statements.
+    The pad of the report and those stored of all searches were sought for the statements; random
+    pads were not.
     """
     one = found.conclusions[name]
     own, others = all(held[s] for s in one.statements), one.every.keep
+    share = one.random["every"].share
+    random = "no random ones" if not share else f"{'most' if share > MOST else 'few'} random ones"
     if own:
-        return "holds for pads fitted to it" if others else "holds for one pad fitted to it"
-    return "holds for other pads, fitted to it" if others else "not reproduced by any pad"
+        return f"holds for {'pads' if others else 'one pad'} fitted to it, {random}"
+    if others:
+        return f"holds for other pads: some fitted to it, {random}"
+    return f"holds for {random}" if share else "not reproduced by any pad"
 
 
 def argued(held: dict[str, bool]) -> str:
@@ -55,7 +62,18 @@ def region(full: Upright, printed: QuasiStatic) -> str:
         return "not reproduced"
     if full.small == 0:
         return "does not hold"
-    return "holds" if full.small == full.pads else "depends on the pad"
+    if full.small == full.pads:
+        return "holds"
+    return f"depends on {in_words(deciding(full)) or 'the pad'}"
+
+
+def deciding(full: Upright) -> list[str]:
+    """The parameters on which it depends most whether the region of a pad is small."""
+    spans = {
+        name: max(at.values()) - min(at.values()) > APART * full.pads / len(at)
+        for name, at in full.small_at.items()
+    }
+    return [NAMES[name] for name in sorted(spans, key=list(NAMES).index) if spans[name]]
 
 
 def singular(held: dict[str, bool], angles: Angles) -> str:
@@ -65,24 +83,29 @@ def singular(held: dict[str, bool], angles: Angles) -> str:
     return "does not follow" if angles.share.exists > 0.0 else "follows"
 
 
-def directions(loci: Loci, model: str) -> tuple[int, int]:
-    """How many cases of a model lose stability up to the greatest friction, and how many do not."""
-    branches = [s.branch for s in loci.scenes if s.model == model]
-    lost = sum(isinstance(b, Branch) and bool(b.thresholds) for b in branches)
-    return lost, len(branches) - lost
+def influence(found: Ensembles) -> tuple[str, str]:
+    """Whether the directions of the springs, in which alone the cases differ, influence parting:
+    a verdict and the shares of random pads of the consistent law, as a sentence.
 
-
-def differing(found: Ensembles) -> float:
-    """On which share of random pads of the consistent law that run some cases of B2 part only."""
-    counts = consistent(found).parting
-    return 1.0 - (counts[0] + counts[-1]) / sum(counts)
-
-
-def of_share(share: float) -> str:
-    """A verdict on what holds for a share of random pads."""
-    if share == 0.0:
-        return "not supported"
-    return "holds for most random pads" if share > MOST else "holds for some random pads"
+    A pad of which no case parts does not tell.
+    """
+    own = consistent(found)
+    none, *some, every = own.parting
+    ran = sum(own.parting)
+    shares = (percent(n / ran, 0) for n in (sum(some), every, none))
+    words = (
+        f"Of {thousands(ran)} random pads of the consistent law that run ({thousands(own.random)} "
+        "were drawn) the surfaces part in some cases of B2 with {}, in all with {}, in none with {}"
+    ).format(*shares)
+    parting = sum(some) + every
+    if not sum(some):
+        return "not supported", words
+    share = sum(some) / parting
+    told = (
+        f"{words}: cases differ in {percent(share, 0)} of those in which any parts. Parting is not "
+        "hammering, which was not counted"
+    )
+    return f"holds for {'most' if share > MOST else 'some'} random pads that part", told
 
 
 def raised(claim: JudgedClaim, numbers: dict[str, float]) -> tuple[str, float]:
@@ -159,34 +182,34 @@ def generated(
 ) -> Generated:
     """The verdicts, and what the evidence counts."""
     held = {c.id: c.verdict == "reproduced" for c in claims.claims}
-    counts = {model: directions(loci, model) for model in ("B1", "B2")}
     own = read_choice(pad)
-    come_by, share = origin(own.origin), differing(ensembles)
+    of_directions, parting = influence(ensembles)
     (friction,) = (c for c in claims.claims if c.id == "B2-b-raised")
     of_raised, factor = raised(friction, own.numbers)
     of_perpetual, keeping = perpetual(starts)
-    values = {
-        "verdict.origin": come_by,
+    return {
+        "verdict.origin": origin(own.origin),
         "verdict.hammering": of_pads(held, ensembles, "hammering"),
-        "verdict.hammering.kept": kept_briefly(ensembles, "hammering", come_by),
+        "verdict.hammering.kept": kept_briefly(ensembles, "hammering"),
         "verdict.by-model": by_model(claims.hammering),
+        "verdict.by-edges": by_edges(claims.hammering),
+        "verdict.touching": touching(starts),
+        "verdict.settled": settles(claims.settled),
         "verdict.under-load": under_load(claims.hammering),
         "verdict.exaggeration": of_pads(held, ensembles, "exaggeration"),
-        "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration", come_by),
+        "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration"),
         "verdict.argued": argued(held),
         "verdict.region": region(ranges.full, printed),
+        "verdict.region.by": (in_words(deciding(ranges.full)) or "the pad").capitalize(),
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,
         "verdict.raised.closed": percent(factor),
         "verdict.raised.measured": percent(friction.margin),
-        "verdict.settles": "cannot fail" if held["B3-none"] else "not reproduced",
-        "verdict.directions": of_share(share),
-        "verdict.directions.share": percent(share, 0),
+        "verdict.settles": "all but cannot fail" if held["B3-none"] else "not reproduced",
+        "verdict.directions": of_directions,
+        "verdict.directions.parting": parting,
         "verdict.rotation": "by definition",
         "verdict.rotation.thresholds": rotation(loci, claims.hammering),
         "verdict.perpetual": of_perpetual,
         "verdict.perpetual.kept": keeping,
-    }
-    for model, (lost, kept) in counts.items():
-        values |= {f"verdict.{model}.lost": str(lost), f"verdict.{model}.kept": str(kept)}
-    return values, {}
+    }, {}

@@ -12,8 +12,8 @@ class Shares(Record):
     """Shares of the area of B2's map.
 
     exists: the equilibrium branch reaches the scene's mu; full, partial: its contact; quiet:
-    nothing grows; quiet_full: so in full contact; denied: quiet where the printed
-    (23a, b) deny it; wrongly_allowed: allowed by them where nothing quiet is.
+    nothing grows; quiet_full: so in full contact; denied, denied_full: quiet and quiet_full where
+    the printed (23a, b) deny it; wrongly_allowed: allowed by them where nothing quiet is.
     """
 
     exists: Annotated[float, ".1%"]
@@ -22,6 +22,7 @@ class Shares(Record):
     quiet: Annotated[float, ".1%"]
     quiet_full: Annotated[float, ".1%"]
     denied: Annotated[float, ".1%"]
+    denied_full: Annotated[float, ".1%"]
     wrongly_allowed: Annotated[float, ".1%"]
 
 

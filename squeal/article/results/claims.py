@@ -5,7 +5,7 @@ from typing import Literal
 from squeal.article.results.verify import Switches
 from squeal.files.records import Record, Result
 
-Kind = Literal["informative", "implied", "identity", "tautology"]
+Kind = Literal["informative", "implied", "identity", "almost sure", "free"]
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]
 
 
@@ -13,8 +13,8 @@ class JudgedClaim(Record):
     """A statement with what was measured, its verdict and margin (positive where it holds).
 
     scenes: those it is about, by name; case: their letters in words; kind: "informative", or why
-    its verdict says nothing of its own ("implied" by others, "identity", "tautology"), by the
-    derivation.
+    its verdict says nothing of its own ("implied" by others, "identity", "almost sure", "free"),
+    by the derivation.
     """
 
     id: str
@@ -45,15 +45,32 @@ class Loaded(Record):
 
 
 class Hammering(Record):
-    """The cases that hammer, by model ("B1", "B2"); of those of B2, where delta goes under load."""
+    """The cases that hammer, by model ("B1", "B2"); of those of B2, where delta goes under load.
+
+    by_edges: the cases of B2 whose edges separate in turn and repeatedly, the rule of B1.
+    """
 
     cases: dict[str, tuple[str, ...]]
+    by_edges: tuple[str, ...]
     loaded: dict[str, tuple[Loaded, ...]]
 
     @property
     def both(self) -> tuple[str, ...]:
         """The cases that hammer with both models."""
         return tuple(name for name in self.cases["B1"] if name in self.cases["B2"])
+
+
+class Settled(Record):
+    """A motion of a scene's pad that starts on the decaying mode of its sliding equilibrium.
+
+    real: of that mode (1/s); windows: its length in times of the scene; calm: its greatest late
+    acceleration over that of the whole motion.
+    """
+
+    scene: str
+    real: float
+    windows: float
+    calm: float
 
 
 class SearchedFormulation(Switches):
@@ -64,9 +81,10 @@ class SearchedFormulation(Switches):
 
 
 class Claims(Result):
-    """All statements in the article's order, which cases hammer, and what searches of other
-    formulations came to."""
+    """All statements in the article's order, which cases hammer, a motion that was sought
+    to settle (None where no mode decays), and what searches of other formulations came to."""
 
     claims: tuple[JudgedClaim, ...]
     hammering: Hammering
+    settled: Settled | None
     formulations: tuple[SearchedFormulation, ...]

@@ -10,16 +10,17 @@ SYMBOLS = {**ROBUSTNESS, "first_x": r"$x(0)$", "x0": "$x_0/w$", "start": "start"
 
 
 class Kept(Record):
-    """How many statements a pad keeps: of all, of those first listed, of the informative ones."""
+    """How many statements a pad keeps: of all, of those first listed, of the counted ones:
+    the informative ones and that on sliding, which is free but counted in the stored ensembles."""
 
     everything: int
     listed: int
-    informative: int
+    counted: int
 
 
 class Seed(Record):
     """One search: the most kept by one pad of it in each way of counting, the distance level that
-    it reached, and the informative statements that its best pad does not keep; standing: share of
+    it reached, and the counted statements that its best pad does not keep; standing: share of
     its last population that starts at rest on a disc that begins to slide.
 
     Of the pads stored of that population: stored, distinct: how many, and how many that differ;
@@ -173,8 +174,9 @@ class Twins(Record):
 class Check(Record):
     """Stored pads judged afresh: how many, how many verdicts, how many differ, and which.
 
-    as_now: of these stay with `denser` times as many samples; unjudged: statements that a batch
-    does not judge.
+    as_now: of these stay with `denser` times as many samples; peaks: median and greatest
+    difference of the margin of a statement on two peaks from the stored one; unjudged: statements
+    that a batch does not judge.
     """
 
     pads: int
@@ -183,6 +185,7 @@ class Check(Record):
     which: tuple[str, ...]
     denser: int
     as_now: int
+    peaks: tuple[float, float]
     unjudged: tuple[str, ...]
 
 
@@ -193,7 +196,7 @@ ELSEWHERE = "the search elsewhere"
 class Ensembles(Result):
     """All ensembles; the windows of the horizons; what distinguishes formulations.
 
-    informative: the statements whose verdict is no consequence of others; following: those that
+    counted: the statements that are counted, see `Kept`; following: those that
     the distance counts although they follow; names: of the three
     statements of the fronts; total_b2: statements on model B2 alone; rival: the pad found
     elsewhere, by law; ranges: of the numbers, by law; conclusions: of the article, by name; twins:
@@ -209,7 +212,7 @@ class Ensembles(Result):
     windows: tuple[int, ...]
     confidence: float
     total: Kept
-    informative: tuple[str, ...]
+    counted: tuple[str, ...]
     following: tuple[str, ...]
     contrasts: tuple[Contrast, ...]
     ranges: dict[str, dict[str, Range]]

@@ -1,8 +1,13 @@
 """Eigenvalues over friction, the friction loop and mode shapes of scenes."""
 
+import numpy as np
+
 from squeal.files.records import Missing, Record, Result
 
 Row = tuple[float, ...]
+
+
+ROUNDING = 1e-9  # of the greatest imaginary part: real parts below are none
 
 
 class ContactChange(Record):
@@ -121,6 +126,23 @@ class SceneLoci(Record):
     tilt_held: tuple[HeldThreshold, ...] | Missing
     equilibrium: Modes | Missing
 
+    @property
+    def leaves_axis(self) -> bool:
+        """Whether some root, on the branch or of the scene, leaves the imaginary axis."""
+        return _leaves(self.branch) or _leaves(self.equilibrium)
+
+    @property
+    def loop_leaves_axis(self) -> bool:
+        """Whether some root of the friction loop does."""
+        return _leaves(self.loop)
+
+
+def _leaves(part: Branch | Loop | Modes | Missing) -> bool:
+    if not isinstance(part, Branch | SingleLoop | Modes):
+        return False
+    real, imag = (np.abs(np.array(values)).max(initial=0.0) for values in (part.real, part.imag))
+    return bool(real > ROUNDING * imag)
+
 
 class Loci(Result):
     """The scenes in the order given.
@@ -132,3 +154,8 @@ class Loci(Result):
     scenes: tuple[SceneLoci, ...]
     mu_max: float
     margin_max: float
+
+    @property
+    def leaving(self) -> tuple[SceneLoci, ...]:
+        """Scenes some of whose roots leave the imaginary axis, those of the loop too; or all."""
+        return tuple(s for s in self.scenes if s.leaves_axis or s.loop_leaves_axis) or self.scenes

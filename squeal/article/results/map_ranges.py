@@ -72,7 +72,9 @@ class Upright(Record):
     """Where an equilibrium is kept in full contact, as the article's sliding state is.
 
     pads: every other value of each parameter; low, high: least and greatest share of the map;
-    small: on how many pads it is below `below`, which counts as small.
+    small: on how many pads it is below `below`, which counts as small; small_at: of these by
+    parameter and its values, each of which equally many pads have; cells: points of the grid of
+    angles that a share rests on.
     """
 
     pads: int
@@ -80,6 +82,8 @@ class Upright(Record):
     high: Share
     small: int
     below: Share
+    small_at: dict[str, dict[str, int]]
+    cells: int
 
 
 class MapRanges(Result):

@@ -31,16 +31,28 @@ class Map(Record):
     share: dict[str, Share]
 
 
+class Swinging(Record):
+    """Of the starts of the first map, how many hammer by the way of delta over its time, and of
+    these how many never leave full contact after first contact, and how many never separate."""
+
+    starts: int
+    hammer: int
+    full: int
+    touching: int
+
+
 class SceneStarts(Record):
     """Maps of a scene, whose starts are at rest about its equilibrium.
 
     height: of the scene's own start over the equilibrium (m), 1 on the axis; lever: what a tilt of
-    one on the axis lifts an edge by (m), the static compression of the contact.
+    one on the axis lifts an edge by (m), the static compression of the contact; swinging: None with
+    model B1.
     """
 
     height: float
     lever: float
     maps: tuple[Map, ...]
+    swinging: Swinging | None = None
 
 
 class Starts(Result):

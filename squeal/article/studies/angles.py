@@ -54,6 +54,7 @@ def shares(found: Outline) -> Shares:
         quiet=share(kept),
         quiet_full=share(kept & full),
         denied=share(kept & ~printed),
+        denied_full=share(kept & full & ~printed),
         wrongly_allowed=share(~kept & printed),
     )
 

@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from squeal.article.cases import stem
 from squeal.article.claims import hammering, judge_claims, linear_measures, measure_scenes
+from squeal.article.claims.settling import settled
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, SearchedFormulation
 from squeal.article.results.verify import Switches
@@ -19,6 +21,7 @@ def study(files: Sequence[Path]) -> Claims:
     return Claims(
         tuple(judge_claims({**cases, "b3": linear})),
         hammering(cases, b2),
+        settled({stem("B2", case): scene for case, scene in b2.items()}),
         tuple(
             SearchedFormulation(
                 **vars(Switches.of(search.formulation)), pads=search.pads, kept=search.kept

@@ -24,10 +24,10 @@ from squeal.article.studies.robustness import CONFIDENCE, share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES
 
+PEAKS = "B1-b-ratio"  # rests on two peaks
 CHECKED = 3  # stored pads of each formulation that are judged afresh
 DENSER = 16  # times as many samples of the motions whose verdicts then differ
 TAIL = 0.05  # on either side of the range of a number
-SLIDING = "B12-sliding"  # the statement that rests on an assumed speed of the surface
 TWINS = ("B2-b-trailing", "B2-b-tilt")
 LASTING, TRIED = 10, 24  # windows over which pads that keep a conclusion are judged, and how many
 
@@ -52,7 +52,7 @@ def ensemble(kept: gather.Kept, number: int, *, judging: bool) -> results.Ensemb
     histograms = kept.random_counts[number]
     points = kept.sample[number].astype(float)
     spread = np.ptp(np.quantile(points, [TAIL, 1.0 - TAIL], axis=1), axis=0).mean(axis=1)
-    far, unslid = (sampled_distances(kept, number, out) for out in ((), (SLIDING,)))
+    far, unslid = (sampled_distances(kept, number, out) for out in ((), (gather.SLIDING,)))
     seeds = tuple(
         results.Seed(
             results.Kept(*map(int, kept.best[number, s])),
@@ -93,7 +93,7 @@ def contrasts(kept: gather.Kept) -> tuple[results.Contrast, ...]:
     """
     level = kept.levels[:, :, -1].astype(float)
     numbers = range(len(FORMULATIONS))
-    unslid = np.array([sampled_distances(kept, n, (SLIDING,)).mean(axis=1) for n in numbers])
+    unslid = np.array([sampled_distances(kept, n, (gather.SLIDING,)).mean(axis=1) for n in numbers])
     found = {
         name: (exchanged(level, name), exchanged(unslid, name)) for name in FORMULATION_CHOICES
     }
@@ -156,6 +156,7 @@ def check(kept: gather.Kept) -> results.Check:
     different: list[str] = []
     total = as_now = 0
     judged = np.zeros(len(CLAIMS), dtype=bool)
+    off = []
     for number, f in enumerate(FORMULATIONS):
         flat = kept.sample[number].reshape(-1, len(DIMENSIONS)).astype(float)
         stored = kept.sampled[number].reshape(len(flat), -1)
@@ -163,6 +164,7 @@ def check(kept: gather.Kept) -> results.Check:
         some = random.choice(first, CHECKED, replace=False)
         again = judge(decode(flat[some]), f).margins
         known = np.isfinite(again)
+        off += np.abs(again - stored[some])[:, INDEX[PEAKS]].tolist()
         other = known & ((again > 0.0) != (stored[some] > 0.0))
         if other.any():
             fine = np.full(again.shape, np.nan)
@@ -177,7 +179,8 @@ def check(kept: gather.Kept) -> results.Check:
         total += int(known.sum())
         judged |= known.any(axis=0)
     count, unjudged = CHECKED * len(FORMULATIONS), choosing.names(~judged)
-    return results.Check(count, total, len(different), tuple(different), DENSER, as_now, unjudged)
+    verdicts = count, total, len(different), tuple(different), DENSER, as_now
+    return results.Check(*verdicts, (float(np.nanmedian(off)), float(np.nanmax(off))), unjudged)
 
 
 def study(files: Sequence[Path]) -> results.Ensembles:
@@ -212,8 +215,8 @@ def study(files: Sequence[Path]) -> results.Ensembles:
         stages=int(kept.stages),
         windows=choosing.WINDOWS,
         confidence=CONFIDENCE,
-        total=results.Kept(len(CLAIMS), int(gather.LISTED.sum()), int(gather.INFORMATIVE.sum())),
-        informative=choosing.names(gather.INFORMATIVE),
+        total=results.Kept(len(CLAIMS), int(gather.LISTED.sum()), int(gather.COUNTS.sum())),
+        counted=choosing.names(gather.COUNTS),
         following=FOLLOWING,
         contrasts=contrasts(kept),
         ranges={name: ranges(kept, n) for name, n in numbered.items()},
@@ -239,6 +242,6 @@ def study(files: Sequence[Path]) -> results.Ensembles:
         taken=choosing.law_of(pads) if judging else "",
         candidates=candidates,
         compared=min(choosing.LONGER, candidates),
-        check=check(kept) if judging else results.Check(0, 0, 0, (), DENSER, 0, ()),
+        check=check(kept) if judging else results.Check(0, 0, 0, (), DENSER, 0, (0.0, 0.0), ()),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )

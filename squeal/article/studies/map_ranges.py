@@ -133,8 +133,16 @@ def _full(scene: Scene) -> results.Upright:
     some = [values[::2] for values in VALUES.values()]
     grid = [values.ravel() for values in np.meshgrid(*some, indexing="ij")]
     *_, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
-    small = int((full < SMALL).sum())
-    return results.Upright(full.size, float(full.min()), float(full.max()), small, SMALL)
+    small = (full < SMALL).reshape([len(values) for values in some])
+    at = {
+        name: dict(zip((f"{v:.3g}" for v in values), counts.tolist(), strict=True))
+        for i, (name, values) in enumerate(zip(VALUES, some, strict=True))
+        for counts in (small.sum(axis=tuple({0, 1, 2} - {i})),)
+    }
+    cells = COARSEST * (COARSEST + 1)
+    return results.Upright(
+        full.size, float(full.min()), float(full.max()), int(small.sum()), SMALL, at, cells
+    )
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:

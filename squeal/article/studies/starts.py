@@ -10,12 +10,22 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
+from squeal.article.claims import case_of
+from squeal.article.claims.rules import TOUCH, hammers
+from squeal.article.results.starts import (
+    KINDS,
+    TOLERANCE,
+    TURNS,
+    Map,
+    SceneStarts,
+    Starts,
+    Swinging,
+)
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
-from squeal.model.states import State
+from squeal.model.states import FULL, NONE, State
 from squeal.scene import Scene
 from squeal.simulation.batch.many import DONE, simulate_starts
 
@@ -76,6 +86,20 @@ def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarra
     return found
 
 
+def swinging(scene: Scene, starts: np.ndarray) -> Swinging:
+    """How many starts (n, 6) of a scene of B2 hammer by the way of delta, and touch all the time.
+
+    The time is that of the scene. A motion that leaves the model does not count.
+    """
+    assert scene.stop is not None
+    found = simulate_starts(scene, starts, scene.stop, TOLERANCE, measured=True)
+    cases = [case_of(found, int(i)) for i in np.flatnonzero(found["outcome"] == DONE)]
+    beating = [case.shares for case in cases if hammers(case).margin > 0.0]
+    full = sum(shares.get(FULL, 0.0) >= 1.0 - TOUCH for shares in beating)
+    touching = sum(shares.get(NONE, 0.0) <= TOUCH for shares in beating)
+    return Swinging(len(starts), len(beating), full, touching)
+
+
 def grid(side: int) -> tuple[np.ndarray, np.ndarray]:
     """Heights and tilts (side^2,) of a map, the tilts in rows."""
     axis = REACH * (2.0 * np.arange(side) + 1.0 - side) / side
@@ -99,7 +123,13 @@ def maps(scene: Scene, sides: dict[int, int]) -> SceneStarts | Missing:
             rows = tuple("".join(map(str, row)) for row in of_map.tolist())
             share = {name: float(np.mean(of_map == i)) for i, name in enumerate(KINDS)}
             made.append(Map(window, rows, int(codes[-1]), share))
-    return SceneStarts(float(scene.initial[1] - rest[1]), lever(scene), tuple(made))
+    first = plane(scene, rest, *grid(next(iter(sides.values()))))
+    return SceneStarts(
+        float(scene.initial[1] - rest[1]),
+        lever(scene),
+        tuple(made),
+        swinging(scene, first) if scene.model == "B2" else None,
+    )
 
 
 def study(files: Sequence[Path], *, fine: bool = False) -> Starts:

@@ -9,8 +9,9 @@ from squeal.model.mechanics import Coefficients
 from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.scene.schema import Scene
-from squeal.simulation.batch.measures import Measures, measures, seen
+from squeal.simulation.batch.measures import Measures, measures
 from squeal.simulation.batch.motion import Motion
+from squeal.simulation.batch.seen import seen
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate, make_integrator

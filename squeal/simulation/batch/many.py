@@ -28,6 +28,7 @@ CHUNK = 4096  # pads that one process works on at a time; bounds the memory
 KEPT = 1_000_000  # samples, 48 bytes each, that are kept at a time
 BLOCK = 32  # pads that are measured together: fewer calls, and arrays that stay in the cache
 PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
+LEVELS = 8  # numbers of samples in each octave
 MOST_SAMPLES = 100_000
 DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
@@ -156,7 +157,8 @@ class _Results:
             lists[:] = np.split(table, np.searchsorted(motion.lane, np.arange(1, n)))
             self._put("events", pads, lists)
         if self._task.measured:
-            from squeal.simulation.batch.measures import measures, seen
+            from squeal.simulation.batch.measures import measures
+            from squeal.simulation.batch.seen import seen
 
             natural = self._natural
             s = seen(natural.model.law, natural.of(pads), motion, natural.terms[:, pads])
@@ -178,7 +180,9 @@ def _samples(task: _Task, natural: _Natural) -> np.ndarray:
     """How many samples each pad needs, (n,); also a guess of how long it takes."""
     p = natural.model.pad
     speed = np.sqrt(p.m * (p.w**2 + p.h**2) / p.I)
-    needed = np.ceil(natural.stop * np.maximum(speed, 1.0) / task.phase).astype(int) + 2
+    wanted = natural.stop * np.maximum(speed, 1.0) / task.phase + 2.0
+    # one of few numbers for a pad, whichever others it is measured with
+    needed = np.ceil(2.0 ** (np.ceil(LEVELS * np.log2(wanted)) / LEVELS)).astype(int)
     if task.measured and needed.max() > MOST_SAMPLES:
         raise ComputationError(
             f"measures of {needed.max()} samples are asked for; at most {MOST_SAMPLES} are kept, "
@@ -200,9 +204,11 @@ def _work(task: _Task) -> Arrays:
     # pads of like length are measured together; the longest motions come first
     order = np.argsort(needed, kind="stable")
     size = BLOCK if task.measured else CHUNK
-    blocks = [order[i : i + size] for i in range(0, len(order), size)][::-1]
+    levels = np.split(order, np.flatnonzero(np.diff(needed[order])) + 1)
+    alike = levels if task.measured else [order]
+    blocks = [part[i : i + size] for part in alike for i in range(0, len(part), size)][::-1]
     for group in _groups(blocks, needed if task.measured else np.zeros_like(needed)):
-        pads, counts = np.concatenate(group), [needed[block].max() for block in group]
+        pads, counts = np.concatenate(group), [needed[block[0]] for block in group]
         samples = np.repeat(counts, [len(block) for block in group]) * task.measured
         n = natural
         given = (n.coefficients[:, pads], n.touching[:, pads], n.state[:, pads], n.stop[pads])
@@ -226,7 +232,7 @@ def _groups(blocks: list[np.ndarray], needed: np.ndarray) -> Iterator[list[np.nd
     some: list[np.ndarray] = []
     kept = 0
     for block in blocks:
-        wanted = len(block) * int(needed[block].max())
+        wanted = len(block) * int(needed[block[0]])
         if some and kept + wanted > KEPT:
             yield some
             some, kept = [], 0

@@ -1,17 +1,22 @@
 """Measures of one or several motions at once, from samples and contact changes.
 
-Peaks between samples come from the parabola through three of them; what a pad has not is NaN.
+Peaks of signals come from the cubic between samples and contact changes with the rates there,
+those of velocities from the parabola through three samples; what a pad has not is NaN.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.model.law import ContactLaw, Signal
+from squeal.model.law import ContactLaw
+from squeal.model.law import Signal as Plotted
 from squeal.model.mechanics import Coefficients, Pose, at_speed, facing, pose, springs
 from squeal.model.states import STATES
+from squeal.simulation.batch.crests import Crests
 from squeal.simulation.batch.motion import Motion
+from squeal.simulation.batch.seen import Read, Seen, Signal
 
+LAPSE = 1e-7  # natural time within which the rate of a signal is taken
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
 # where a state stands if its number is leading + 2 trailing
@@ -19,46 +24,6 @@ _CODES = [state.leading + 2 * state.trailing for state in STATES]
 _APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
 
 Measures = dict[str, np.ndarray]
-
-
-class Seen(NamedTuple):
-    """A motion with what all measures need.
-
-    row (e,): the first sample at or after each contact change; on (points, k, n) of 0 or 1:
-    contact at the samples; changes (k, n): how many so far; at: poses of the samples (k, n);
-    there: coefficients of the pad of each change (e,); there_at: poses there; terms (m, n): numbers
-    of the terms with velocities, m = 0 without.
-    """
-
-    law: ContactLaw
-    motion: Motion
-    c: Coefficients
-    row: np.ndarray
-    on: np.ndarray
-    changes: np.ndarray
-    at: Pose
-    there: Coefficients
-    there_at: Pose
-    terms: np.ndarray
-
-
-def seen(law: ContactLaw, c: Coefficients, motion: Motion, terms: np.ndarray) -> Seen:
-    """Prepare n motions for `measures`; all coefficients are arrays (n,)."""
-    count = len(motion.samples)
-    row = np.empty(len(motion.t), dtype=int)
-    for lane, times in enumerate(motion.times.T):
-        mine = motion.lane == lane
-        row[mine] = np.searchsorted(times, motion.t[mine])
-    row = np.minimum(row, max(count - 1, 0))
-    passed = np.zeros((count, *motion.touching.shape), dtype=np.int32)
-    if count:
-        np.add.at(passed, (row, motion.point, motion.lane), 1)
-        np.cumsum(passed, axis=0, out=passed)
-    touching = ((motion.touching + passed) & 1).swapaxes(0, 1)
-    at = pose(np, c.place(motion.samples.swapaxes(0, 1)))
-    there = Coefficients(**{name: value[motion.lane] for name, value in vars(c).items()})
-    there_at = pose(np, there.place(motion.state))
-    return Seen(law, motion, c, row, touching, passed.sum(axis=1), at, there, there_at, terms)
 
 
 class _Begin(NamedTuple):
@@ -71,13 +36,6 @@ class _Begin(NamedTuple):
     t: np.ndarray
     change: np.ndarray
     row: np.ndarray
-
-
-class _Signal(NamedTuple):
-    """A signal at the samples (k, n) and at the contact changes (e,)."""
-
-    inner: np.ndarray
-    change: np.ndarray
 
 
 def doubtful(law: ContactLaw, c: Coefficients, motion: Motion, margin: float) -> np.ndarray:
@@ -107,30 +65,64 @@ def _begin(s: Seen) -> _Begin:
     return _Begin(t, change, row)
 
 
-def _since(begin: _Begin, signal: _Signal) -> _Signal:
+def _since(begin: _Begin, signal: Signal) -> Signal:
     """The signal without what precedes first contact; its first sample moved to first contact."""
     inner = np.where(np.arange(len(signal.inner))[:, None] >= begin.row, signal.inner, np.nan)
     met = np.flatnonzero(begin.change >= 0)
     inner[begin.row[met], met] = signal.change[begin.change[met]]
-    return _Signal(inner, signal.change)
+    return signal._replace(inner=inner)
 
 
-def _signals(s: Seen) -> tuple[_Signal, ...]:
+def _later(c: Coefficients, state: np.ndarray) -> Pose:
+    """The poses of states (6, ...) after `LAPSE`, in which accelerations do nothing."""
+    return pose(np, c.place(state[:3] + LAPSE * state[3:]))
+
+
+def _signals(s: Seen) -> tuple[Signal, ...]:
     """The signals of the law, each over its scale (F_n or w)."""
-    inner = s.law.signals(s.c, s.at, s.on)
+    m, law = s.motion, s.law
+    this = m.point, np.arange(len(m.point))
     # at a change its point still touches: delta has its limit there, also where contact is lost
-    touching = s.motion.on.copy()
-    touching[s.motion.point, np.arange(len(s.motion.point))] = 1
-    change = s.law.signals(s.there, s.there_at, touching)
+    touching, former = m.on.copy(), m.on.copy()
+    touching[this] = 1
+    former[this] ^= 1
+    samples = s.c, s.at, _later(s.c, m.samples.swapaxes(0, 1))
+    changes = s.there, s.there_at, _later(s.there, m.state)
 
-    def scaled(values: np.ndarray, c: Coefficients, signal: Signal) -> np.ndarray:
+    def rates(c: Coefficients, at: Pose, later: Pose, on: np.ndarray) -> list[np.ndarray]:
+        pairs = zip(law.signals(c, at, on), law.signals(c, later, on), strict=True)
+        return [(new - old) / LAPSE for old, new in pairs]
+
+    def scaled(values: np.ndarray, c: Coefficients, signal: Plotted) -> np.ndarray:
         if signal.is_force:  # a located contact change leaves some rounding below zero
             values = np.maximum(values, 0.0)
         return np.asarray(values / getattr(c, signal.over))
 
+    def read(i: int) -> Read:
+        def one(c: Coefficients, place: np.ndarray, on: np.ndarray, _: np.ndarray) -> np.ndarray:
+            return scaled(law.signals(c, pose(np, c.place(place)), on)[i], c, law.plotted[i])
+
+        return one
+
+    parts = (
+        law.signals(s.c, s.at, s.on),
+        law.signals(s.there, s.there_at, touching),
+        rates(*samples, s.on),
+        rates(*changes, former),
+        rates(*changes, m.on),
+    )
     return tuple(
-        _Signal(scaled(a, s.c, signal), scaled(b, s.there, signal))
-        for a, b, signal in zip(inner, change, s.law.plotted, strict=True)
+        Signal(
+            scaled(inner, s.c, signal),
+            scaled(change, s.there, signal),
+            slope / getattr(s.c, signal.over),
+            before / getattr(s.there, signal.over),
+            after / getattr(s.there, signal.over),
+            read(i),
+        )
+        for i, (signal, inner, change, slope, before, after) in enumerate(
+            zip(law.plotted, *parts, strict=True)
+        )
     )
 
 
@@ -164,17 +156,21 @@ def _highest(values: np.ndarray, s: Seen) -> np.ndarray:
     return np.where(smooth & (bend < 0.0), b - slope**2 / (4.0 * bend), b)
 
 
-def _range(s: Seen, begin: _Begin, signal: _Signal, force: bool) -> np.ndarray:
+def _range(s: Seen, begin: _Begin, crests: Crests, signal: Signal, force: bool) -> np.ndarray:
     """Least and greatest value (n, 2) of a signal since first contact."""
-    inner, at_change = _since(begin, signal)
-    row = _first_turn(inner, begin.row)
-    inner = np.where(np.arange(len(inner))[:, None] >= row, inner, np.nan)
-    low, high = -_highest(-inner, s), _highest(inner, s)
+    signal = _since(begin, signal)
+    row = _first_turn(signal.inner, begin.row)
+    inner = np.where(np.arange(len(signal.inner))[:, None] >= row, signal.inner, np.nan)
+    low, high = np.fmin.reduce(inner), np.fmax.reduce(inner)
+    counts = s.row > row[s.motion.lane]
+    np.fmin.at(low, s.motion.lane[counts], signal.change[counts])
+    np.fmax.at(high, s.motion.lane[counts], signal.change[counts])
+    # a signal that starts from zero turns just before its first row
+    turn = np.where(row > begin.row, row - 1, row)
+    low = -crests.highest(signal, turn, -low, -1.0)
+    high = crests.highest(signal, turn, high, 1.0)
     if force:
         low = np.maximum(low, 0.0)
-    counts = s.row > row[s.motion.lane]
-    np.fmin.at(low, s.motion.lane[counts], at_change[counts])
-    np.fmax.at(high, s.motion.lane[counts], at_change[counts])
     return np.array([low, high]).T
 
 
@@ -207,7 +203,7 @@ def _losses(motion: Motion) -> np.ndarray:
     return result
 
 
-def _mean(s: Seen, begin: _Begin, signal: _Signal, duration: np.ndarray) -> np.ndarray:
+def _mean(s: Seen, begin: _Begin, signal: Signal, duration: np.ndarray) -> np.ndarray:
     inner = np.nan_to_num(_since(begin, signal).inner)
     times = np.maximum(s.motion.times, begin.t)
     return np.asarray(np.trapezoid(inner, times, axis=0) / duration)
@@ -263,27 +259,40 @@ def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
     """
     with np.errstate(all="ignore"):
         begin, spent = _begin(s), _times(s.motion)
+        crests = Crests(s, begin.change)
         duration = np.where(np.isfinite(begin.t), s.motion.stop - begin.t, 0.0)
         first, second = _signals(s)
-        tilt = _Signal(
+        turning = s.motion.state[5] / s.there.w
+        tilt = Signal(
             theta0 + s.motion.samples[:, 2] / s.c.w,
             theta0[s.motion.lane] + s.motion.state[2] / s.there.w,
+            s.motion.samples[:, 5] / s.c.w,
+            turning,
+            turning,
+            lambda c, place, _, lane: theta0[lane] + place[2] / c.w,
         )
         line = not s.law.plotted[1].is_force
-        both = _Signal(first.inner + second.inner, first.change + second.change)
+        both = Signal(
+            first.inner + second.inner,
+            first.change + second.change,
+            first.slope + second.slope,
+            first.before + second.before,
+            first.after + second.after,
+            lambda *where: first.read(*where) + second.read(*where),
+        )
         nothing = np.full((len(duration), 2), np.nan)
         return {
             "duration": duration,
             "separated": (_APART @ spent).T,
             "shares": (spent / duration).T,
             "losses": _losses(s.motion),
-            "first": _range(s, begin, first, True),
-            "second": _range(s, begin, second, not line),
-            "together": nothing if line else _range(s, begin, both, True),
-            "tilt": _range(s, begin, tilt, False),
+            "first": _range(s, begin, crests, first, True),
+            "second": _range(s, begin, crests, second, not line),
+            "together": nothing if line else _range(s, begin, crests, both, True),
+            "tilt": _range(s, begin, crests, tilt, False),
             "mean": _mean(s, begin, first, duration),
             "swings": _swings(_since(begin, second).inner) if line else np.zeros(len(nothing), int),
             "calm": _calm(s, duration) if calm else np.full(len(duration), np.nan),
-            "fastest": s.motion.samples[:, 3].max(axis=0),
+            "fastest": _highest(s.motion.samples[:, 3], s),
             "face": _face(s),
         }

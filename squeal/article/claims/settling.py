@@ -1,0 +1,48 @@
+"""A motion that settles without damping, sought: on a decaying mode of a fluttering equilibrium."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from squeal.article.claims.measures import measure
+from squeal.article.results.claims import Settled
+from squeal.equilibrium import sliding_equilibrium
+from squeal.model.linear import linearise
+from squeal.scene import Scene
+
+SMALL = 0.05  # rise or fall at the start over the depth at rest: no contact changes
+TOLERANCE = 1e-13  # its errors grow with the mode that is the decaying one's partner
+WINDOWS = 1.5  # over the time of the scene, until the rule's limit is reached and errors are small
+
+
+def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:
+    """The real part (1/s) of the mode that decays fastest about the sliding equilibrium, and a
+    state (6,) on it; None where the scene is damped, has no equilibrium or none decays."""
+    found, _ = sliding_equilibrium(scene.pad_model)
+    if found is None or scene.damping is not None:
+        return None
+    q = np.array(found.q)
+    matrices = linearise(scene.pad_model, q, found.state)
+    squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
+    roots = -np.sqrt(-squares.astype(complex))  # of each pair the one in the left half plane
+    at = int(np.argmin(roots.real))
+    if roots[at].real > -1e-6 * np.abs(roots).max():
+        return None
+    mode = shapes[:, at] * (SMALL * q[1] / shapes[1, at])
+    return float(roots[at].real), np.concatenate([q + mode.real, (roots[at] * mode).real])
+
+
+def settled(scenes: Mapping[str, Scene]) -> Settled | None:
+    """The motion on the mode that decays fastest in all scenes; None where no mode decays."""
+    modes = {name: mode for name, scene in scenes.items() if (mode := decaying(scene))}
+    if not modes:
+        return None
+    name = min(modes, key=lambda n: modes[n][0])
+    scene, (real, state) = scenes[name], modes[name]
+    assert scene.stop is not None
+    start = tuple(state.tolist())
+    own = replace(
+        scene, initial=start, stop=WINDOWS * scene.stop, tolerance=TOLERANCE, start="origin"
+    )
+    return Settled(name, real, WINDOWS, measure(own).calm)
