@@ -189,9 +189,11 @@ def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
 
     verdict, words = influence(60, 30, 10)
     assert verdict == "holds for most random pads that part"
-    assert "Of 100 random pads of the consistent law that run (500 were drawn)" in words
-    assert r"in some cases of B2 with 30\,\%, in all with 10\,\%, in none with 60\,\%" in words
-    assert r"differ in 75\,\% of those in which any parts" in words
+    assert "Of 500 random pads of the consistent law 100 run" in words
+    assert (
+        r"of 30\,\% of these part in some cases of B2, of 10\,\% in all, of 60\,\% in none" in words
+    )
+    assert r"differ in 75\,\% of those that part at all" in words
     assert influence(60, 10, 30)[0] == "holds for some random pads that part"
     assert influence(60, 0, 30)[0] == "not supported"
 

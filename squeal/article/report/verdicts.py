@@ -94,16 +94,16 @@ def influence(found: Ensembles) -> tuple[str, str]:
     ran = sum(own.parting)
     shares = (percent(n / ran, 0) for n in (sum(some), every, none))
     words = (
-        f"Of {thousands(ran)} random pads of the consistent law that run ({thousands(own.random)} "
-        "were drawn) the surfaces part in some cases of B2 with {}, in all with {}, in none with {}"
+        f"Of {thousands(own.random)} random pads of the consistent law {thousands(ran)} run; the "
+        "surfaces of {} of these part in some cases of B2, of {} in all, of {} in none"
     ).format(*shares)
     parting = sum(some) + every
     if not sum(some):
         return "not supported", words
     share = sum(some) / parting
     told = (
-        f"{words}: cases differ in {percent(share, 0)} of those in which any parts. Parting is not "
-        "hammering, which was not counted"
+        f"{words}: cases differ in {percent(share, 0)} of those that part at all. Parting is not "
+        "hammering"
     )
     return f"holds for {'most' if share > MOST else 'some'} random pads that part", told
 
