@@ -229,6 +229,15 @@ def others(
 QUIET = others()
 
 
+def test_beside_rest_is_a_sliding_motion_at_a_stable_equilibrium():
+    one = others(3)
+    assert one.beside
+    assert not others(3, growth=0.1).beside
+    assert not QUIET.beside
+    assert not dataclasses.replace(one, growth=None).beside
+    assert not dataclasses.replace(one, liveliest=settled_one(0.4, face=2.0)).beside
+
+
 def made(
     lasts: bool = True,
     law: bool = True,

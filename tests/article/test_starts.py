@@ -124,7 +124,15 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
         ),
         ((1, 0.0, 0.6), (1, 0.0, 0.1), ("No start", "both models in no case", "no other end")),
         # 55 of 100 may be less than half
-        ((1, 0.0, 0.6), (1, 0.0, 0.55), ("No start", "not decided in B2, case (c) (55 of", "no")),
+        (
+            (1, 0.0, 0.6),
+            (1, 0.0, 0.55),
+            (
+                "No start",
+                "in no case. Whether it is most is not decided in B2, case (c) (55 of",
+                "no",
+            ),
+        ),
         ((0, 0.5, 0.1), (1, 0.0, 0.6), ("No start", "both models in no case", "another end")),
     ],
 )
