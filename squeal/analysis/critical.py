@@ -1,7 +1,8 @@
 """Critical friction: where a pad's stability changes along its equilibrium branch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -25,10 +26,12 @@ from squeal.stability import (
     thresholds,
 )
 from squeal.stability.eigen import hidden
+from squeal.stability.following.answer import TIGHT
 from squeal.stability.matrices import checked, reduce
 
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation
+Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
 @dataclass(frozen=True, repr=False)
@@ -97,18 +100,31 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     found = thresholds(system, path.mu_end, path.breakpoints)
     if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in found.points):
         raise ComputationError(f"no threshold can be given: {STIFF}")
-    end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9)
-    reached = [point for point in found.points if point.mu < end_of_path]
+    end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9) - path.error(path.fold)
+    reached = [_widened(point, path) for point in found.points if point.mu < end_of_path]
     if path.fold is not None:
-        reached.append(CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True))
+        fold = CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True)
+        reached.append(_widened(fold, path))
     admissible_to, warnings = _admissible(path)
     if path.fold is not None and path.fold < scene.pad.mu <= mu_max:
         warnings += (
             f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 turns "
             f"back at mu = {path.fold:.9g}",
         )
-    ends = (path.mu_end, path.end, tuple(c for c in found.crossings if c.mu < end_of_path))
+    crossed = tuple(_widened(one, path) for one in found.crossings if one.mu < end_of_path)
+    ends = (path.mu_end, path.end, crossed)
     return CriticalFriction(at_zero, tuple(reached), *ends, admissible_to, warnings)
+
+
+def _widened(at: Located, path: Path) -> Located:
+    """A fold or a change of contact with the interval in which rounding leaves it."""
+    error = path.error(at.mu)
+    if not error:
+        return at
+    wide = (at.mu - error, at.mu + error)
+    if isinstance(at, Crossing):
+        return replace(at, interval=wide)
+    return replace(at, interval=wide, converged=2 * error <= TIGHT * at.mu)
 
 
 def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:

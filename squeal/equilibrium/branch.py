@@ -1,25 +1,18 @@
 """The equilibrium branch over mu, continued by arc length through contact changes and folds."""
 
-import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
+from squeal.equilibrium.located import contact_change, fold
 from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
-from squeal.equilibrium.statics import Statics
+from squeal.equilibrium.statics import Point, Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.numerics.newton import complex_step, newton
 
-_MU = np.array([0.0, 0.0, 0.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point of the branch in natural units: z = (x, y, w theta, mu), and the contact state."""
-
-    z: np.ndarray
-    state: State
+CLOSE = 1e-6  # of a step: what places that were located may lie outside of it
 
 
 @dataclass
@@ -41,10 +34,6 @@ class Branch:
     settings: ContinuationSettings = DEFAULT
 
 
-def _tangent(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
-    return np.asarray(np.linalg.svd(statics.linearised(z, state)[1])[2][3])
-
-
 def _correct(
     statics: Statics, z: np.ndarray, state: State, row: np.ndarray, value: float
 ) -> np.ndarray | None:
@@ -59,53 +48,10 @@ def _correct(
     return found.x if found.converged else None
 
 
-def _at_contact_change(
-    statics: Statics, z: np.ndarray, state: State, point: int
-) -> np.ndarray | None:
-    """The place near z at which the gap of a contact point vanishes along the branch."""
-
-    def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f, J = statics.linearised(z, state)
-        gap, slope = statics.gaps(z)[point], statics.gap_derivative(z, point)
-        return np.append(f, gap), np.vstack([J, slope])
-
-    found = newton(conditions, z, tolerance=1e-12)
-    return found.x if found.converged else None
-
-
 def _at_tilt(statics: Statics, z: np.ndarray, state: State, tilt: float) -> np.ndarray | None:
     """The place near z at which the pad has turned by `tilt` (rad, with its sign)."""
     row = complex_step(lambda z: statics.tilt(z)[None], z)[0]
     return _correct(statics, z, state, row, float(row @ z) + tilt - float(statics.tilt(z)))
-
-
-def _fold(statics: Statics, a: np.ndarray, b: np.ndarray, state: State) -> np.ndarray:
-    """The point between a and b at which mu is stationary along the branch, by regula falsi."""
-    chord = (b - a) / np.linalg.norm(b - a)
-
-    def rise(z: np.ndarray) -> float:
-        ahead = _tangent(statics, z, state)
-        return float(ahead[3] * np.sign(ahead @ chord))
-
-    z, at, side = a, math.inf, None
-    low, high = (float(chord @ a), rise(a)), (float(chord @ b), rise(b))
-    for _ in range(100):
-        last, at = at, (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1])
-        # mu itself is stationary there, and so twice as exact
-        if abs(at - last) <= 1e-10 * (abs(low[0]) + abs(high[0])):
-            break
-        found = _correct(statics, z + (at - chord @ z) * chord, state, chord, at)
-        if found is None:
-            break
-        z, here = found, rise(found)
-        # an end that stays for the second time counts half (Illinois)
-        before, side = side, (here > 0) == (low[1] > 0)
-        share = 0.5 if side == before else 1.0
-        if side:
-            low, high = (at, here), (high[0], share * high[1])
-        else:
-            high, low = (at, here), (low[0], share * low[1])
-    return z
 
 
 def follow(
@@ -134,16 +80,39 @@ def follow(
     return walk.branch
 
 
+class _Step(NamedTuple):
+    """A step that was corrected: the new place, how far rounding moves its mu, the tangent there in
+    the old contact state, the contact point that changes there, and a fold on the way."""
+
+    z: np.ndarray
+    error: float
+    turn: np.ndarray
+    point: int | None
+    fold: Point | None
+
+
 class _Walk:
-    """The end of a branch so far: place z, contact state, unit vector ahead, length of a step."""
+    """The end of a branch so far: place z, contact state, unit vector ahead, length of a step.
+
+    Lengths and vectors are those of `scale` z: mu counts as what it displaces at the start.
+    """
 
     def __init__(self, branch: Branch, mu_max: float, rising: bool) -> None:
         self.branch, self.mu_max, self.rising = branch, mu_max, rising
         self.statics, self.settings = branch.statics, branch.settings
         self.z, self.state = branch.points[-1].z, branch.points[-1].state
-        ahead = _tangent(self.statics, self.z, self.state)
+        self.scale = np.ones(4)
+        self.scale[3] = 1.0 / max(abs(self._tangent(self.z)[3]), 1e-12)
+        ahead = self._tangent(self.z)
         self.ahead = ahead * np.sign(ahead[3])
         self.step = self.settings.first_step
+
+    def _tangent(self, z: np.ndarray, like: np.ndarray | None = None) -> np.ndarray:
+        found = np.linalg.svd(self.statics.linearised(z, self.state)[1] / self.scale)[2][3]
+        return np.asarray(found if like is None else found * np.sign(found @ like))
+
+    def _far(self, a: np.ndarray, b: np.ndarray) -> float:
+        return float(np.linalg.norm((a - b) * self.scale))
 
     def _ends(self, why: str) -> bool:
         self.branch.end = why
@@ -152,114 +121,141 @@ class _Walk:
     def advance(self) -> bool:
         """Go one step on, or halve it; False where the branch ends."""
         taken = self._corrected()
-        if taken is None:
+        ended = None if taken is None else self._ended(taken)
+        if taken is None or ended is None:
             self.step /= 2
             lost = self.step < self.settings.shortest_step
             why = f"the branch from mu = 0 is lost at mu = {self.z[3]:.9g}"
             return self._ends(why) if lost else True
-        new, turn, point = taken
-        if self._turned_over(new) or self._reached(new, turn, point):
+        if ended:
             return False
-        if point is not None:
-            turned = self._changed(new, point)
+        new, turn = taken.z, taken.turn
+        if taken.fold is not None:
+            self.branch.folds.append(taken.fold)
+            self.branch.points.append(taken.fold)
+        if taken.point is not None:
+            turned = self._changed(taken, taken.point)
             if turned is None:
                 return self._ends(f"contact is lost at mu = {new[3]:.9g}")
             turn = turned
-        falls = new[3] < self.branch.points[-1].z[3]
-        self.branch.points.append(Point(new, self.state))
+        falls = new[3] < self.branch.points[-1].z[3] and self.branch.folds
+        self.branch.points.append(Point(new, self.state, taken.error))
         if new[3] < 0.0 or (falls and self.rising):
             return self._ends(_turned_back(self.branch))
         pad = self.statics.model.pad
         if np.max(np.abs(new[:2])) > self.settings.farthest * (pad.L1 + pad.L2):
             return self._ends(f"the equilibrium runs away to infinity near mu = {new[3]:.9g}")
         self.z, self.ahead = new, turn
-        longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new[:3]))))
+        longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new * self.scale))))
         self.step = min(self.settings.growth * self.step, longest)
         return True
 
-    def _corrected(self) -> tuple[np.ndarray, np.ndarray, int | None] | None:
-        """The next point, the tangent there, and the contact point that changes at it, if any.
-
-        None where the step is too long.
-        """
-        guess = self.z + self.step * self.ahead
-        new = _correct(self.statics, guess, self.state, self.ahead, float(self.ahead @ guess))
-        if new is None or np.linalg.norm(new - guess) > self.settings.correction * self.step:
+    def _corrected(self) -> _Step | None:
+        """The next step; None where it is too long."""
+        guess = self.z + self.step * self.ahead / self.scale
+        row = self.ahead * self.scale
+        new = _correct(self.statics, guess, self.state, row, float(row @ guess))
+        if new is None or self._far(new, guess) > self.settings.correction * self.step:
             return None
-        turn = _tangent(self.statics, new, self.state)
-        turn = turn * np.sign(turn @ self.ahead)
+        turn, point, error = self._tangent(new, self.ahead), None, 0.0
         if turn @ self.ahead < self.settings.cosine:
             return None
-        point = _first_change(self.statics, self.z, new, self.state)
-        if point is None:
-            return new, turn, None
-        crossing = _at_contact_change(self.statics, new, self.state, point)
-        far = self.settings.overshoot * self.step
-        if crossing is None or np.linalg.norm(crossing - self.z) > far:
+        first = self.step
+        for one in _changes(self.statics, new, self.state):
+            crossing = contact_change(self.statics, new, self.state, one)
+            if crossing is None or not self._within(crossing.z, guess):
+                return None
+            along = float(self.ahead @ ((crossing.z - self.z) * self.scale))
+            if point is None or along < first:
+                first, at, point = along, crossing, one
+        if point is not None:
+            new, error = at.z, at.error
+            turn = self._tangent(new, self.ahead)
+        between = self._between(new, turn)
+        if _changes(self.statics, between, self.state):
+            return None  # a gap that passes zero twice
+        if np.sign(turn[3]) == np.sign(self.ahead[3]):
+            folds_twice = np.any(np.diff(between[3]) * turn[3] < 0.0)
+            return None if folds_twice else _Step(new, error, turn, point, None)
+        share = self.ahead[3] / (self.ahead[3] - turn[3])
+        turns = fold(self.statics, self.z + share * (new - self.z), self.state)
+        if turns is None or not self._within(turns.z, new):
             return None
-        return crossing, turn, point
+        return _Step(new, error, turn, point, turns)
 
-    def _turned_over(self, new: np.ndarray) -> bool:
-        """True if the branch ends before `new`, where the pad has turned past 90 degrees.
+    def _between(self, new: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        """Places (4, n) on the way to a new one, by the cubic with the tangents at both ends."""
+        s, length = np.linspace(0.0, 1.0, 9), self._far(new, self.z)
+        start, end = length * self.ahead / self.scale, length * turn / self.scale
+        chord = new - self.z
+        bend = np.outer(start - chord, (1.0 - s)) - np.outer(end - chord, s)
+        return self.z[:, None] + np.outer(chord, s) + s * (1.0 - s) * bend
 
-        It may reach the wanted mu before.
-        """
-        tilt = float(self.statics.tilt(new))
-        if abs(tilt) < self.settings.tilt:
-            return False
-        at = _at_tilt(self.statics, new, self.state, float(np.copysign(self.settings.tilt, tilt)))
-        at = new if at is None else at
-        if at[3] >= self.mu_max and self._finish(at):
-            return True
-        self.branch.points.append(Point(at, self.state))
-        self._ends(f"the pad turns past 90 degrees on the branch at mu = {at[3]:.9g}")
-        return True
+    def _within(self, z: np.ndarray, new: np.ndarray) -> bool:
+        """True if a place that was located lies between the present one and a new one."""
+        along = float(self.ahead @ ((z - self.z) * self.scale)) / self.step
+        whole = float(self.ahead @ ((new - self.z) * self.scale)) / self.step
+        close = self._far(z, self.z) / self.step <= along / self.settings.cosine + CLOSE
+        return close and -CLOSE <= along <= whole + CLOSE
 
-    def _reached(self, new: np.ndarray, turn: np.ndarray, point: int | None) -> bool:
-        """Note a fold before `new`; True if the wanted mu is reached on the way."""
-        if (turn[3] < 0) != (self.ahead[3] < 0) and point is None:
-            fold = _fold(self.statics, self.z, new, self.state)
-            self.branch.folds.append(Point(fold, self.state))
-            if fold[3] >= self.mu_max:
-                share = (self.mu_max - self.z[3]) / (fold[3] - self.z[3])
-                if self._finish(self.z + share * (fold - self.z)):
-                    return True
-            self.branch.points.append(self.branch.folds[-1])
-        return bool(new[3] >= self.mu_max) and self._finish(new)
+    def _ended(self, taken: _Step) -> bool | None:
+        """True if the branch ends within the step, at the wanted mu or where the pad has turned
+        past 90 degrees; None where that asks for a shorter one."""
+        new, tilt = taken.z, float(self.statics.tilt(taken.z))
+        over = abs(tilt) >= self.settings.tilt
+        if over:
+            limit = float(np.copysign(self.settings.tilt, tilt))
+            at = _at_tilt(self.statics, new, self.state, limit)
+            if at is None or taken.fold is not None:
+                return None
+            new = at
+        if taken.fold is not None and taken.fold.z[3] - taken.fold.error > self.mu_max:
+            share = (self.mu_max - self.z[3]) / (taken.fold.z[3] - self.z[3])
+            # there mu is stationary
+            return self._finish(taken.fold.z, 1.0 - np.sqrt(1.0 - share)) or None
+        if new[3] >= self.mu_max:
+            return self._finish(new, (self.mu_max - self.z[3]) / (new[3] - self.z[3])) or None
+        if over:
+            self.branch.points.append(Point(new, self.state))
+            self._ends(f"the pad turns past 90 degrees on the branch at mu = {new[3]:.9g}")
+        return over
 
-    def _changed(self, new: np.ndarray, point: int) -> np.ndarray | None:
-        """Go over to the new contact state at `new`: the tangent there, None without contact."""
-        old, self.state = self.state, self.state.flip(point)
-        if not any(self.state):
-            self.branch.points.append(Point(new, old))
-            return None
-        turn = _tangent(self.statics, new, self.state)
-        opens = 1.0 if not self.state[point] else -1.0
-        turn = turn * np.sign(opens * (self.statics.gap_derivative(new, point) @ turn))
-        self.branch.changes.append(len(self.branch.points))
-        if (turn[3] < 0) != (self.ahead[3] < 0):
-            self.branch.folds.append(Point(new, self.state))
-        return np.asarray(turn)
-
-    def _finish(self, near: np.ndarray) -> bool:
-        """End the branch at the wanted mu, from a place near it; False if that cannot be done."""
-        end = _correct(self.statics, near, self.state, _MU, self.mu_max)
+    def _finish(self, to: np.ndarray, share: float) -> bool:
+        """End the branch at the wanted mu, near a share of the way to a place; False if that
+        cannot be done."""
+        near = self.z + share * (to - self.z)
+        near[3] = self.mu_max
+        end = self.statics.newton(near, self.state)
         if end is None or abs(self.statics.tilt(end)) >= self.settings.tilt:
+            return False
+        if not self._within(end, to) or self._tangent(end, self.ahead)[3] < 0.0:
             return False
         self.branch.points.append(Point(end, self.state))
         self.branch.reached, self.branch.end = True, f"mu = {self.mu_max:g} is reached"
         return True
 
+    def _changed(self, taken: _Step, point: int) -> np.ndarray | None:
+        """Go over to the new contact state: the tangent there, None without contact."""
+        new, old, self.state = taken.z, self.state, self.state.flip(point)
+        if not any(self.state):
+            self.branch.points.append(Point(new, old, taken.error))
+            return None
+        turn = self._tangent(new)
+        opens = 1.0 if not self.state[point] else -1.0
+        slope = self.statics.gap_derivative(new, point) / self.scale
+        turn = turn * np.sign(opens * (slope @ turn))
+        self.branch.changes.append(len(self.branch.points))
+        if (turn[3] < 0) != (taken.turn[3] < 0):
+            self.branch.folds.append(Point(new, self.state, taken.error))
+        return np.asarray(turn)
 
-def _first_change(statics: Statics, old: np.ndarray, new: np.ndarray, state: State) -> int | None:
-    """The contact point whose gap changes side first between two places, None if none does."""
-    before, after = statics.gaps(old), statics.gaps(new)
-    crossed = [
-        (before[e] / (before[e] - after[e]) if before[e] != after[e] else 0.0, e)
-        for e in range(len(state))
-        if (after[e] > 0.0) == state[e] and abs(after[e]) > statics.rounding(new)
-    ]
-    return min(crossed)[1] if crossed else None
+
+def _changes(statics: Statics, z: np.ndarray, state: State) -> list[int]:
+    """The contact points whose gaps at z (4, ...) do not tell the state, beyond rounding."""
+    gaps = statics.gaps(z)
+    sides = np.where(list(state), 1.0, -1.0)
+    wrong = statics.rounding(z) < (gaps.T * sides).T
+    return [e for e in range(len(state)) if np.any(wrong[e])]
 
 
 def _turned_back(branch: Branch) -> str:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import bisect
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from squeal.equilibrium.branch import Branch, Point, follow
+from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.find import Equilibrium, least_at_zero, record
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
+from squeal.equilibrium.statics import Point
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise, linearised_at
@@ -53,9 +54,8 @@ class Path:
             raise ComputationError("without friction no equilibrium in contact was found")
         branch = follow(model, *start, mu_max, settings, rising=True)
         mus = [float(point.z[3]) for point in branch.points]
-        steps = itertools.pairwise(mus)
-        rising = 1 + sum(1 for _ in itertools.takewhile(lambda step: step[1] > step[0], steps))
-        fold = mus[rising - 1] if rising < len(mus) else None
+        fold = float(branch.folds[0].z[3]) if branch.folds else None
+        rising = len(mus) if fold is None else mus.index(fold) + 1
         changes = [mus[i] for i in branch.changes if i < rising]
         return Path(model, branch, branch.points[:rising], changes, fold, branch.end)
 
@@ -64,45 +64,62 @@ class Path:
 
         Raises ComputationError beyond the path.
         """
-        z, state, known = self._near(mu)
-        if known:
-            return z, state
-        found = self.branch.statics.newton(z, state)
-        if found is None:
-            # close to a fold the balance is nearly singular in q; the chord is as good as it gets
-            if self.fold is not None and mu >= float(self.points[-2].z[3]):
-                return z, state
-            raise ComputationError(f"the equilibrium at mu = {mu:.9g} could not be found")
-        return found, state
+        return self.all_at([mu])[0]
 
     def all_at(self, mus: Sequence[float]) -> list[tuple[np.ndarray, State]]:
         """`at` of each mu, which together take hardly longer than one."""
         near = [self._near(mu) for mu in mus]
-        places = [(z, state) for z, state, _ in near]
-        for state in {state for _, state, known in near if not known}:
-            index = [i for i, (_, own, known) in enumerate(near) if own == state and not known]
-            z = np.array([near[i][0] for i in index]).T
+        places = [(guess, self.points[i].state) for guess, i, _ in near]
+        for state in {state for (_, state), (*_, far) in zip(places, near, strict=True) if far}:
+            index = [j for j, (*_, far) in enumerate(near) if far and places[j][1] == state]
+            z = np.array([near[j][0] for j in index]).T
             sides = solved(self.branch.statics, (), z, PASSES, state)
-            for i, place, side in zip(index, z.T, sides, strict=True):
-                places[i] = (place, state) if side else self.at(mus[i])
+            for j, place, side in zip(index, z.T, sides, strict=True):
+                guess, i, far = near[j]
+                # across a fold the sign differs; other branches lie farther off
+                own = side == self._side and np.linalg.norm(place - guess) <= far
+                places[j] = (place if own else self._alone(guess, i), state)
         return places
 
-    def _near(self, mu: float) -> tuple[np.ndarray, State, bool]:
-        """A place on the chord near the equilibrium at mu, its state, True if it is exact."""
+    def _alone(self, guess: np.ndarray, i: int) -> np.ndarray:
+        """The equilibrium near a guess, in steps from the point before it."""
+        mu = float(guess[3])
+        z, state = self.points[i].z, self.points[i].state
+        branch = follow(self.model, z, state, mu, self.branch.settings, rising=True)
+        if branch.reached and branch.points[-1].state == state:
+            return branch.points[-1].z
+        # close to a fold the balance is nearly singular in q; the chord is as good as it gets
+        if self.fold is not None and mu >= float(self.points[-2].z[3]):
+            return guess
+        raise ComputationError(f"the equilibrium at mu = {mu:.9g} could not be found")
+
+    @cached_property
+    def _side(self) -> float:
+        """The sign of the balance's determinant, which is one and the same along the path."""
+        first = self.points[0]
+        slope = self.branch.statics.linearised(first.z, first.state, 3)[1]
+        return float(np.sign(np.linalg.det(slope)))
+
+    def _near(self, mu: float) -> tuple[np.ndarray, int, float]:
+        """A place on the chord near the equilibrium at mu, which point is before it, and the
+        length of the chord: 0 where the place is exact."""
         mus = [float(point.z[3]) for point in self.points]
         if not mus[0] <= mu <= mus[-1]:
             raise ComputationError(f"no equilibrium at mu = {mu:.9g}: {self.end}")
-        i = min(bisect.bisect_right(mus, mu) - 1, len(mus) - 2)
-        if i < 0 or mu == mus[i]:
-            point = self.points[max(i, 0)]
-            return point.z, point.state, True
+        i = max(min(bisect.bisect_right(mus, mu) - 1, len(mus) - 1), 0)
+        if mu == mus[i]:
+            return self.points[i].z, i, 0.0
         low, high = self.points[i].z, self.points[i + 1].z
         share = (mu - mus[i]) / (mus[i + 1] - mus[i])
         if mus[i + 1] == self.fold and self.points[i + 1].state == self.points[i].state:
             share = 1.0 - math.sqrt(1.0 - share)  # mu is stationary at a smooth fold
         guess = low + (high - low) * share
         guess[3] = mu
-        return guess, self.points[i].state, False
+        return guess, i, float(np.linalg.norm(high - low))
+
+    def error(self, mu: float) -> float:
+        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere."""
+        return max((point.error for point in self.points if point.z[3] == mu), default=0.0)
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
         """The equilibrium at mu in SI units; None beyond the path."""

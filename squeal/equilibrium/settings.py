@@ -31,7 +31,6 @@ class ContinuationSettings:
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
-    overshoot: float = 2.0  # steps: a contact change farther off belongs to another place
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     tilt: float = math.pi / 2  # rad: there the lower face no longer faces the surface

@@ -15,6 +15,18 @@ from squeal.numerics.newton import complex_step, newton, with_derivative
 
 
 @dataclass(frozen=True)
+class Point:
+    """A point of the branch in natural units: z = (x, y, w theta, mu), and the contact state.
+
+    error: how far rounding may move mu at a fold or change of contact that was located.
+    """
+
+    z: np.ndarray
+    state: State
+    error: float = 0.0
+
+
+@dataclass(frozen=True)
 class Statics:
     """Static balance of a pad in natural units.
 
@@ -63,7 +75,7 @@ class Statics:
         return np.asarray(complex_step(self.gaps, z)[point])
 
     def rounding(self, z: np.ndarray) -> float:
-        """Size of rounding in a gap at z."""
+        """Size of rounding in a gap at z (4, ...)."""
         pad = self.model.pad
         return float(1e-13 * (pad.w + pad.h + abs(pad.y0) + np.max(np.abs(z[:3]))))
 

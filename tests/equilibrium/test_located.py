@@ -1,0 +1,149 @@
+"""Folds and changes of contact at 50 digits, and branches under stiff contact."""
+
+import dataclasses
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.equilibrium import Path, located
+from squeal.errors import ComputationError
+from squeal.model.pad import Pad
+from squeal.scene import Damping, Scene, read_scene
+from tests.conftest import SCENES
+from tests.exact import Exact
+
+# contact 1e5 times as stiff as the spring that holds the pad along the surface
+STIFF = Scene(
+    "B2",
+    Pad(m=0.5015833222758953, w=0.04486318693814687, h=0.03159919308785914,
+        k1=21434356.247259565, k2=7290152.8553952975, k_c=2409281200309.7373,
+        L1=0.6853822561585085, L2=0.07804284040813839, alpha1=1.7717671769753847,
+        alpha2=1.3565194963948177, F_n=2247.510106006277, mu=0.3),
+    damping=Damping(ratios=(0.023613308893435762, 0.02477240628083043, 0.028166930581404796)),
+)  # fmt: skip
+# springs 5e4 and 1e5 times as stiff as the contact
+SOFT_EDGES = Scene(
+    "B1",
+    Pad(m=0.9167109934690583, w=0.03477637635825602, h=0.033759328717023855,
+        k1=271582298384.6258, k2=196233796034.3166, k3=5241535.085987524, k4=5129943.782879974,
+        L1=0.49692630615516464, L2=0.06392650534302499, alpha1=1.2340975062644215,
+        alpha2=1.6165765348076733, F_n=425.33984540642587, mu=0.3),
+)  # fmt: skip
+SOFT_FACE = Scene(
+    "B2",
+    Pad(m=0.3244437013526119, w=0.031967488099720144, h=0.01481216406036873,
+        k1=961356495496.6909, k2=502171710915.4887, k_c=10529115.383353991,
+        L1=0.5715794890549964, L2=0.48050606442167043, alpha1=1.0898597534391408,
+        alpha2=1.6949302279298306, F_n=4627.7414109873735, mu=0.3),
+)  # fmt: skip
+
+
+def exact_places(scene, path):
+    """Each fold and change of contact with its mu at 50 digits."""
+    found = []
+    for before, point in zip(path.points, path.points[1:], strict=False):
+        exact = Exact(scene, before.state)
+
+        def singular(q, mu, exact=exact):
+            return mp.det(exact.stiffness(q, mu) / mp.mpf(scene.pad.k1))
+
+        def touching(q, mu, exact=exact, edge=int(before.state[0] == point.state[0])):
+            return exact.gaps(q)[edge]
+
+        condition = singular if before.state == point.state else touching
+        if condition is touching or point.z[3] == path.fold:
+            place = path.branch.statics.to_si(point.z)
+            found.append((point, exact.critical(condition, place, float(point.z[3]))[1]))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("scene", "kinds"),
+    [
+        (SOFT_EDGES, ["change"]),  # the branch turns back where contact changes
+        (SOFT_FACE, ["fold"]),
+        (STIFF, ["change"]),
+        (read_scene(SCENES / "b2-c.yaml"), ["change", "fold"]),
+        (read_scene(SCENES / "b2-a.yaml"), ["change"]),
+    ],
+)
+def test_folds_and_changes_of_contact_lie_in_their_intervals(scene, kinds):
+    path = Path.of(scene.pad_model, 2.0 if scene is not STIFF else 0.5)
+    places = exact_places(scene, path)
+    assert ["change" if p.z[3] in path.breakpoints else "fold" for p, _ in places] == kinds
+    for point, mu in places:
+        assert abs(mu - point.z[3]) <= point.error <= 1e-12
+        assert path.error(float(point.z[3])) == point.error
+    assert path.error(0.1) == 0.0
+
+
+@pytest.mark.parametrize(("units", "converged"), [(1.0, True), (1e9, False)])
+def test_an_interval_is_as_wide_as_rounding_makes_it(monkeypatch, units, converged):
+    monkeypatch.setattr(located, "UNITS", units * located.UNITS)
+    for scene in (SOFT_FACE, read_scene(SCENES / "b2-c.yaml")):
+        fold = critical_friction(scene).points[-1]
+        assert (fold.kind, fold.converged) == ("fold", converged)
+        low, high = fold.interval
+        assert low < fold.mu < high
+        assert (high - low > 1e-9 * fold.mu) != converged
+
+
+@pytest.mark.parametrize("k_c", [2409281200309.7373, 5e11, 1e11])
+def test_stiff_contact_is_followed_to_where_it_is_asked_for(k_c):
+    scene = STIFF.replace(k_c=k_c)
+    for mu_max in (1.0, 1.3):
+        path = Path.of(scene.pad_model, mu_max)
+        assert path.fold is None
+        assert path.mu_end == mu_max
+        for mu in (0.3, 0.97, 1.0, 1.15447674, 1.3):
+            if mu <= mu_max:
+                e = path.equilibrium(mu)
+                q = Exact(scene, e.state).equilibrium(e.q, mu)
+                assert Exact(scene, e.state).gaps(q)[0] > 0.0 or mu < path.breakpoints[0]
+                assert max(abs(a / b - 1) for a, b in zip(q, e.q, strict=True)) < 1e-10
+
+
+def test_no_threshold_depends_on_how_far_was_asked():
+    near, far = (critical_friction(STIFF, mu_max) for mu_max in (1.0, 1.3))
+    assert near.points == ()
+    (flutter,) = far.points
+    assert flutter.kind == "flutter"
+    assert flutter.mu == pytest.approx(1.009492867, abs=1e-9)  # at 50 digits
+
+
+def test_an_equilibrium_of_another_branch_is_refused(monkeypatch):
+    path = Path.of(read_scene(SCENES / "b2-a.yaml").pad_model, 1.0)
+    right = path.all_at([0.21, 0.7])
+
+    def elsewhere(statics, _, z, *__):
+        z[:3] += 100.0
+        return np.full(z.shape[1], path._side)
+
+    def across_a_fold(statics, _, z, *__):
+        return np.full(z.shape[1], -path._side)
+
+    for wrong in (elsewhere, across_a_fold):
+        monkeypatch.setattr("squeal.equilibrium.path.solved", wrong)
+        for (z, state), (own, same) in zip(path.all_at([0.21, 0.7]), right, strict=True):
+            assert state == same
+            assert z == pytest.approx(own, rel=1e-12)
+    cut = dataclasses.replace(path, points=path.points[:1] + path.points[-1:])
+    monkeypatch.setattr(
+        "squeal.equilibrium.path.follow",
+        lambda *_, **__: path.branch.__class__(path.branch.statics),
+    )
+    with pytest.raises(ComputationError, match=r"equilibrium at mu = 0\.7 could not be found"):
+        cut.at(0.7)
+
+
+def test_a_range_may_end_at_the_fold_itself():
+    scene = read_scene(SCENES / "b2-c.yaml")
+    fold = critical_friction(scene).points[-1].mu
+    for mu_max in (fold, fold * (1 + 1e-12)):
+        assert critical_friction(scene, mu_max).points[-1].kind == "fold"
+    for less in (1e-12, 1e-9, 1e-3):
+        path = Path.of(scene.pad_model, fold * (1 - less))
+        assert path.fold is None
+        assert path.mu_end == fold * (1 - less)
