@@ -35,6 +35,11 @@ class Growth:
         """Growing pairs and growing real roots."""
         return self.pairs, self.reals
 
+    @property
+    def roots(self) -> int:
+        """Growing roots, two for a pair."""
+        return 2 * self.pairs + self.reals
+
 
 def counted(pairs: NDArray[np.bool_], reals: NDArray[np.bool_], rates: Array) -> Growth:
     """The growth of roots: which are growing pairs (one root of each) and growing real ones."""

@@ -202,3 +202,21 @@ def test_a_pair_is_seen_from_a_shift_that_is_one_of_its_roots(other):
     pair = pair_at(Line(system, 0.0, 1.0), 0.5, 1.0 + 0j, start, start)
     assert pair.mean == pytest.approx((1.0 + other) / 2, rel=1e-15)
     assert pair.d == pytest.approx(((other - 1.0) / 2) ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("jump", [None, 0.5])
+@pytest.mark.parametrize("high", [1.0, 3.0])
+def test_a_growing_pair_that_becomes_two_real_roots_is_flutter_before(jump, high):
+    # x'' - 2 (p - 0.2) x' + (1 - 0.3 p) x = 0: a pair until (p - 0.2)^2 = 1 - 0.3 p
+    def system(p):
+        damping = 0.4 if jump is not None and p < jump else -2 * (p - 0.2)
+        return np.eye(1), np.array([[damping]]), np.array([[1 - 0.3 * p]])
+
+    found = thresholds(system, high, [] if jump is None else [jump])
+    expected = [("flutter", jump or 0.2)]
+    if high > 1.1:
+        expected.append(("divergence", (0.1 + np.sqrt(3.85)) / 2))
+    assert [p.kind for p in found.points] == [kind for kind, _ in expected]
+    for point, (_, mu) in zip(found.points, expected, strict=True):
+        assert point.mu == pytest.approx(mu, rel=1e-9)
+    assert [(c.kind, c.direction) for c in found.crossings] == [("flutter", "up")]

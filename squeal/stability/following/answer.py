@@ -10,7 +10,7 @@ import numpy as np
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.following.line import Line
 from squeal.stability.following.locate import Located
-from squeal.stability.following.search import Searched, search
+from squeal.stability.following.search import Searched, Stretch, search
 from squeal.stability.growth import GROWING, Growth
 from squeal.stability.matrices import System
 
@@ -44,11 +44,11 @@ def followed(
         high = b if b == mu_max else float(np.nextafter(b, a))
         found = search(system, low, high)
         certified &= found.certified
-        first = found.stretches[0].growth
+        first = _next_to(found.line, found.stretches[0], True)
         if before is not None and before != first:
             events.append(_Event(a, (), before, first, (a, a), found.line))
         events += _events(found)
-        before = found.stretches[-1].growth
+        before = _next_to(found.line, found.stretches[-1], False)
     points = [p for e in events if (p := _point(e)) is not None]
     return Thresholds(points, [c for e in events for c in _crossings(e)], certified)
 
@@ -60,24 +60,24 @@ def _events(found: Searched) -> Iterator[_Event]:
         if k < len(found.places):
             place = found.places[k]
             low, high = (f(c.interval[i] for c in place) for i, f in ((0, min), (1, max)))
-            above = found.stretches[k + 1].growth
             yield _Event(
                 float(place[0].value),
                 place,
-                _next_to(line, stretch.low, stretch.high, stretch.growth, False),
-                _next_to(line, stretch.high, found.stretches[k + 1].high, above, True),
+                _next_to(line, stretch, False),
+                _next_to(line, found.stretches[k + 1], True),
                 (float(low), float(high)),
                 line,
             )
 
 
-def _next_to(line: Line, low: float, high: float, middle: Growth, first: bool) -> Growth:
-    """What grows at the end of a stretch where growth rates may change hands inside it."""
-    inside = [s.value for s in line.states if low < s.value < high]
+def _next_to(line: Line, stretch: Stretch, first: bool) -> Growth:
+    """What grows at the end of a stretch, inside which growth rates may change hands and a growing
+    pair may become two real roots."""
+    inside = [s.value for s in line.states if stretch.low < s.value < stretch.high]
     if not inside:
-        return middle
+        return stretch.growth
     found = line.growth(inside[0] if first else inside[-1])
-    return found if found.numbers == middle.numbers else middle
+    return found if found.roots == stretch.growth.roots else stretch.growth
 
 
 def _exchanges(line: Line, low: float, high: float) -> Iterator[_Event]:

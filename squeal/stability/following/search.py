@@ -42,7 +42,7 @@ class Stretch:
     @property
     def certified(self) -> bool:
         """True if both counts agree."""
-        return self.counted == 2 * self.growth.pairs + self.growth.reals
+        return self.counted == self.growth.roots
 
 
 @dataclass(frozen=True)
