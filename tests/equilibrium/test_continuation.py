@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from squeal.analysis.maps import NAMES, Axis, stability_map
-from squeal.equilibrium import ContinuationSettings, Path, find_all, sliding_equilibrium
+from squeal.equilibrium import ContinuationSettings, Path, find_all, follow, sliding_equilibrium
+from squeal.equilibrium.find import least_at_zero
 from squeal.errors import InputError
+from squeal.model.equations import PadModel
 from squeal.scene import read_scene
-from tests.conftest import SCENES
+from tests.conftest import SCENES, random_pad
 
 TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees
 
@@ -53,6 +55,30 @@ def test_a_branch_does_not_depend_on_its_steps(turning):
     assert close.breakpoints == pytest.approx(coarse.breakpoints, rel=1e-12)
     for mu in (0.3, 0.9):
         assert close.equilibrium(mu).q == pytest.approx(coarse.equilibrium(mu).q, rel=1e-11)
+
+
+@pytest.mark.parametrize(("seed", "model", "turn"), [(25, "B1", 0.02), (14, "B2", -0.06)])
+def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(
+    monkeypatch, seed, model, turn
+):
+    pad = PadModel(model, random_pad(seed, model, F_n=0.05, theta0=turn))
+    start = least_at_zero(pad)
+    wild = ContinuationSettings(
+        first_step=3.0, longest_step=30.0, growth=4.0, cosine=0.2, correction=3.0
+    )
+
+    def events(settings):
+        branch = follow(pad, *start, 2.0, settings)
+        changes = [branch.points[i].z[3] for i in branch.changes]
+        return [*(point.z[3] for point in branch.folds), *changes]
+
+    close = events(ContinuationSettings())
+    assert len(close) > 1
+    assert events(wild) == pytest.approx(close, rel=1e-12)
+    monkeypatch.setattr(
+        "squeal.equilibrium.branch._Walk._between", lambda walk, new, _: np.array([walk.z, new]).T
+    )
+    assert len(events(wild)) == 1
 
 
 def test_a_branch_tells_that_its_steps_were_spent():
