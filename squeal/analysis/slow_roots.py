@@ -41,7 +41,8 @@ def roots_and_verdict(
     errors = [max(e.residual, ROUNDING) * e.condition if e.value or regular else 0.0 for e in found]
     if not all(error <= LOST for error in errors):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    noise = [abs(e.value) * error for e, error in zip(found, errors, strict=True)]
-    order = ordered(np.array([e.value for e in found]))
+    values = np.array([e.value for e in found])
+    order = ordered(values)
     zeros = errors.count(0.0)
-    return Spectrum(tuple(found[k] for k in order), C is None, zeros), decided(found, noise)
+    verdict = decided(values, np.abs(values) * np.array(errors))
+    return Spectrum(tuple(found[k] for k in order), C is None, zeros), verdict

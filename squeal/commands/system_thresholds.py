@@ -72,6 +72,7 @@ def data(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> dict[st
         "end": f"{system.parameter} = {found.high:g} is reached",
         "certified": found.certified,
         "unconfirmed": list(found.unconfirmed),
+        "crossings_outside": found.crossings_outside,
         "basis": basis_row(found.reduction, wanted),
     }
 
@@ -91,6 +92,8 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
         parts.append(elided(rows, "--json"))
     else:
         parts.append("no crossing of the imaginary axis")
+    if found.crossings_outside:
+        parts.append(f"crossings outside {wanted.words()}: {found.crossings_outside}")
     parts += [f"not confirmed on the full system: {words}" for words in found.unconfirmed]
     if found.certified is not None:
         agrees = "agrees" if found.certified else "does NOT agree"

@@ -85,6 +85,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         found["unstable"] = unstable_rows(chosen(grow))
         found |= picked(roots, "verdict criterion certified count")
         found |= {"region": extent(roots.region), "growth_limit": roots.growth_limit}
+        found["growing_outside"] = roots.growing_outside
         found |= {"method": method, "basis": basis_row(swept.reduction, wanted)}
         if system.n <= SHOWN_ROWS:
             found["mode_shapes"] = plain_shape_rows(Spectrum(roots.eigenvalues, False, 0))
@@ -230,6 +231,8 @@ def _text(
     whole = roots.region is None
     about = "" if whole else f" on {words}"
     parts += [f"verdict{about}: {in_words(roots.criterion)}", unstable]
+    if roots.growing_outside:
+        parts.append(f"growing outside {words}, of pairs the upper root: {roots.growing_outside}")
     parts.append(certificate(roots, words))
     if swept.rows:
         parts.append(

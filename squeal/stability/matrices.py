@@ -248,5 +248,5 @@ def zero_roots(A: Array, rounding: float = 4 * EPS) -> int:
         if rank == len(A):
             break
         count += len(A) - rank
-        A = rows[:rank] @ A @ rows[:rank].T
+        A = rows[:rank] @ A @ rows[:rank].conj().T
     return count

@@ -2,19 +2,20 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.sweeps import noise_of, reduced_for, verdict_of
+from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
 from squeal.stability import CriticalPoint, Crossing, thresholds
 from squeal.stability.dampings import dense
+from squeal.stability.eigen import ComplexArray
 from squeal.stability.following.search import search
 from squeal.stability.matrices import ILL, unit_diagonal
 from squeal.stability.sparse.along import crossings_along
@@ -37,7 +38,8 @@ class SystemThresholds:
     """Every change of verdict and every crossing of the axis in low <= p <= high.
 
     `certified`: between neighbouring crossings a count of growing roots that needs no eigenvalue
-    agrees; None if it was not made. `unconfirmed` names what the full system did not confirm.
+    agrees; None if it was not made. `unconfirmed` names what the full system did not confirm. With
+    a band all is told of its roots; `crossings_outside` it, None if they are not known.
     """
 
     low: float
@@ -48,6 +50,7 @@ class SystemThresholds:
     certified: bool | None
     unconfirmed: tuple[str, ...] = ()
     reduction: Reduction | None = field(default=None, repr=False)
+    crossings_outside: int | None = None
 
 
 def start_of(system: TermSystem, low: float | None, high: float) -> float:
@@ -106,10 +109,21 @@ def _in_band(frequency: float, wanted: Wanted) -> bool:
 
 def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
     found = thresholds(system, high, mu_min=low)
-    verdict = system_roots(system, None, {system.parameter: low}).verdict
-    points = tuple(p for p in found.points if _in_band(p.frequency_hz, wanted))
-    crossings = tuple(c for c in found.crossings if _in_band(c.frequency_hz, wanted))
-    return SystemThresholds(low, high, verdict, points, crossings, found.certified)
+    verdict = system_roots(system, wanted, {system.parameter: low}).verdict
+    if wanted.rectangle is None:
+        points, crossings = tuple(found.points), tuple(found.crossings)
+        return SystemThresholds(low, high, verdict, points, crossings, found.certified)
+    rows = [c for c in found.crossings if _in_band(c.frequency_hz, wanted)]
+
+    def roots(value: float) -> ComplexArray:
+        return roots_of_all(system, wanted, {system.parameter: value})
+
+    crossings, states = _placed(roots, noise_of(system), rows, low, high)
+    points = _points(crossings, [verdict for _, verdict in states])
+    outside = len(found.crossings) - len(rows)
+    return SystemThresholds(
+        low, high, verdict, points, crossings, found.certified, crossings_outside=outside
+    )
 
 
 def _large(
@@ -139,7 +153,12 @@ def _large(
         ]
     else:
         rows = _undamped(reduction, region, low, high)
-    crossings, states = _placed(reduction, region, rows, low, high)
+    noise = noise_of(system)
+
+    def roots(value: float) -> ComplexArray:
+        return reduction.values(region, {name: value})
+
+    crossings, states = _placed(roots, noise, rows, low, high)
     unconfirmed += tuple(_unexplained(reduction, region, crossings, states, values))
     certified = None
     if system.n <= COUNTED_ROWS:
@@ -147,7 +166,7 @@ def _large(
             _counted(reduction, region, p, progress) for p, _ in states
         )
     points = _points(crossings, [verdict for _, verdict in states])
-    start = verdict_of(reduction.values(region, {name: low}), noise_of(system))
+    start = verdict_of(roots(low), noise)
     return SystemThresholds(low, high, start, points, crossings, certified, unconfirmed, reduction)
 
 
@@ -163,20 +182,23 @@ def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) 
 
 
 def _placed(
-    reduction: Reduction, region: Rectangle, rows: Sequence[Crossing], low: float, high: float
+    roots: Callable[[float], ComplexArray],
+    noise: float,
+    rows: Sequence[Crossing],
+    low: float,
+    high: float,
 ) -> tuple[tuple[Crossing, ...], list[tuple[float, str]]]:
     """Crossings with mode numbers and whether they change the verdict; values and verdicts
-    between them."""
-    name, noise = reduction.system.parameter, noise_of(reduction.system)
+    between them. `roots` gives those of the band at a value of the parameter."""
     edges = [low, *(c.mu for c in rows), high]
     states = []
     for a, b in itertools.pairwise(edges):
         middle = (a + b) / 2
-        states.append((middle, verdict_of(reduction.values(region, {name: middle}), noise)))
+        states.append((middle, verdict_of(roots(middle), noise)))
     placed = []
     for c, (before, after) in zip(rows, itertools.pairwise(states), strict=True):
-        roots = reduction.values(region, {name: c.mu})
-        slower = (roots.imag > 0) & (roots.imag < 2 * math.pi * c.frequency_hz * (1 - 1e-6))
+        at = roots(c.mu)
+        slower = (at.imag > 0) & (at.imag < 2 * math.pi * c.frequency_hz * (1 - 1e-6))
         changes = _kind(before[1]) != _kind(after[1])
         mode = 1 + int(np.sum(slower))
         placed.append(replace(c, mode=mode, changes_verdict=changes))

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.analysis.systems.wanted import MODES, TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.stability import Judgement, UnstableMode, complex_eigenvalues, judge
 from squeal.stability.dampings import dense
-from squeal.stability.eigen import Eigenvalue, hidden
-from squeal.stability.matrices import EPS, reduce
+from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden
+from squeal.stability.matrices import EPS, Reduced, first_order, reduce
 from squeal.stability.sparse.count import count_roots
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.growth import growth_bound
@@ -24,11 +26,13 @@ from squeal.stability.sparse.quadratic import Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem, quadratic
 from squeal.stability.sparse.spectrum import dense_spectrum
+from squeal.stability.sparse.zeros import FASTEST, slow_noise
 from squeal.stability.terms import Matrix, TermSystem
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
 ACCEPTED = 1e-6  # backward error of a root
+AWAY = 10 * FASTEST  # of the system's rate
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
@@ -39,7 +43,8 @@ class SystemRoots:
     `region` None is the whole plane; `count` None if the number could not be settled. `others` are
     roots that were found and counted too, and that the verdict is on, beyond the lowest ones that
     were asked for. Roots of a band that grow faster than `growth_limit` (1/s) were not looked for;
-    None if there are none.
+    None if there are none. `growing_outside` pairs and real roots outside the region grow, None if
+    that is not known.
     """
 
     eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
@@ -47,8 +52,10 @@ class SystemRoots:
     count: int | None
     verdict: str
     criterion: str
+    noise: NDArray[np.float64] = field(repr=False)
     others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
     growth_limit: float | None = None
+    growing_outside: int | None = None
 
     @property
     def certified(self) -> bool:
@@ -83,21 +90,27 @@ def system_roots(
         return _of_all(system.at(changes), wanted)
     problem = ScaledSystem(system).at(changes)
     rectangle, limit = wanted.rectangle, None
+    edge = -math.inf
+    if rectangle is not None and wanted.from_axis:
+        # rounding moves the zero roots of a rigid body, and the outline keeps away from them
+        edge = rectangle.low_imag
+        rectangle = replace(rectangle, low_imag=min(edge, -AWAY * problem.rate))
     if rectangle is not None and wanted.band is not None:
         found, limit = _band_modes(problem, rectangle, progress)
     elif rectangle is not None:
         found = modes_in(problem, rectangle, progress=progress)
     else:
         found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
-    upper = found.eigenvalues
     if isinstance(found.region, Disc):
-        edge = -SPLIT * found.region.radius  # roots of a rigid body stay
-        upper = tuple(e for e in upper if e.value.imag >= edge)
+        edge = -SPLIT * found.region.radius
+    upper = tuple(e for e in found.eigenvalues if e.value.imag >= edge)
     count = found.count.inside if found.count else None
     if count is not None and len(upper) < len(found.eigenvalues):
         # the region mirrors itself: one of each conjugate pair is listed
         count = len(upper) if found.certified else None
-    return SystemRoots(upper, found.region, count, *judged(upper), growth_limit=limit)
+    noise = noise_at(problem, upper)
+    roots = SystemRoots(upper, found.region, count, *judged(upper, noise), growth_limit=limit)
+    return roots.lowest(wanted.modes or MODES) if isinstance(found.region, Disc) else roots
 
 
 def _band_modes(
@@ -115,64 +128,67 @@ def _band_modes(
     return modes_in(problem, region, progress=progress), region.high_real
 
 
-def judged(values: tuple[Eigenvalue, ...]) -> tuple[str, str]:
-    """Verdict on some roots and what decided it; a root within its rounding error of the axis
+def judged(
+    values: tuple[Eigenvalue, ...], noise: NDArray[np.float64]
+) -> tuple[str, str, NDArray[np.float64]]:
+    """Verdict on some roots, what decided it, and the noise; a root within its noise of the axis
     lies on it."""
     if not values:
-        return NO_ROOT, f"{NO_ROOT} in the region"
-    found = decided(values, [margin(e) for e in values])
-    return found.verdict, str(found)
+        return NO_ROOT, f"{NO_ROOT} in the region", noise
+    found = decided(np.array([e.value for e in values]), noise)
+    return found.verdict, str(found), noise
 
 
-def decided(values: tuple[Eigenvalue, ...], noise: list[float]) -> Judgement:
-    """The verdict on roots that lie within `noise` (1/s) of where they are computed."""
-    growth = [e.value.real if e.value.real > n else 0.0 for e, n in zip(values, noise, strict=True)]
+def decided(values: ComplexArray, noise: NDArray[np.float64]) -> Judgement:
+    """The verdict on roots (m,) that lie within `noise` (m,), 1/s, of where they are computed."""
+    growth = np.where(values.real > noise, values.real, 0.0)
     k = int(np.argmax(growth))
     if growth[k] > 0.0:
-        oscillates = abs(values[k].value.imag) > noise[k]
+        oscillates = abs(values[k].imag) > noise[k]
         name = "flutter" if oscillates else "divergence"
     else:
-        on_axis = [abs(e.value.real) <= n for e, n in zip(values, noise, strict=True)]
-        name = "marginal" if any(on_axis) else "stable"
-        k = int(np.argmax([e.value.real for e in values]))
-    return Judgement(name, "largest Re lambda", values[k].value.real, noise[k])
+        name = "marginal" if np.any(np.abs(values.real) <= noise) else "stable"
+        k = int(np.argmax(values.real))
+    return Judgement(name, "largest Re lambda", float(values[k].real), float(noise[k]))
 
 
 def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
     found = []
-    for e in (*roots.eigenvalues, *roots.others):
-        noise = margin(e)
+    for e, noise in zip((*roots.eigenvalues, *roots.others), roots.noise, strict=True):
         if e.value.real > noise and e.value.imag > -noise:
             kind = "flutter" if e.value.imag > noise else "divergence"
-            found.append(UnstableMode.of(e, kind))
+            found.append(UnstableMode(kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
     return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
 
 
-def margin(e: Eigenvalue) -> float:
-    """How far from where it is computed a root may lie: condition times backward error, 1/s.
+def noise_at(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> NDArray[np.float64]:
+    """How far from where they are computed roots of a problem may lie: condition times backward
+    error, 1/s.
 
-    No more than the square root of rounding, which is what two coalescing roots part by.
+    No more than the square root of rounding, which is what two coalescing roots part by, or, of
+    slow roots, what rounding of K moves their squares by.
     """
-    error = max(e.residual, ROUNDING) * (e.condition if np.isfinite(e.condition) else 1 / EPS)
-    return abs(e.value) * min(error, SPLIT)
+    size = np.array([abs(e.value) for e in values])
+    error = np.array([max(e.residual, ROUNDING) * min(e.condition, 1 / EPS) for e in values])
+    most = np.maximum(SPLIT * size, slow_noise(problem, size))
+    return np.where(size > 0, np.minimum(error * size, most), 0.0)
 
 
 def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
     M, C, K = (None if X is None else dense(X) for X in matrices)
     assert M is not None
     assert K is not None
-    spectrum = None
+    problem, words = quadratic(M, C, K), None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
-            if not hidden(reduce(M, C, K), K):
-                spectrum = complex_eigenvalues(M, C, K)
-    if spectrum is not None:
-        values, verdict = spectrum.eigenvalues, judge(M, C, K)
-        words = (verdict.verdict, str(verdict))
-    else:
+            reduced = reduce(M, C, K)
+            if not hidden(reduced, K):
+                values, verdict = complex_eigenvalues(M, C, K).eigenvalues, judge(M, C, K)
+                words = (verdict.verdict, str(verdict), standard_noise(reduced, values))
+    if words is None:
         values = dense_spectrum(M, C, K)
-        words = judged(values)
+        words = judged(values, noise_at(problem, values))
     rectangle = wanted.rectangle
     if rectangle is None:
         if wanted.modes is not None:
@@ -183,10 +199,26 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
         rectangle = _whole_strip(rectangle, values)
     inside = rectangle.contains(np.array([e.value for e in values]))
     kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
-    count = _counted(quadratic(M, C, K), rectangle, values)
-    if not kept or words[0] not in ("stable", "marginal"):
-        words = judged(kept)
-    return SystemRoots(kept, rectangle, count, *words)
+    count = _counted(problem, rectangle, values)
+    others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
+    noise = words[2]
+    outside = len(growing(SystemRoots(others, None, None, *judged(others, noise[~inside]))))
+    words = judged(kept, noise[inside])
+    return SystemRoots(kept, rectangle, count, *words, growing_outside=outside)
+
+
+def standard_noise(reduced: Reduced, values: tuple[Eigenvalue, ...]) -> NDArray[np.float64]:
+    """The same of roots from the standard form: what `judge` holds them against, in 1/s.
+
+    Without damping they are exactly on the axes where they may be.
+    """
+    roots: ComplexArray = np.array([e.value for e in values])
+    if reduced.B is None:
+        return np.zeros(len(roots))
+    matrix, rate = first_order(reduced.A, reduced.B)
+    conditions = np.array([e.condition for e in values])
+    noise = float(rate) * axis_noise(matrix, roots / rate, conditions, reduced.rounding)
+    return np.where(roots == 0, 0.0, noise)
 
 
 def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.roots import NO_ROOT, SPLIT, system_roots
+from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import InputError, InputWarning
 from squeal.files.journal import Checkpoint
@@ -74,13 +74,7 @@ class SweepRow:
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
     """Verdict on roots of which a real part below `noise` |lambda| is none."""
-    if not len(roots):
-        return NO_ROOT
-    excess = roots.real - noise * np.abs(roots)
-    k = int(np.argmax(np.where(roots == 0, -np.inf, excess)))
-    if excess[k] > 0.0:
-        return "flutter" if abs(roots[k].imag) > noise * abs(roots[k]) else "divergence"
-    return "marginal" if np.any(np.abs(roots.real) <= noise * np.abs(roots)) else "stable"
+    return decided(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
 
 
 def noise_of(system: TermSystem) -> float:

@@ -16,7 +16,7 @@ ALL_ROWS = 400  # up to so many rows all roots are computed
 MODES = 20  # of a larger system where nothing else is asked for
 FILL = 18.0  # bytes of a factorisation for each non-zero and cube root of the rows (3-D solids)
 SUBSPACE = 16 * 2 * 180  # bytes a row
-EDGE = 1e-6  # of a band from 0: how far it reaches below the real axis
+EDGE = 1e-6  # of a band from 0, or a region: how far it reaches beyond the real axis
 
 TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
 BAND = Row(2)
@@ -54,15 +54,25 @@ class Wanted:
 
     @property
     def rectangle(self) -> Rectangle | None:
-        """The region, or that of the band; None if neither is given."""
-        if self.region is not None or self.band is None:
-            return self.region
-        found = band(*self.band)
-        if self.band[0] > 0.0:
+        """The region, or that of the band; None if neither is given.
+
+        What begins or ends on the real axis holds it.
+        """
+        found = self.region
+        if self.band is not None:
+            found = band(*self.band)
+        if found is None or (found.low_imag and found.high_imag):
             return found
-        # the real axis belongs to a band that begins at 0
-        low = -EDGE * found.high_imag
-        return Rectangle(found.low_real, found.high_real, low, found.high_imag)
+        edge = EDGE * max(found.high_imag, -found.low_imag)
+        low, high = found.low_imag or -edge, found.high_imag or edge
+        return Rectangle(found.low_real, found.high_real, low, high)
+
+    @property
+    def from_axis(self) -> bool:
+        """True if the band or region begins on the real axis."""
+        if self.band is not None:
+            return self.band[0] == 0.0
+        return self.region is not None and self.region.low_imag == 0.0
 
     def words(self) -> str:
         """The same in words, for people."""

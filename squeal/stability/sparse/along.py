@@ -17,7 +17,6 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.stability.following.steps import hermite_cubic
 from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
-from squeal.stability.sparse.dense import dense_roots
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.quadratic import ComplexArray, combined
 from squeal.stability.sparse.reduction import Reduction
@@ -27,7 +26,7 @@ DEPTH = 36  # halvings of a step
 STATES = 600  # values at which roots are computed; beyond, no step is halved
 DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
 SMALL = 1e-4  # of |lambda|: ... or this
-ZERO = 1e-10  # of |lambda|: real part that may be rounding
+ZERO = 1e-10  # of |lambda|: real part that may be rounding; of |C| the same
 NEWTON = 5  # steps on the reduced system; the full one goes on from there
 NOISE = 0.05
 REAL = 1e-6  # of the region's highest imaginary part
@@ -95,9 +94,9 @@ class Along:
         """The roots at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
             at = {**self.changes, self.name: value}
-            M, C, K = self.reduction.system.at(at)
+            M, C, _ = self.reduction.system.at(at)
             C = np.zeros_like(M) if C is None else C
-            found = dense_roots(M, C, K, self.region, left=True)
+            found = self.reduction.roots(self.region, at, left=True)
             moved = [
                 np.zeros_like(M) if d is None else d
                 for d in self.reduction.system.derivative(self.name, at)
@@ -106,7 +105,10 @@ class Along:
             for j, root in enumerate(found.values):
                 x, y = found.right[:, j], found.left[:, j].conj()
                 change = root * root * moved[0] + root * moved[1] + moved[2]
-                slopes[j] = -(y @ change @ x) / (y @ (2 * root * M + C) @ x)
+                inertia = y @ (2 * root * M + C) @ x
+                # a double root at zero leaves it as a square root, if at all
+                single = root or abs(inertia) > ZERO * np.linalg.norm(C)
+                slopes[j] = -(y @ change @ x) / inertia if single else 0.0
             self._states[value] = State(value, found.values, slopes, found.right, found.left)
         return self._states[value]
 

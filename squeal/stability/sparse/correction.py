@@ -66,7 +66,7 @@ def _corrected(problem: Quadratic, factor: Factor, V: Array, region: Rectangle) 
     space = _Space(problem, other, V)
     for _ in range(ROUNDS):
         M, C, K = space.parts
-        ritz = dense_roots(M, C, K, region, left=True)
+        ritz = dense_roots(M, C, K, region, left=True, stiffness=problem.norms[2])
         x, y = combined(space.V, ritz.right), combined(space.V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = [np.linalg.norm(rest, axis=0) / problem.size(ritz.values) for rest in rests]

@@ -5,35 +5,52 @@ from collections.abc import Iterable
 import numpy as np
 
 from squeal.numerics.inverse import near_singular
-from squeal.stability.matrices import ILL, unit_diagonal
+from squeal.stability.matrices import EPS, ILL, unit_diagonal, zero_roots
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.pencil import pencil_roots
 from squeal.stability.sparse.quadratic import ComplexArray, norm_of
 from squeal.stability.sparse.region import Region
 from squeal.stability.sparse.scaled import quadratic
+from squeal.stability.sparse.zeros import free_motions
 from squeal.stability.terms import Matrix
 
+FAINT = 1e-5  # of the largest root: what is no less is not zero
 
-def dense_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
+
+def dense_values(
+    M: Matrix, C: Matrix | None, K: Matrix, stiffness: float | None = None
+) -> ComplexArray:
     """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
 
-    Without damping those on the imaginary axis are exactly there.
+    Without damping those on the imaginary axis are exactly there, and roots of motions that nothing
+    holds are exactly zero. K may carry the rounding of a matrix of a greater norm `stiffness`.
     """
-    if 1.0 / np.linalg.cond(unit_diagonal(M)) <= ILL:
+    condition = np.linalg.cond(unit_diagonal(M))
+    if 1.0 / condition <= ILL:
         problem = quadratic(M, C, K)
         return pencil_roots(*(X.toarray() for X in (problem.M, problem.C, problem.K))).values
     n = len(M)
+    A = _normalised(M, K)
     if C is None or not C.any():
-        A = _normalised(M, K)
         solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
         squares = -solve(A).astype(complex)
         half = np.sqrt(squares)
-        return np.concatenate([half, -half])
-    rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
-    eye, zero = np.eye(n), np.zeros((n, n))
-    lower = np.linalg.solve(M, np.hstack([-K / rate**2, -C / rate]))
-    first_order = np.vstack([np.hstack([zero, eye]), lower])
-    return np.asarray(np.linalg.eigvals(first_order) * rate, dtype=complex)
+        values, matrix, each = np.concatenate([half, -half]), A, 2
+    else:
+        rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
+        eye = np.eye(n)
+        lower = np.hstack([-A / rate**2, -_normalised(M, C) / rate])
+        matrix, each = np.vstack([np.hstack([np.zeros_like(eye), eye]), lower]), 1
+        values = np.asarray(np.linalg.eigvals(matrix) * rate, dtype=complex)
+    size = np.abs(values)
+    if stiffness is not None:
+        zeros = free_motions(M, K * 0 if C is None else C, K, stiffness)[0]
+    elif np.min(size) <= FAINT * np.max(size) and zero_roots(A, 4 * EPS * condition):
+        zeros = each * zero_roots(matrix, 4 * EPS * condition)
+    else:
+        return values
+    values[np.argsort(size)[:zeros]] = 0.0
+    return values
 
 
 def _normalised(M: Matrix, K: Matrix) -> Matrix:
@@ -50,16 +67,26 @@ def _normalised(M: Matrix, K: Matrix) -> Matrix:
 
 
 def dense_roots(
-    M: Matrix, C: Matrix | None, K: Matrix, region: Region, left: bool = False
+    M: Matrix,
+    C: Matrix | None,
+    K: Matrix,
+    region: Region,
+    left: bool = False,
+    stiffness: float | None = None,
 ) -> Roots:
     """The roots inside a region with unit right vectors and, if wanted, left ones (else NaN)."""
-    values = dense_values(M, C, K)
+    values = dense_values(M, C, K, stiffness)
     values = values[region.contains(values)]
-    return roots_at(M, C, K, values, left)
+    return roots_at(M, C, K, values, left, stiffness)
 
 
 def roots_at(
-    M: Matrix, C: Matrix | None, K: Matrix, values: ComplexArray, left: bool = False
+    M: Matrix,
+    C: Matrix | None,
+    K: Matrix,
+    values: ComplexArray,
+    left: bool = False,
+    stiffness: float | None = None,
 ) -> Roots:
     """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN)."""
     values = values[np.lexsort((values.real, values.imag))]
@@ -67,6 +94,12 @@ def roots_at(
     right = np.full((len(M), len(values)), np.nan, dtype=complex)
     other = right.copy()
     for group in _clusters(values):
+        if not values[group[0]]:
+            _, null, conull = free_motions(M, C, K, stiffness)
+            if null.shape[1]:
+                pick = np.arange(len(group)) % null.shape[1]
+                right[:, group], other[:, group] = null[:, pick], conull[:, pick]
+                continue
         mean = values[group].mean()
         P = mean * mean * M + mean * C + K
         right[:, group], other[:, group] = _null(P, len(group), left)

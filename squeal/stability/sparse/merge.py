@@ -35,33 +35,33 @@ class Roots:
         return Roots(values, right, left)
 
 
-def merged(old: Roots, new: Roots, scale: float) -> Roots:
+def merged(old: Roots, new: Roots, near: np.ndarray) -> Roots:
     """`old` and what `new` adds to it.
 
     Roots at one place are the same if the vector of one lies in the span of the others there; each
     old one answers for at most one new one, so a defective root keeps its multiplicity and a
-    multiple one gains the vectors that another start brings. `scale` (rad/s): distances count
-    relative to it near zero.
+    multiple one gains the vectors that another start brings. `near` (m,) in rad/s: how far from
+    each new one is its place.
     """
     left = old.left.copy()
     free = np.ones(len(old.values), dtype=bool)
     fresh = []
     for j, value in enumerate(new.values):
         distance = np.abs(old.values - value)
-        near = np.flatnonzero(distance <= SAME * max(abs(value), scale))
-        if len(near):
-            basis, singular, _ = np.linalg.svd(old.right[:, near], full_matrices=False)
+        there = np.flatnonzero(distance <= near[j])
+        if len(there):
+            basis, singular, _ = np.linalg.svd(old.right[:, there], full_matrices=False)
             basis = basis[:, singular > SPANNED * singular[0]]
             x = new.right[:, j]
             outside = np.linalg.norm(x - basis @ (basis.conj().T @ x))
-            open_ones = near[free[near]]
+            open_ones = there[free[there]]
             if outside <= SPANNED and len(open_ones):
                 k = open_ones[np.argmin(distance[open_ones])]
                 free[k] = False
                 if np.isnan(left[0, k]):
                     left[:, k] = new.left[:, j]
                 continue
-            if outside <= SPANNED and len(basis.T) == len(near):
+            if outside <= SPANNED and len(basis.T) == len(there):
                 continue  # a multiple root whose space is known already
         fresh.append(j)
     return replace(old, left=left).joined(new.picked(np.array(fresh, dtype=int)))

@@ -11,14 +11,16 @@ from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.count import Count, count_roots
 from squeal.stability.sparse.factor import Factor, factorise_at, one_thread
 from squeal.stability.sparse.krylov import Krylov, Near
-from squeal.stability.sparse.merge import Roots, merged
+from squeal.stability.sparse.merge import SAME, Roots, merged
 from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle, Region
+from squeal.stability.sparse.zeros import FASTEST, place_of, settled
 
 STEPS = 180  # of one subspace; what it does not reach is left to other shifts
 BEYOND = 1.2  # reach wanted beyond the region, relative: the count then needs fewer determinants
 AROUND = 1.5  # the same of the lowest modes
 PIECES = 200  # shifts before a region is refused
+FAST = 10 * FASTEST  # of the system's rate: what is slower may be a rigid body
 TRIES = 3  # starts for a region whose count tells of missing roots
 
 Progress = Callable[[str], None]
@@ -86,7 +88,8 @@ class _Search:
         left = np.full(near.vectors.shape, np.nan, dtype=complex)
         if self.left and np.any(wanted(near)):
             left = self._left(factor, near, wanted(near), krylov.steps, radius, rng)
-        self.roots = merged(self.roots, Roots(near.values, near.vectors, left), abs(shift) + radius)
+        same = np.maximum(SAME * (abs(shift) + radius), place_of(problem, near.values))
+        self.roots = merged(self.roots, Roots(near.values, near.vectors, left), same)
         self.discs.append((shift, near.reach))
         self.shifts.append(shift)
         return near
@@ -116,10 +119,12 @@ class _Search:
         return result
 
     def complete(self) -> Roots:
-        """All roots found, of real matrices with their conjugates."""
-        if not self.problem.real:
-            return self.roots
-        return merged(self.roots, self.roots.mirrored(), self.problem.rate * 1e-6)
+        """All roots found, of real matrices with their conjugates, exact ones where they are zero
+        or real."""
+        roots = self.roots
+        if self.problem.real:
+            roots = merged(roots, roots.mirrored(), place_of(self.problem, roots.values))
+        return settled(self.problem, roots)
 
     def covered(self) -> Discs:
         discs = Discs(tuple(self.discs))
@@ -197,16 +202,21 @@ def lowest_modes(
     certify: bool = True,
     progress: Progress = _quiet,
 ) -> Modes:
-    """The roots of least |lambda|: `modes` pairs (or as many single roots), rigid-body ones too.
+    """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
-    The disc that the count certifies ends halfway to the next root beyond.
+    The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
+    root beyond, so that equal ones are in it together.
     """
     search = _Search(problem, left, progress)
     shift = complex(1e-4 * problem.rate)
     with one_thread():
         # a first look sets the scale, so that the discs end where roots do
-        search.around(shift, abs(shift), lambda near: len(near.values) >= 4, 0, _none)
-        scale = float(np.median(np.abs(search.roots.values))) or abs(shift)
+        held = FAST * problem.rate  # roots of a rigid body tell no scale
+        search.around(
+            shift, abs(shift), lambda near: int(np.sum(np.abs(near.values) > held)) >= 4, 0, _none
+        )
+        sizes = np.abs(search.roots.values)
+        scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else abs(shift)
         shift = complex(0.3 * scale)
         for attempt in range(TRIES):
             near = search.around(
@@ -235,12 +245,13 @@ def _none(near: Near) -> NDArray[np.bool_]:
 
 def _end(values: ComplexArray, modes: int, sure: float) -> float:
     """A radius between the last wanted root and the next one, within the sure distance."""
-    sizes = np.sort(np.abs(values[np.abs(values) < sure]))
-    last = min(2 * modes, len(sizes))
-    if last == 0:
+    upper = values[(np.abs(values) < sure) & (values.imag >= -SAME * np.abs(values))]
+    sizes = np.sort(np.abs(upper))
+    if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
-    after = sizes[last] if last < len(sizes) else sure
-    return float(sizes[last - 1] + after) / 2
+    last = sizes[min(modes, len(sizes)) - 1]
+    beyond = sizes[sizes > last * (1 + SAME)]
+    return float(last + (beyond[0] if len(beyond) else sure)) / 2
 
 
 def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) -> Modes:

@@ -10,6 +10,7 @@ import numpy as np
 from squeal.stability.matrices import EPS, Array, rank_of, unit_diagonal
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.quadratic import ComplexArray, norm_of
+from squeal.stability.sparse.zeros import free_motions
 from squeal.stability.terms import Matrix
 
 
@@ -38,7 +39,7 @@ def _undamped(masses: Array, K: Matrix, r: int) -> tuple[ComplexArray, ComplexAr
     squares = (pairs[0] / np.where(pairs[1] == 0, 1.0, pairs[1]))[kept]
     x, y = right[:, kept], left[:, kept]
     _pair(squares, K)
-    _settle_zeros(squares, x, y, K, np.zeros_like(K))
+    _settle_zeros(squares, x, y, free_motions(np.diag(masses), 0 * K, K), 2)
     half = np.sqrt(-squares.astype(complex))
     half = np.where((squares.imag == 0) & (squares.real > 0), 1j * np.abs(half.imag), half)
     return np.concatenate([half, -half]), np.hstack([x, x]), np.hstack([y, y])
@@ -65,7 +66,7 @@ def _damped(
     x = np.vstack([right[:r], right[2 * r :]])[:, kept].astype(complex)
     y = left[r:, kept].astype(complex)
     _pair(values, E)
-    _settle_zeros(values, x, y, K, C)
+    _settle_zeros(values, x, y, free_motions(np.diag(masses), C, K))
     return values, x, y
 
 
@@ -86,19 +87,17 @@ def _pair(values: ComplexArray, matrix: Matrix) -> None:
 
 
 def _settle_zeros(
-    values: ComplexArray, x: ComplexArray, y: ComplexArray, K: Matrix, C: Matrix
+    values: ComplexArray,
+    x: ComplexArray,
+    y: ComplexArray,
+    free: tuple[int, Matrix, Matrix],
+    each: int = 1,
 ) -> None:
-    """Set the roots that K has by its rank to zero, twice where C leaves such a motion undamped."""
-    left, singular, right = np.linalg.svd(K)
-    rank = rank_of(singular)
-    null, conull = right[rank:].conj().T, left[:, rank:]
-    zeros = nulls = len(K) - rank
-    if C.any() and nulls:
-        across = np.linalg.svd(conull.conj().T @ C @ null, compute_uv=False)
-        zeros += nulls - rank_of(across, norm_of(C))
-    where = np.argsort(np.abs(values))[:zeros]
+    """Set the roots of free motions to zero; a value stands for `each` so many."""
+    zeros, null, conull = free
+    where = np.argsort(np.abs(values))[: zeros // each]
     values[where] = 0.0
-    pick = np.arange(len(where)) % max(nulls, 1)
+    pick = np.arange(len(where)) % max(null.shape[1], 1)
     x[:, where], y[:, where] = null[:, pick], conull[:, pick]
 
 

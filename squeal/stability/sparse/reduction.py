@@ -96,6 +96,18 @@ class Basis:
             parts["M"], parts["C"], parts["K"], given.parameters, given.parameter, given.name
         )
 
+    def stiffness(self, changes: Changes) -> float:
+        """A bound of the norm of the full K, whose rounding the reduced one carries."""
+        p = self.scaled.system.values(changes)
+        terms = zip(self.scaled.system.K, self._norms["K"], strict=True)
+        return float(sum(abs(t.factor.value(p)) * bound for t, bound in terms))
+
+    def roots(
+        self, system: TermSystem, region: Rectangle, changes: Changes, left: bool = False
+    ) -> Roots:
+        """The roots in a region of the reduced `system` at its parameters, some of them changed."""
+        return dense_roots(*system.at(changes), region, left, self.stiffness(changes))
+
     def sketch(self) -> np.ndarray:
         """Blocks (terms, SKETCH, d) whose combinations estimate a residual."""
         if self._sketch is None:
@@ -160,8 +172,11 @@ class Reduction:
 
     def modes(self, region: Rectangle, changes: Changes | None = None) -> ReducedModes:
         """The roots in a region at the parameters, some of them changed."""
-        p = changes or {}
-        return self._genuine(dense_roots(*self.system.at(p), region), p)
+        return self._genuine(self.roots(region, changes), changes or {})
+
+    def roots(self, region: Rectangle, changes: Changes | None = None, left: bool = False) -> Roots:
+        """The same without errors, spurious ones among them; left vectors if wanted."""
+        return self.basis.roots(self.system, region, changes or {}, left)
 
     def values(self, region: Rectangle, changes: Changes | None = None) -> ComplexArray:
         """The roots in a region without vectors and errors: the least work."""
@@ -169,7 +184,7 @@ class Reduction:
             return self.modes(region, changes).values
         p = changes or {}
         M, C, K = self.system.at(p)
-        found = dense_values(M, C, K)
+        found = dense_values(M, C, K, self.basis.stiffness(p))
         found = found[region.contains(found)]
         grows = found.real > GROWS * np.abs(found)
         if self.method == "modal" or not np.any(grows):
@@ -227,7 +242,7 @@ def reduce_system(
         while True:
             if samples:
                 system = basis.system()
-                roots = [dense_roots(*system.at(changes), region) for changes in values]
+                roots = [basis.roots(system, region, changes) for changes in values]
                 errors = _Errors(basis, roots, values, samples)
                 if doubtful := errors.with_spurious - proved:
                     where = doubtful.pop()
@@ -279,7 +294,7 @@ def reduce_to_real_modes(
         basis = Basis(scaled)
         basis.extend(vectors / np.linalg.norm(vectors, axis=0))
         system = basis.system()
-        roots = [dense_roots(*system.at(changes), region) for changes in values]
+        roots = [basis.roots(system, region, changes) for changes in values]
         errors = _Errors(basis, roots, values, ())
         worst, _ = errors.largest(~errors.sampled)
     return Reduction(system, basis, (), worst, "modal")

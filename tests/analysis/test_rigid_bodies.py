@@ -1,0 +1,201 @@
+"""Free bodies: zero roots, twice each, are neither growth nor decay; chains have closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
+
+from squeal.analysis.systems.chart import NAMES, Side, system_chart
+from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.sweeps import full_rows, reduced_for, reduced_rows
+from squeal.analysis.systems.wanted import Wanted
+from squeal.numerics.formula import Formula
+from squeal.stability.sparse.region import Rectangle
+from squeal.stability.terms import Term, TermSystem
+
+N, SPRING = 450, 1e6
+MU = Formula("mu")
+
+
+def _chain(rows):
+    """Equal springs between equal masses, free at both ends."""
+    diagonal = np.full(rows, 2.0)
+    diagonal[[0, -1]] = 1.0
+    side = np.full(rows - 1, -1.0)
+    return SPRING * diags_array([side, diagonal, side], offsets=(-1, 0, 1), format="csc")
+
+
+def _at(row, value):
+    return csc_array(([value], ([row], [row])), shape=(N, N))
+
+
+def _lengths(chains):
+    return [N] if chains == 1 else [100, 150, 200]
+
+
+def _system(chains=1, mass=1.0, damping=(), more=()):
+    K = block_diag([_chain(rows) for rows in _lengths(chains)], format="csc")
+    return TermSystem((Term(mass * eye_array(N, format="csc")),), damping, (Term(K), *more))
+
+
+def _elastic(chains, mass):
+    ways = [np.sin(np.pi * np.arange(1, rows) / (2 * rows)) for rows in _lengths(chains)]
+    return 2 * np.sqrt(SPRING / mass) * np.sort(np.concatenate(ways))
+
+
+@pytest.mark.parametrize(("chains", "mass"), [(1, 1.0), (3, 0.01)])
+@pytest.mark.parametrize("wanted", [Wanted(band=(0.0, 60.0)), Wanted(modes=10), Wanted(modes=11)])
+def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, wanted):
+    found = system_roots(_system(chains, mass), wanted)
+    values = np.array([e.value for e in found.eigenvalues])
+    assert np.sum(values == 0) == min(2 * chains, len(values))
+    assert (found.verdict, found.certified) == ("marginal", True)
+    elastic = _elastic(chains, mass)
+    assert values.imag[2 * chains :] == pytest.approx(elastic[: len(values) - 2 * chains], rel=1e-9)
+    if wanted.modes:
+        assert len(values) == wanted.modes
+
+
+@pytest.mark.parametrize("chains", [1, 3])
+def test_sweeps_of_a_damped_free_chain_are_marginal_on_reduced_systems_too(chains):
+    stiffness = _system(chains).K[0].matrix
+    system = _system(chains, damping=(Term(1e-7 * stiffness),))
+    wanted, values = Wanted(band=(0.0, 60.0)), [0.0, 0.5, 1.0]
+    reduction, region = reduced_for(system, wanted, [{"mu": v} for v in values])
+    rows = [*reduced_rows(reduction, region, "mu", values), *full_rows(system, wanted, values)]
+    assert [row.verdict for row in rows] == ["marginal"] * 6
+    assert {int(np.sum(row.roots == 0)) for row in rows} == {2 * chains}
+    assert len({len(row.roots) for row in rows}) == 1
+
+
+def test_a_ground_damper_leaves_one_zero_root_and_one_that_decays():
+    c = 0.9
+    found = system_roots(_system(damping=(Term(_at(0, c)),)), Wanted(band=(0.0, 60.0)))
+    slow = sorted(e.value.real for e in found.eigenvalues if e.value.imag == 0.0)
+    # the body moves as one: lambda^2 n m + lambda c = 0, but for c^2 of the chain's compliance
+    assert slow == [pytest.approx(-c / N, rel=1e-3), 0.0]
+    assert (found.verdict, found.certified) == ("marginal", True)
+
+
+@pytest.mark.parametrize("ground", [1e-3, -1e-3])
+def test_a_soft_ground_is_no_free_body(ground):
+    found = system_roots(_system(more=(Term(_at(0, ground)),)), Wanted(band=(0.0, 60.0)))
+    square = found.eigenvalues[0].value ** 2
+    assert square.real == pytest.approx(-ground / N, rel=1e-3)
+    assert found.verdict == ("marginal" if ground > 0 else "divergence")
+    assert found.certified
+
+
+def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
+    """K1 acts on stretched springs alone and gives K another left null vector than right one."""
+    stretch = csc_array(
+        ([1.0, -1.0, -1.0, 1.0], ([3, 3, 9, 9], [0, 1, 0, 1])), shape=(N, N)
+    )  # rows sum to zero: K1 holds no rigid motion
+    pull = csc_array(([1.0, -1.0], ([5, 5], [7, 8])), shape=(N, N))
+    system = _system(more=(Term(csc_array(1e3 * (stretch + pull)), MU),))
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(0.0, 60.0)))
+    assert (found.verdict, found.crossings, found.unconfirmed) == ("marginal", (), ())
+    full = system_roots(system, Wanted(band=(0.0, 60.0)), {"mu": 1.0})
+    assert sum(e.value == 0 for e in full.eigenvalues) == 2
+    assert (full.verdict, full.certified) == ("marginal", True)
+
+
+@pytest.mark.parametrize(("drive", "verdict"), [(0.0, "marginal"), (0.2, "flutter")])
+def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, verdict):
+    """Two springs in a row; a negative damper between the ends drives them where the passive one
+    does not suffice."""
+    K = 1e4 * np.array([[1.1, -1.1, 0.0], [-1.1, 1.8, -0.7], [0.0, -0.7, 0.7]])
+    ends = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]])
+    system = TermSystem(
+        (Term(np.diag([1.0, 2.0, 3.3])),),
+        (Term(1e-4 * K, Formula("s")), Term(-100 * drive * ends)),
+        (Term(K, Formula("s + mu")),),
+        {"s": 1.0},
+    )
+    sides = (Side("mu", 0.0, 1.0, 5), Side("s", 0.5, 2.0, 5))
+    assert np.all(system_chart(system, sides).codes == NAMES.index(verdict))
+
+
+@pytest.mark.parametrize("modes", [1, 2, 7, 8, 9, 20])
+def test_so_many_lowest_modes_are_listed_as_are_asked_for(modes):
+    """Frequencies of 7, 8 and 9 are equal, real roots are single."""
+    omega = np.linspace(10.0, 5000.0, N)
+    omega[6:9] = omega[7]
+    decay = np.where(np.arange(N) < 3, 4.0, 0.02) * omega
+    system = TermSystem(
+        (Term(eye_array(N, format="csc")),),
+        (Term(diags_array(decay, format="csc")),),
+        (Term(diags_array(omega**2, format="csc")),),
+    )
+    found = system_roots(system, Wanted(modes=modes))
+    roots = np.array([np.roots([1.0, c, w * w]) for w, c in zip(omega, decay, strict=True)]).ravel()
+    upper = np.sort(np.abs(roots[roots.imag >= 0.0]))
+    assert len(found.eigenvalues) == modes
+    assert found.certified
+    listed = np.sort([abs(e.value) for e in (*found.eigenvalues, *found.others)])
+    assert listed == pytest.approx(upper[: len(listed)], rel=1e-9)
+
+
+@pytest.mark.parametrize("rows", [100, N])
+@pytest.mark.parametrize("low", [0.0, -1.0])
+def test_a_region_that_begins_on_the_real_axis_holds_it(rows, low):
+    omega = np.linspace(10.0, 500.0, rows)
+    decay = omega * np.where(np.arange(rows) % 3 == 0, 3.0, 0.1)
+    system = TermSystem(
+        (Term(eye_array(rows, format="csc")),),
+        (Term(diags_array(decay, format="csc")),),
+        (Term(diags_array(omega**2, format="csc")),),
+    )
+    found = system_roots(system, Wanted(region=Rectangle(-150.0, 10.0, low, 60.0)))
+    real = omega[::3] * (-1.5 + math.sqrt(1.25))
+    fast = omega[::3] * (-1.5 - math.sqrt(1.25))
+    pairs = omega[np.arange(rows) % 3 != 0]
+    upper = np.sum(pairs * math.sqrt(1 - 0.0025) < 60.0)
+    assert found.count == np.sum(real > -150.0) + np.sum(fast > -150.0) + upper
+    assert found.certified
+
+
+def _two_pairs(rows, c=0.0):
+    """A pair near 1.6 Hz that flutters from mu = 0.25 on, one near 163 Hz from 0.5 on."""
+    far = np.linspace(1e4, 2e4, rows - 4) ** 2
+    K0 = np.diag([100.0, 110.0, 1e6, 1.1e6])
+    K1 = np.zeros((4, 4))
+    K1[0, 1], K1[1, 0], K1[2, 3], K1[3, 2] = 20.0, -20.0, 1e5, -1e5
+    none = csc_array((rows - 4, rows - 4))
+    damping = (Term(c * eye_array(rows, format="csc")),) if c else ()
+    return TermSystem(
+        (Term(eye_array(rows, format="csc")),),
+        damping,
+        (
+            Term(block_diag([K0, diags_array(far)], format="csc")),
+            Term(csc_array(block_diag([K1, none], format="csc")), MU),
+        ),
+    )
+
+
+@pytest.mark.parametrize("c", [0.0, 0.1])
+def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
+    wanted = Wanted(band=(100.0, 200.0))
+    small, large = (system_thresholds(_two_pairs(n, c), 1.0, wanted=wanted) for n in (10, N))
+    exact = math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5
+    for found in (small, large):
+        assert found.verdict == ("stable" if c else "marginal")
+        assert [p.kind for p in found.points] == ["flutter"]
+        assert found.points[0].mu == pytest.approx(exact, rel=1e-9)
+        assert [c.changes_verdict for c in found.crossings] == [True]
+        assert found.certified
+    assert (small.crossings_outside, large.crossings_outside) == (1, None)
+    for n, outside in ((10, 1), (N, None)):
+        roots = system_roots(_two_pairs(n, c), wanted, {"mu": 0.4})
+        assert roots.verdict == ("stable" if c else "marginal")
+        assert roots.growing_outside == outside
+
+
+def test_a_rigid_body_outside_its_band_leaves_a_damped_mode_stable():
+    pull = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    system = TermSystem((Term(np.eye(2)),), (Term(pull),), (Term(1e4 * pull),))
+    assert system_roots(system, Wanted(band=(10.0, 40.0))).verdict == "stable"
+    assert system_roots(system, Wanted(band=(0.0, 40.0))).verdict == "marginal"
+    assert system_roots(system).verdict == "marginal"
