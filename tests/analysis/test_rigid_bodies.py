@@ -58,11 +58,11 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, 
         assert len(values) == wanted.modes
 
 
-@pytest.mark.parametrize("chains", [1, 3])
-def test_sweeps_of_a_damped_free_chain_are_marginal_on_reduced_systems_too(chains):
+@pytest.mark.parametrize(("chains", "top"), [(1, 60.0), (3, 60.0), (1, 2.0)])
+def test_sweeps_of_a_damped_free_chain_are_marginal_on_reduced_systems_too(chains, top):
     stiffness = _system(chains).K[0].matrix
     system = _system(chains, damping=(Term(1e-7 * stiffness),))
-    wanted, values = Wanted(band=(0.0, 60.0)), [0.0, 0.5, 1.0]
+    wanted, values = Wanted(band=(0.0, top)), [0.0, 0.5, 1.0]
     reduction, region = reduced_for(system, wanted, [{"mu": v} for v in values])
     rows = [*reduced_rows(reduction, region, "mu", values), *full_rows(system, wanted, values)]
     assert [row.verdict for row in rows] == ["marginal"] * 6
@@ -77,6 +77,15 @@ def test_a_ground_damper_leaves_one_zero_root_and_one_that_decays():
     # the body moves as one: lambda^2 n m + lambda c = 0, but for c^2 of the chain's compliance
     assert slow == [pytest.approx(-c / N, rel=1e-3), 0.0]
     assert (found.verdict, found.certified) == ("marginal", True)
+
+
+def test_a_damper_that_does_no_work_on_the_left_null_vector_leaves_two_zero_roots():
+    """The force on row 0 acts on row 4 too: the left null vector is one everywhere but at row 0."""
+    follower = csc_array(([SPRING, -SPRING], ([4, 4], [0, 1])), shape=(N, N))
+    system = _system(damping=(Term(_at(0, 0.9)),), more=(Term(follower),))
+    found = system_roots(system, Wanted(band=(0.0, 60.0)))
+    assert sum(e.value == 0 for e in found.eigenvalues) == 2
+    assert found.certified
 
 
 @pytest.mark.parametrize("ground", [1e-3, -1e-3])
@@ -191,6 +200,17 @@ def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
         roots = system_roots(_two_pairs(n, c), wanted, {"mu": 0.4})
         assert roots.verdict == ("stable" if c else "marginal")
         assert roots.growing_outside == outside
+
+
+@pytest.mark.parametrize("stiff", [1e6, 1e12])
+def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff):
+    rng = np.random.default_rng(4)
+    turn = np.linalg.qr(rng.standard_normal((6, 6)))[0]
+    K = turn @ np.diag([0.0, 1e4, stiff, 2 * stiff, 3 * stiff, 4 * stiff]) @ turn.T
+    system = TermSystem((Term(np.eye(6)),), (), (Term((K + K.T) / 2),))
+    found = system_roots(system, Wanted(band=(0.0, 40.0)))
+    assert [e.value.imag for e in found.eigenvalues] == pytest.approx([0.0, 0.0, 100.0], rel=1e-6)
+    assert found.certified
 
 
 def test_a_rigid_body_outside_its_band_leaves_a_damped_mode_stable():

@@ -92,9 +92,7 @@ def system_roots(
     rectangle, limit = wanted.rectangle, None
     edge = -math.inf
     if rectangle is not None and wanted.from_axis:
-        # rounding moves the zero roots of a rigid body, and the outline keeps away from them
-        edge = rectangle.low_imag
-        rectangle = replace(rectangle, low_imag=min(edge, -AWAY * problem.rate))
+        edge, rectangle = rectangle.low_imag, _away(rectangle, problem)
     if rectangle is not None and wanted.band is not None:
         found, limit = _band_modes(problem, rectangle, progress)
     elif rectangle is not None:
@@ -179,7 +177,7 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
     M, C, K = (None if X is None else dense(X) for X in matrices)
     assert M is not None
     assert K is not None
-    problem, words = quadratic(M, C, K), None
+    words = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
@@ -188,18 +186,20 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
                 words = (verdict.verdict, str(verdict), standard_noise(reduced, values))
     if words is None:
         values = dense_spectrum(M, C, K)
-        words = judged(values, noise_at(problem, values))
+        words = judged(values, noise_at(quadratic(M, C, K), values))
     rectangle = wanted.rectangle
     if rectangle is None:
         if wanted.modes is not None:
-            upper = tuple(e for e in values if e.value.imag >= 0.0)
-            return SystemRoots(upper, None, len(upper), *words).lowest(wanted.modes)
+            rising = np.array([e.value.imag >= 0.0 for e in values])
+            upper = tuple(e for e, up in zip(values, rising, strict=True) if up)
+            found = SystemRoots(upper, None, len(upper), *words[:2], words[2][rising])
+            return found.lowest(wanted.modes)
         return SystemRoots(values, None, len(values), *words)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)
     inside = rectangle.contains(np.array([e.value for e in values]))
     kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
-    count = _counted(problem, rectangle, values)
+    count = _counted(quadratic(M, C, K), rectangle, values, wanted.from_axis)
     others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
     noise = words[2]
     outside = len(growing(SystemRoots(others, None, None, *judged(others, noise[~inside]))))
@@ -229,12 +229,23 @@ def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle
     return Rectangle(-wide, wide, region.low_imag, region.high_imag)
 
 
-def _counted(problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...]) -> int | None:
+def _away(region: Rectangle, problem: Quadratic) -> Rectangle:
+    """A region that begins on the real axis with its outline away from where rounding moves the
+    zero roots of a rigid body."""
+    return replace(region, low_imag=min(region.low_imag, -AWAY * problem.rate))
+
+
+def _counted(
+    problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...], from_axis: bool
+) -> int | None:
     """How many roots the argument principle counts in a region around which all are known."""
     numbers = np.array([e.value for e in values])
     vectors = np.array([e.right for e in values]).T / problem.scale[:, None]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
     known = Roots(numbers, vectors, np.full_like(vectors, np.nan))
-    everywhere = Discs(((0j, 4.0 * (region.radius + abs(region.centre))),))
+    wide = _away(region, problem) if from_axis and problem.real else region
+    everywhere = Discs(((0j, 4.0 * (wide.radius + abs(wide.centre))),))
     with one_thread():
-        return count_roots(problem, region, known, everywhere).inside
+        count = count_roots(problem, wide, known, everywhere).inside
+    beside = int(np.sum(wide.contains(numbers))) - int(np.sum(region.contains(numbers)))
+    return None if count is None else count - beside

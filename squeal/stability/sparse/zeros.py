@@ -10,13 +10,14 @@ import math
 import numpy as np
 
 from squeal.stability.matrices import EPS, rank_of
+from squeal.stability.sparse.factor import factorise
 from squeal.stability.sparse.merge import SAME, SPANNED, Roots
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
 from squeal.stability.terms import Matrix
 
 ROUNDING = 64 * EPS  # of |K|: what it does to a motion that it does not hold
 FASTEST = math.sqrt(ROUNDING)  # of the system's rate: how far from zero such roots are computed
-SYMMETRIC = 1e-12  # of |K|: its skew part, for the same null space on both sides
+REACH = 3 * FASTEST  # ... and with what unsymmetric matrices add
 SHIFT = 1e-7  # of the system's rate
 
 
@@ -60,21 +61,18 @@ def settled(problem: Quadratic, roots: Roots) -> Roots:
     However many copies of them several shifts brought; of real matrices a root without a partner
     lies on the real axis.
     """
-    values, x = roots.values, roots.right
-    length = np.abs(values)
-    forces = [
-        factor * np.linalg.norm(A @ x, axis=0)
-        for factor, A in ((length**2, problem.M), (length, problem.C), (1.0, problem.K))
-    ]
-    free = np.max(forces, axis=0) <= ROUNDING * problem.norms[2]
-    if np.any(free):
-        basis, singular, _ = np.linalg.svd(x[:, free], full_matrices=False)
-        null = basis[:, singular > SPANNED * singular[0]]
-        conull = _left_null(problem, null)
+    size = np.abs(roots.values)
+    slow = size <= REACH * problem.rate
+    null, conull = _null_spaces(problem, roots.right[:, slow])
+    if null.shape[1]:
         zeros = _multiplicity(problem.M, problem.C, problem.norms[2], null, conull)
+        rest = roots.right - null @ (null.conj().T @ roots.right)
+        slow &= np.linalg.norm(rest, axis=0) <= SPANNED
+        if zeros < 2 * null.shape[1]:  # one root of a motion decays
+            slow &= size <= FASTEST * problem.rate
         pick = np.arange(zeros) % null.shape[1]
         exact = Roots(np.zeros(zeros, dtype=complex), null[:, pick], conull[:, pick])
-        roots = roots.picked(~free).joined(exact)
+        roots = roots.picked(~slow).joined(exact)
     if not problem.real:
         return roots
     values = roots.values
@@ -83,15 +81,30 @@ def settled(problem: Quadratic, roots: Roots) -> Roots:
     return Roots(np.where(alone, values.real + 0j, values), roots.right, roots.left)
 
 
-def _left_null(problem: Quadratic, null: ComplexArray) -> ComplexArray:
-    """The left null vectors of K, by inverse iteration where it is not symmetric."""
-    from squeal.stability.sparse.factor import factorise_at
+def _null_spaces(problem: Quadratic, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Orthonormal right and left null vectors (n, k) of K from vectors (n, m) that span them but
+    for what C adds, by inverse iteration."""
+    if not x.shape[1]:
+        return x, x
+    held = problem.K + (SHIFT * problem.rate) ** 2 * problem.M
+    try:
+        factor = factorise(held.tocsc())
+    except ZeroDivisionError:
+        return x[:, :0], x[:, :0]
+    spaces = []
+    for transposed, K in ((False, problem.K), (True, problem.K.T)):
+        z = _span(x.conj() if transposed else x)
+        for _ in range(2):
+            z = np.linalg.qr(factor.solve(z, transposed))[0]
+        _, singular, right = np.linalg.svd(K @ z, full_matrices=False)
+        z = z @ right.conj().T[:, singular <= ROUNDING * problem.norms[2]]
+        spaces.append(z.conj() if transposed else z)
+    null, conull = spaces
+    if null.shape != conull.shape:
+        return x[:, :0], x[:, :0]
+    return null, conull
 
-    skew = abs(problem.K - problem.K.conj().T).max()
-    if skew <= SYMMETRIC * problem.norms[2]:
-        return null
-    _, factor = factorise_at(problem, complex(SHIFT * problem.rate))
-    y = null.conj()
-    for _ in range(2):
-        y = np.linalg.qr(factor.solve(y, transposed=True))[0]
-    return np.asarray(y.conj())
+
+def _span(x: ComplexArray) -> ComplexArray:
+    basis, singular, _ = np.linalg.svd(x, full_matrices=False)
+    return np.asarray(basis[:, singular > SPANNED * singular[0]])
