@@ -11,6 +11,9 @@ import numpy as np
 from squeal.model.mechanics import Coefficients
 from squeal.simulation.batch.seen import Seen, Signal
 
+LAPSE = 1e-7  # natural time within which the rate of a signal is taken
+NEAR = 0.1  # of the range of a signal: how near to its greatest value a crest may begin
+
 
 class _Parts(NamedTuple):
     """Parts of motions: of which pad (p,), states at their ends (6, p), how long (p,), contact
@@ -66,53 +69,57 @@ class Crests:
         self._first = met[lane] == e
         self._last = ~np.append(joined[1:], False)[: len(e)]
 
-    def highest(self, signal: Signal, row: np.ndarray, high: np.ndarray, sign: float) -> np.ndarray:
-        """The greatest value (n,) of `sign` times a signal from a row (n,) of the samples on, of
-        which `high` (n,) is known."""
-        high = high.copy()
-        s, seen_from = self._seen, self._seen.row > row[self._seen.motion.lane]
-        for parts, ends, counts in (
-            self._inner(signal, row, sign),
-            (self._before, self._ends_before(signal), seen_from & ~self._first),
-            (self._after, self._ends_after(signal), seen_from & self._last),
-        ):
-            a, b, rise, end = ends
-            some = np.flatnonzero(counts & (sign * rise > 0.0) & (sign * end <= 0.0))
-            lane, begin, after, lapse, on = (part[..., some] for part in parts)
-            four = a[some], b[some], lapse * rise[some], lapse * end[some]
-            at, value = crest(*(sign * one for one in four))
-            above = np.flatnonzero(value > high[lane])
-            lane, begin, after, lapse, on = (
-                part[..., above] for part in (lane, begin, after, lapse, on)
-            )
-            p, q, at = begin[:3], after[:3], at[above]
-            place = p + at * _slope(p, q, lapse * begin[3:], lapse * after[3:], at)
-            c = Coefficients(**{name: number[lane] for name, number in vars(s.c).items()})
-            np.fmax.at(high, lane, sign * signal.read(c, place, on, lane))
-        return high
+    def extremes(
+        self, signal: Signal, row: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The least and greatest values (n,) of a signal from a row (n,) of the samples on.
 
-    def _inner(
-        self, signal: Signal, row: np.ndarray, sign: float
-    ) -> tuple[_Parts, tuple[np.ndarray, ...], np.ndarray]:
-        """Between samples: parts, values and rates at their ends, all of which count."""
+        They are `low` and `high` (n,) at samples and changes.
+        """
+        s, lane, change = self._seen, self._seen.motion.lane, signal.change
+        n, counts, room = len(row), s.row > row[lane], NEAR * (high - low)
+        begun = signal.change[np.arange(len(lane)) - 1]
+        begun = np.where(self._joined, begun, signal.inner[self._low, lane])
+        ended = signal.inner[s.row, lane]
+        best, chosen, signs = np.concatenate([high, -low]), [], []
+        for sign, known in ((1.0, best[:n]), (-1.0, best[n:])):
+            enough = known - room
+            chosen.append(self._inner(sign * signal.inner, row, enough))
+            for parts, a, b, some in (
+                (self._before, begun, change, counts & ~self._first),
+                (self._after, change, ended, counts & self._last),
+            ):
+                near = some & (np.fmax(sign * a, sign * b) > enough[lane])
+                chosen.append(_Parts(*(part[..., near] for part in parts)))
+            signs += [sign] * 3
+        parts = _Parts(*(np.concatenate(part, axis=-1) for part in zip(*chosen, strict=True)))
+        of = np.repeat(signs, [len(one.lane) for one in chosen])
+        np.fmax.at(best, parts.lane + n * (of < 0.0), self._values(signal, of, parts))
+        return -best[n:], best[:n]
+
+    def _values(self, signal: Signal, sign: np.ndarray, parts: _Parts) -> np.ndarray:
+        """`sign` times the signal where that is greatest within each part, or NaN."""
+        lane, begin, end, lapse, on = parts
+        c = Coefficients(**{name: number[lane] for name, number in vars(self._seen.c).items()})
+
+        def read(place: np.ndarray) -> np.ndarray:
+            return sign * signal.read(c, place, on, lane)
+
+        a, b, p, q = read(begin[:3]), read(end[:3]), begin[:3], end[:3]
+        rise, fall = (
+            lapse * (read(x[:3] + LAPSE * x[3:]) - value) / LAPSE
+            for x, value in ((begin, a), (end, b))
+        )
+        at, _ = crest(a, b, rise, fall)
+        return read(p + at * _slope(p, q, lapse * begin[3:], lapse * end[3:], at))
+
+    def _inner(self, values: np.ndarray, row: np.ndarray, enough: np.ndarray) -> _Parts:
+        """The parts between samples beside one that is as high as its neighbours and `enough`."""
         s, samples, times = self._seen, self._seen.motion.samples, self._seen.motion.times
-        rises = sign * signal.slope > 0.0
-        turns = (rises[:-1] > rises[1:]) & s.same
-        k, lane = np.nonzero(turns & (np.arange(len(turns))[:, None] >= row))
+        rises = np.diff(values, axis=0) > 0.0
+        edge = np.ones((1, values.shape[1]), dtype=bool)
+        top = np.concatenate([edge, rises]) & np.concatenate([~rises, edge]) & (values > enough)
+        beside = (top[:-1] | top[1:]) & s.same & (np.arange(len(rises))[:, None] >= row)
+        k, lane = np.nonzero(beside)
         begin, end = samples[k, :, lane].T, samples[k + 1, :, lane].T
-        parts = _Parts(lane, begin, end, times[k + 1, lane] - times[k, lane], s.on[:, k, lane])
-        values = signal.inner[k, lane], signal.inner[k + 1, lane]
-        ends = *values, signal.slope[k, lane], signal.slope[k + 1, lane]
-        return parts, ends, np.ones(len(k), dtype=bool)
-
-    def _ends_before(self, signal: Signal) -> tuple[np.ndarray, ...]:
-        """Values and rates at both ends of the parts before changes."""
-        at, last = (self._low, self._before.lane), np.arange(len(self._low)) - 1
-        first = np.where(self._joined, signal.change[last], signal.inner[at])
-        rise = np.where(self._joined, signal.after[last], signal.slope[at])
-        return first, signal.change, rise, signal.before
-
-    def _ends_after(self, signal: Signal) -> tuple[np.ndarray, ...]:
-        """The same of the parts after changes."""
-        at = self._seen.row, self._after.lane
-        return signal.change, signal.inner[at], signal.after, signal.slope[at]
+        return _Parts(lane, begin, end, times[k + 1, lane] - times[k, lane], s.on[:, k, lane])

@@ -16,7 +16,6 @@ from squeal.simulation.batch.crests import Crests
 from squeal.simulation.batch.motion import Motion
 from squeal.simulation.batch.seen import Read, Seen, Signal
 
-LAPSE = 1e-7  # natural time within which the rate of a signal is taken
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
 # where a state stands if its number is leading + 2 trailing
@@ -73,25 +72,14 @@ def _since(begin: _Begin, signal: Signal) -> Signal:
     return signal._replace(inner=inner)
 
 
-def _later(c: Coefficients, state: np.ndarray) -> Pose:
-    """The poses of states (6, ...) after `LAPSE`, in which accelerations do nothing."""
-    return pose(np, c.place(state[:3] + LAPSE * state[3:]))
-
-
 def _signals(s: Seen) -> tuple[Signal, ...]:
     """The signals of the law, each over its scale (F_n or w)."""
-    m, law = s.motion, s.law
-    this = m.point, np.arange(len(m.point))
+    law = s.law
+    inner = law.signals(s.c, s.at, s.on)
     # at a change its point still touches: delta has its limit there, also where contact is lost
-    touching, former = m.on.copy(), m.on.copy()
-    touching[this] = 1
-    former[this] ^= 1
-    samples = s.c, s.at, _later(s.c, m.samples.swapaxes(0, 1))
-    changes = s.there, s.there_at, _later(s.there, m.state)
-
-    def rates(c: Coefficients, at: Pose, later: Pose, on: np.ndarray) -> list[np.ndarray]:
-        pairs = zip(law.signals(c, at, on), law.signals(c, later, on), strict=True)
-        return [(new - old) / LAPSE for old, new in pairs]
+    touching = s.motion.on.copy()
+    touching[s.motion.point, np.arange(len(s.motion.point))] = 1
+    change = law.signals(s.there, s.there_at, touching)
 
     def scaled(values: np.ndarray, c: Coefficients, signal: Plotted) -> np.ndarray:
         if signal.is_force:  # a located contact change leaves some rounding below zero
@@ -100,29 +88,14 @@ def _signals(s: Seen) -> tuple[Signal, ...]:
 
     def read(i: int) -> Read:
         def one(c: Coefficients, place: np.ndarray, on: np.ndarray, _: np.ndarray) -> np.ndarray:
-            return scaled(law.signals(c, pose(np, c.place(place)), on)[i], c, law.plotted[i])
+            value = law.signals(c, pose(np, c.place(place)), on)[i]
+            return np.asarray(value / getattr(c, law.plotted[i].over))
 
         return one
 
-    parts = (
-        law.signals(s.c, s.at, s.on),
-        law.signals(s.there, s.there_at, touching),
-        rates(*samples, s.on),
-        rates(*changes, former),
-        rates(*changes, m.on),
-    )
     return tuple(
-        Signal(
-            scaled(inner, s.c, signal),
-            scaled(change, s.there, signal),
-            slope / getattr(s.c, signal.over),
-            before / getattr(s.there, signal.over),
-            after / getattr(s.there, signal.over),
-            read(i),
-        )
-        for i, (signal, inner, change, slope, before, after) in enumerate(
-            zip(law.plotted, *parts, strict=True)
-        )
+        Signal(scaled(a, s.c, signal), scaled(b, s.there, signal), read(i))
+        for i, (a, b, signal) in enumerate(zip(inner, change, law.plotted, strict=True))
     )
 
 
@@ -167,8 +140,7 @@ def _range(s: Seen, begin: _Begin, crests: Crests, signal: Signal, force: bool) 
     np.fmax.at(high, s.motion.lane[counts], signal.change[counts])
     # a signal that starts from zero turns just before its first row
     turn = np.where(row > begin.row, row - 1, row)
-    low = -crests.highest(signal, turn, -low, -1.0)
-    high = crests.highest(signal, turn, high, 1.0)
+    low, high = crests.extremes(signal, turn, low, high)
     if force:
         low = np.maximum(low, 0.0)
     return np.array([low, high]).T
@@ -262,22 +234,15 @@ def measures(s: Seen, theta0: np.ndarray, calm: bool = True) -> Measures:
         crests = Crests(s, begin.change)
         duration = np.where(np.isfinite(begin.t), s.motion.stop - begin.t, 0.0)
         first, second = _signals(s)
-        turning = s.motion.state[5] / s.there.w
         tilt = Signal(
             theta0 + s.motion.samples[:, 2] / s.c.w,
             theta0[s.motion.lane] + s.motion.state[2] / s.there.w,
-            s.motion.samples[:, 5] / s.c.w,
-            turning,
-            turning,
             lambda c, place, _, lane: theta0[lane] + place[2] / c.w,
         )
         line = not s.law.plotted[1].is_force
         both = Signal(
             first.inner + second.inner,
             first.change + second.change,
-            first.slope + second.slope,
-            first.before + second.before,
-            first.after + second.after,
             lambda *where: first.read(*where) + second.read(*where),
         )
         nothing = np.full((len(duration), 2), np.nan)

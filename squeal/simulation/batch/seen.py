@@ -15,15 +15,10 @@ Read = Callable[[Coefficients, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 class Signal(NamedTuple):
-    """A signal at the samples (k, n) and at the contact changes (e,), with its rates: `slope` at
-    the samples, `before` and `after` at the changes, on either side; how it is read from a place.
-    """
+    """A signal at the samples (k, n) and at the contact changes (e,), and how it is read."""
 
     inner: np.ndarray
     change: np.ndarray
-    slope: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
     read: Read
 
 
