@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -26,13 +25,12 @@ from squeal.stability.sparse.quadratic import Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem, quadratic
 from squeal.stability.sparse.spectrum import dense_spectrum
-from squeal.stability.sparse.zeros import FASTEST, slow_noise
+from squeal.stability.sparse.zeros import slow_noise
 from squeal.stability.terms import Matrix, TermSystem
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
 ACCEPTED = 1e-6  # backward error of a root
-AWAY = 10 * FASTEST  # of the system's rate
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
@@ -90,18 +88,16 @@ def system_roots(
         return _of_all(system.at(changes), wanted)
     problem = ScaledSystem(system).at(changes)
     rectangle, limit = wanted.rectangle, None
-    edge = -math.inf
-    if rectangle is not None and wanted.from_axis:
-        edge, rectangle = rectangle.low_imag, _away(rectangle, problem)
     if rectangle is not None and wanted.band is not None:
         found, limit = _band_modes(problem, rectangle, progress)
     elif rectangle is not None:
         found = modes_in(problem, rectangle, progress=progress)
     else:
         found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
+    upper = found.eigenvalues
     if isinstance(found.region, Disc):
         edge = -SPLIT * found.region.radius
-    upper = tuple(e for e in found.eigenvalues if e.value.imag >= edge)
+        upper = tuple(e for e in upper if e.value.imag >= edge)
     count = found.count.inside if found.count else None
     if count is not None and len(upper) < len(found.eigenvalues):
         # the region mirrors itself: one of each conjugate pair is listed
@@ -199,7 +195,7 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
         rectangle = _whole_strip(rectangle, values)
     inside = rectangle.contains(np.array([e.value for e in values]))
     kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
-    count = _counted(quadratic(M, C, K), rectangle, values, wanted.from_axis)
+    count = _counted(quadratic(M, C, K), rectangle, values)
     others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
     noise = words[2]
     outside = len(growing(SystemRoots(others, None, None, *judged(others, noise[~inside]))))
@@ -229,23 +225,12 @@ def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle
     return Rectangle(-wide, wide, region.low_imag, region.high_imag)
 
 
-def _away(region: Rectangle, problem: Quadratic) -> Rectangle:
-    """A region that begins on the real axis with its outline away from where rounding moves the
-    zero roots of a rigid body."""
-    return replace(region, low_imag=min(region.low_imag, -AWAY * problem.rate))
-
-
-def _counted(
-    problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...], from_axis: bool
-) -> int | None:
+def _counted(problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...]) -> int | None:
     """How many roots the argument principle counts in a region around which all are known."""
     numbers = np.array([e.value for e in values])
     vectors = np.array([e.right for e in values]).T / problem.scale[:, None]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
     known = Roots(numbers, vectors, np.full_like(vectors, np.nan))
-    wide = _away(region, problem) if from_axis and problem.real else region
-    everywhere = Discs(((0j, 4.0 * (wide.radius + abs(wide.centre))),))
+    everywhere = Discs(((0j, 4.0 * (region.radius + abs(region.centre))),))
     with one_thread():
-        count = count_roots(problem, wide, known, everywhere).inside
-    beside = int(np.sum(wide.contains(numbers))) - int(np.sum(region.contains(numbers)))
-    return None if count is None else count - beside
+        return count_roots(problem, region, known, everywhere).inside

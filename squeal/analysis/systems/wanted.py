@@ -67,13 +67,6 @@ class Wanted:
         low, high = found.low_imag or -edge, found.high_imag or edge
         return Rectangle(found.low_real, found.high_real, low, high)
 
-    @property
-    def from_axis(self) -> bool:
-        """True if the band or region begins on the real axis."""
-        if self.band is not None:
-            return self.band[0] == 0.0
-        return self.region is not None and self.region.low_imag == 0.0
-
     def words(self) -> str:
         """The same in words, for people."""
         if self.band is not None:
