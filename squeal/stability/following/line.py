@@ -42,7 +42,8 @@ INDEPENDENT = 1e-7  # least singular value of the vectors whose inverse gives th
 class State:
     """Roots z (m,) at one value of the parameter with derivatives, vectors and rounding errors.
 
-    `noise` bounds how far rounding moves a root; left^H right = 1 for each.
+    `noise` bounds how far rounding moves a root, `coupling` is dA/dp in the eigenvectors, with
+    left^H right = 1.
     """
 
     value: float
@@ -51,6 +52,7 @@ class State:
     right: ComplexArray = field(repr=False)  # (N, m)
     left: ComplexArray = field(repr=False)
     noise: Array = field(repr=False)
+    coupling: ComplexArray = field(repr=False)  # (m, m), the slopes on its diagonal
 
 
 class Line:
@@ -133,10 +135,10 @@ class Line:
         across = np.sum(left.conj() * right, axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             condition = 1.0 / np.abs(across)
-            slopes = np.sum(left.conj() * (slope @ right), axis=0) / across
+            coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
         error = 2 * len(A) * min(rounding, 4 * EPS) / 4
         noise = norm(A) * np.minimum(error * condition, np.sqrt(error))
-        return State(p, roots, np.nan_to_num(slopes), right, left, noise)
+        return State(p, roots, coupling.diagonal(), right, left, noise, coupling)
 
     def hides(self, p: float) -> bool:
         """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""

@@ -9,7 +9,7 @@ from squeal.numerics.inverse import near_singular
 from squeal.stability.crossing import Crossing
 from squeal.stability.following.line import ComplexArray, Line, norm
 from squeal.stability.following.pairs import SURE, pair_at
-from squeal.stability.following.steps import Guess
+from squeal.stability.following.windows import Guess
 from squeal.stability.matrices import EPS
 
 STEPS = 25

@@ -58,7 +58,8 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
     shift = near + NUDGE * (abs(near) or size) * (1 + 1j)
     if not line.damped and abs(near.imag) <= NUDGE * abs(near):
         shift = shift.real
-        right, left = np.asarray(right.real), np.asarray(left.real)
+        # two conjugate columns have one real part
+        right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
     factor = near_singular(A - shift * np.eye(len(A)))
     X = _subspace(A, size, right, lambda X: lu_solve(factor, X, check_finite=False))
     Y = _subspace(A.T, size, left, lambda Y: lu_solve(factor, Y, trans=2, check_finite=False))

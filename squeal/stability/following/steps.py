@@ -12,27 +12,13 @@ from typing import Any
 import numpy as np
 
 from squeal.stability.following.line import ComplexArray, Line, State
-from squeal.stability.following.pairs import Pair, pair_at
+from squeal.stability.following.windows import Guess, windows
 from squeal.stability.matrices import Array
 
 DEPTH = 12  # halvings of a step
 DOUBT = 0.25  # of the change: what a prediction may be off by
 NEAR = 1e-3  # of |z|: ... or this, for identity alone
 FINE = 101  # points at which a pair's roots are looked at within a step
-COUPLED = 0.1  # of the real parts: an exchange between two roots that cannot make one grow
-WINDOW = 8.0  # half-widths of a pair's closest approach that are looked at
-
-
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """A place where the line may be crossed: by one root, or by two that coalesce."""
-
-    value: float
-    root: complex
-    right: ComplexArray  # (N,) or (N, 2)
-    left: ComplexArray
-    coalesces: bool
-    width: float  # of the parameter within which it must lie
 
 
 def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
@@ -69,6 +55,7 @@ class Stepper:
         if found.doubt:
             self.unsettled.append((low, high))
         self.guesses += found.guesses
+        self.guesses += windows(self.line, a, b)
 
 
 @dataclass
@@ -94,7 +81,6 @@ class _Step:
         da, db = self.h * a.slopes, self.h * b.slopes[order]
         self.noise = np.maximum(a.noise, b.noise[order])
         self.za, self.zb, self.da, self.db = za, zb, da, db
-        self._coupling: Array | None = None
         self.off = zb - za - (da + db) / 2
 
     def matched(self) -> _Matched:
@@ -124,7 +110,6 @@ class _Step:
         doubtful = sorted({int(k) for k in left} - taken)
         for single_one in doubtful:  # the best there is if no step can be halved any more
             guesses += self._singles(single_one, False)
-        guesses += self._windows(np.flatnonzero(settled | single))
         return _Matched(guesses, bool(doubtful))
 
     def _on(self, state: State) -> np.ndarray:
@@ -272,94 +257,3 @@ class _Step:
             for n in np.flatnonzero(z.real[1:] * z.real[:-1] < 0):
                 right, left = vectors[int(t[n] > 0.5)]
                 yield Guess(self.a.value + t[n] * self.h, complex(z[n]), right, left, False, self.h)
-
-    def _windows(self, tracks: np.ndarray) -> Iterator[Guess]:
-        """Short stretches of growth where two roots pass each other closely."""
-        line = self.line
-        if line.damped:
-            place_a, place_b = self.za[tracks].imag, self.zb[tracks].imag
-            keep = (place_a >= 0) & (place_b >= 0)
-            low, _ = self._extremes(
-                -np.abs(self.za.real), 0 * self.za.real, -np.abs(self.zb.real), 0 * self.za.real
-            )
-            depth = -low[tracks]
-        else:
-            place_a, place_b = self.za[tracks].real, self.zb[tracks].real
-            keep = self._both_real()[tracks] & (place_a > 0) & (place_b > 0)
-            depth = np.zeros(len(tracks))
-        tracks, place_a, place_b = tracks[keep], place_a[keep], place_b[keep]
-        depth = depth[keep]
-        order = np.argsort(place_a)
-        rank = np.argsort(np.argsort(place_b))
-        for first, x in enumerate(order):
-            for y in order[first + 1 :]:
-                if rank[x] <= rank[y]:
-                    continue
-                gap = abs(place_a[x] - place_a[y]) + abs(place_b[x] - place_b[y])
-                if line.damped and min(depth[x], depth[y]) > gap:
-                    continue
-                k, other = int(tracks[x]), int(tracks[y])
-                if line.damped and not self._interact(k, other):
-                    continue
-                yield from self._window(k, other, place_a, place_b, int(x), int(y))
-
-    def _interact(self, k: int, other: int) -> bool:
-        """False if two damped roots exchange far less of their real parts than these are."""
-        if self._coupling is None:
-            derivative = self.line.both(self.a.value)[1]
-            across = np.sum(self.a.left.conj() * self.a.right, axis=0)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                product = self.a.left.conj().T @ (derivative @ self.a.right) / across[:, None]
-            self._coupling = np.abs(product * product.T)
-        exchanged = abs(self.h) * float(np.sqrt(self._coupling[k, other]))
-        ends = self.za.real[[k, other]], self.zb.real[[k, other]]
-        return not exchanged < COUPLED * float(np.abs(ends).min())
-
-    def _window(
-        self, k: int, other: int, place_a: Array, place_b: Array, x: int, y: int
-    ) -> Iterator[Guess]:
-        before, after = place_a[y] - place_a[x], place_b[x] - place_b[y]
-        t = before / (before + after) if before + after > 0 else 0.5
-        p = self.a.value + t * self.h
-        near = complex((1 - t) * (self.za[k] + self.za[other]) + t * (self.zb[k] + self.zb[other]))
-        right, left = self.a.right[:, [k, other]], self.a.left[:, [k, other]]
-        try:
-            pair = pair_at(self.line, p, near / 2, right, left)
-        except np.linalg.LinAlgError:
-            return
-        yield from window_of(self.line, pair, right, left, abs(self.h))
-
-
-def window_of(
-    line: Line, pair: Pair, right: ComplexArray, left: ComplexArray, width: float
-) -> Iterator[Guess]:
-    """Crossings of the line around the closest approach of a pair, if there are any."""
-    bend, slope, d = pair.d_bend, pair.d_slope, pair.d
-    if not line.damped:
-        bend, slope, d = complex(bend.real), complex(slope.real), complex(d.real)
-        if bend.real <= 0.0:
-            return
-        closest = -slope.real / (2 * bend.real)
-        least = d.real - slope.real**2 / (4 * bend.real)
-        if least >= -4 * pair.noise or abs(closest) > width:
-            return
-        half = float(np.sqrt(-least / bend.real))
-        for way in (-half, half):
-            z = pair.mean + (closest + way) * pair.mean_slope
-            yield Guess(pair.value + closest + way, complex(z), right, left, True, 4 * half)
-        return
-    if bend == 0.0:
-        return
-    ends = np.roots([bend, slope, d])
-    centre, half = float(ends.real.mean()), float(np.abs(ends - ends.real.mean()).max())
-    if abs(centre) > width or half == 0.0:
-        return
-    step = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
-    step = step[np.abs(step) < width]
-    if not len(step):
-        return
-    both = pair.roots(step)
-    grows = both.real.max(axis=1) > 0.0
-    for n in np.flatnonzero(grows[1:] != grows[:-1]):
-        fastest = int(np.argmax(both[n].real))
-        yield Guess(pair.value + step[n], complex(both[n, fastest]), right, left, False, 4 * half)

@@ -1,0 +1,191 @@
+"""Short stretches of growth or rest where two roots pass each other, foreseen from a step's end.
+
+In the eigenvectors of A(p) the matrix at p + x is diag(z) + x W, exactly if its factors are
+affine. Two roots k, l that come close follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which
+the others shift the coupling to a = W_kl + x T_kl, b = W_lk + x T_lk:
+T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2. The roots' squared half difference
+d = (z_k - z_l + x (W_kk - W_ll))^2 / 4 + x^2 a b tells whether they may meet, or exchange so much
+of their real parts that one of them grows. What may be is looked at on the pair itself.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from squeal.stability.following.line import ComplexArray, Line, State
+from squeal.stability.following.pairs import Pair, pair_at
+from squeal.stability.matrices import Array
+
+FINE = 101  # points at which a pair's roots are looked at around its closest approach
+WINDOW = 8.0  # half-widths of a pair's closest approach that are looked at
+GRID = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, WINDOW, 12))])
+REACH = 0.75  # of a step: how far each end foresees, so that both see its middle
+EXCHANGE = 0.3  # of what two roots exchange: error of the foresight that is allowed for
+THIRD = 0.5  # of what other roots change in the coupling: the same
+SAME = 1e-9  # relative: what both ends of a step foresee
+ROUNDS = 4  # moves to the closest approach of a pair
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A place where the line may be crossed: by one root, or by two that coalesce."""
+
+    value: float
+    root: complex
+    right: ComplexArray  # (N,) or (N, 2)
+    left: ComplexArray
+    coalesces: bool
+    width: float  # of the parameter within which it must lie
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two roots that may meet, by index, how far away, and their mean there."""
+
+    first: int
+    second: int
+    step: float
+    mean: complex
+
+
+def meetings(
+    z: ComplexArray, W: ComplexArray, noise: Array, span: float, damped: bool
+) -> list[Meeting]:
+    """Pairs of roots z (m,) that may change what grows within 0 <= x <= span, and how far away.
+
+    W (m, m) is the derivative in the eigenvectors, with left^H right = 1. Undamped: roots that
+    turn complex on the positive real axis, or back; damped: real parts that pass zero.
+    """
+    with np.errstate(all="ignore"):
+        apart = z[:, None] - z[None, :]
+        unsure = np.add.outer(noise, noise)
+        inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
+        F, own = W * inverse, W.diagonal()
+        FW = F @ W
+        T = (FW - W @ F + F * np.subtract.outer(own, own)) / 2
+        bend = FW.diagonal()
+        wanted = _side_by_side(z, noise, damped)
+        k, l = np.nonzero(np.triu(wanted, 1))
+        u, v = apart[k, l], own[k] - own[l]
+        x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
+        v = v + x * (bend[k] - bend[l] - 2 * (W * W.T)[k, l] * inverse[k, l])
+        a, b = W[k, l] + x * T[k, l], W[l, k] + x * T[l, k]
+        third = THIRD * x * (np.abs(T[k, l] * b) + np.abs(T[l, k] * a))
+        s = 2 * np.sqrt(-a * b + 0j)
+        ends = np.stack([-u / (v - s), -u / (v + s)]).real
+        ends = np.where(np.isfinite(ends), ends, 1e9 * span)
+        centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
+        near = (np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2).any(axis=0)
+        m = (z[k] + z[l] + x * (own[k] + own[l])) / 2
+        found = [y[near] for y in (k, l, u, v, a * b, third, m, centre, half)]
+        k, l, u, v, w, third, m, centre, half = found
+        at = np.clip(centre, 0.0, span)
+        width = np.abs(-u * s[near] / v**2) + 1e-6 * span  # also where both ends are one
+        x = np.clip(centre + GRID[:, None] * np.maximum(half, width), 0.0, span)
+        d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + EXCHANGE**2 * np.abs(w))
+        if damped:
+            exchange = np.sqrt(d).real
+            slack = np.sqrt(error) + noise[k] + noise[l]
+            m = m + (x - at) * (own[k] + own[l]) / 2
+            may = [_passes(m.real + y, slack) for y in (exchange, -exchange)]
+            passes = may[0] | may[1]
+        else:
+            passes = _passes(d.real, error) & (at**2 * (np.abs(w) + third) > noise[k] * noise[l])
+    return [
+        Meeting(int(k[n]), int(l[n]), float(at[n]), complex(m[0, n] if damped else m[n]))
+        for n in np.flatnonzero(passes)
+    ]
+
+
+def _passes(values: Array, slack: Array) -> np.ndarray:
+    return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
+
+
+def _side_by_side(z: ComplexArray, noise: Array, damped: bool) -> np.ndarray:
+    """Pairs of roots whose meeting may count: each pair once, or both conjugates."""
+    conjugate = np.abs(z[:, None] - z[None, :].conj()) <= np.add.outer(noise, noise)
+    if damped:
+        upper = z.imag >= -noise
+        return np.asarray((upper[:, None] & upper[None, :]) | conjugate)
+    real = (np.abs(z.imag) <= noise) & (z.real > 0)
+    return np.asarray((real[:, None] & real[None, :]) | (conjugate & (z.real > 0)))
+
+
+def windows(line: Line, a: State, b: State) -> Iterator[Guess]:
+    """Where two roots that pass each other between two states change what grows."""
+    width, seen = b.value - a.value, set[tuple[float, float, float]]()
+    for state, way in ((a, 1), (b, -1)):
+        foreseen = meetings(
+            state.roots, way * state.coupling, state.noise, REACH * width, line.damped
+        )
+        for one in foreseen:
+            which = [one.first, one.second]
+            start = state.right[:, which], state.left[:, which]
+            pair = _nearest(line, state.value + way * one.step, one.mean, *start, width)
+            if pair is not None:
+                for guess in _window(pair, line.damped, width):
+                    place = guess.value, guess.root.real, guess.root.imag
+                    if not any(np.allclose(place, other, rtol=SAME) for other in seen):
+                        seen.add(place)
+                        yield guess
+
+
+def _nearest(
+    line: Line, p: float, near: complex, right: ComplexArray, left: ComplexArray, width: float
+) -> Pair | None:
+    """The pair at its closest approach."""
+    for _ in range(ROUNDS):
+        try:
+            pair = pair_at(line, p, near, right, left)
+        except np.linalg.LinAlgError:
+            return None
+        right, left = pair.right, pair.left
+        centre, half = _approach(pair, line.damped)
+        if not abs(centre) <= width:
+            return None
+        if abs(centre) <= WINDOW / 2 * half:
+            break
+        p = float(np.clip(p + centre, line.low, line.high))
+        near = pair.mean + (p - pair.value) * pair.mean_slope
+    return pair
+
+
+def _approach(pair: Pair, damped: bool) -> tuple[float, float]:
+    """How far away two roots come closest, and half of how long they stay there."""
+    c = (
+        [pair.d_bend, pair.d_slope, pair.d]
+        if damped
+        else [pair.d_bend.real, pair.d_slope.real, pair.d.real]
+    )
+    ends = np.roots(c)
+    if len(ends) < 2:
+        return np.inf, 0.0
+    centre = float(ends.real.mean())
+    return centre, float(np.abs(ends - centre).max())
+
+
+def _window(pair: Pair, damped: bool, width: float) -> Iterator[Guess]:
+    """Crossings of the line around the closest approach of a pair, if there are any."""
+    right, left = pair.right, pair.left
+    centre, half = _approach(pair, damped)
+    if half == 0.0 or not np.isfinite(centre):
+        return
+    if not damped:
+        bend, slope = pair.d_bend.real, pair.d_slope.real
+        # beyond rounding d has the other sign there
+        if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
+            return
+        for x in (centre - half, centre + half):
+            if abs(x) <= width:
+                z = complex(pair.mean + x * pair.mean_slope)
+                yield Guess(pair.value + x, z, right, left, True, min(4 * half, width))
+        return
+    x = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
+    x = x[np.abs(x) < width]
+    if len(x):
+        both = pair.roots(x)
+        number = (both.real > 0.0).sum(axis=1)
+        for n in np.flatnonzero(number[1:] != number[:-1]):
+            z = complex(both[n, np.argmin(np.abs(both[n].real))])
+            yield Guess(pair.value + x[n], z, right, left, False, min(4 * half, width))
