@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from squeal.stability.following.line import ComplexArray, Line, State
-from squeal.stability.following.windows import Guess, windows
+from squeal.stability.following.windows import Guess, foreseen, windows
 from squeal.stability.matrices import Array
 
 DEPTH = 12  # halvings of a step
@@ -47,7 +47,9 @@ class Stepper:
         """Match all roots from low to high and collect what may cross the line."""
         a, b = self.line.at(low), self.line.at(high)
         found = _Step(self.line, a, b).matched()
-        if found.doubt and depth > 0 and len(self.line.states) < self.budget:
+        met = foreseen(self.line, a, b)
+        doubt = found.doubt or any(one.doubtful for _, one in met)
+        if doubt and depth > 0 and len(self.line.states) < self.budget:
             middle = low + 0.4837 * (high - low)
             self.go(low, middle, depth - 1)
             self.go(middle, high, depth - 1)
@@ -55,7 +57,7 @@ class Stepper:
         if found.doubt:
             self.unsettled.append((low, high))
         self.guesses += found.guesses
-        self.guesses += windows(self.line, a, b)
+        self.guesses += windows(self.line, met, high - low)
 
 
 @dataclass

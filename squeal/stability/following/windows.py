@@ -9,7 +9,7 @@ of their real parts that one of them grows. What may be is looked at on the pair
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,9 @@ from squeal.stability.matrices import Array
 FINE = 101  # points at which a pair's roots are looked at around its closest approach
 WINDOW = 8.0  # half-widths of a pair's closest approach that are looked at
 GRID = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, WINDOW, 12))])
-REACH = 0.75  # of a step: how far each end foresees, so that both see its middle
 EXCHANGE = 0.3  # of what two roots exchange: error of the foresight that is allowed for
 THIRD = 0.5  # of what other roots change in the coupling: the same
-SAME = 1e-9  # relative: what both ends of a step foresee
+SAME = 1e-6  # relative: means of one pair, foreseen from both ends of a step
 ROUNDS = 4  # moves to the closest approach of a pair
 
 
@@ -47,6 +46,7 @@ class Meeting:
     second: int
     step: float
     mean: complex
+    doubtful: bool  # other roots decide over their coupling
 
 
 def meetings(
@@ -71,29 +71,42 @@ def meetings(
         x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
         v = v + x * (bend[k] - bend[l] - 2 * (W * W.T)[k, l] * inverse[k, l])
         a, b = W[k, l] + x * T[k, l], W[l, k] + x * T[l, k]
-        third = THIRD * x * (np.abs(T[k, l] * b) + np.abs(T[l, k] * a))
-        s = 2 * np.sqrt(-a * b + 0j)
+        # the same with each third root for itself: they need not cancel all the way
+        squares, others = np.abs(W) ** 2, np.abs(F) ** 2
+        alone = others @ squares + squares @ others
+        alone -= others * np.add.outer(squares.diagonal(), squares.diagonal())
+        R = np.sqrt(np.maximum(alone, 0.0))
+        third = THIRD * x * (np.abs(R[k, l] * b) + np.abs(R[l, k] * a))
+        s = 2 * np.sqrt(-a * b)
         ends = np.stack([-u / (v - s), -u / (v + s)]).real
         ends = np.where(np.isfinite(ends), ends, 1e9 * span)
         centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
-        near = (np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2).any(axis=0)
-        m = (z[k] + z[l] + x * (own[k] + own[l])) / 2
-        found = [y[near] for y in (k, l, u, v, a * b, third, m, centre, half)]
-        k, l, u, v, w, third, m, centre, half = found
-        at = np.clip(centre, 0.0, span)
-        width = np.abs(-u * s[near] / v**2) + 1e-6 * span  # also where both ends are one
+        inside = np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2
+        near = inside.any(axis=0)
+        ends, inside = ends[:, near], inside[:, near]
+        found = [y[near] for y in (k, l, u, v, a * b, third, centre, half)]
+        k, l, u, v, w, third, centre, half = found
+        # of a wide window the end that lies in the step
+        at = np.where(np.abs(centre - span / 2) <= span / 2, centre, np.where(inside[0], *ends))
+        width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
         x = np.clip(centre + GRID[:, None] * np.maximum(half, width), 0.0, span)
         d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + EXCHANGE**2 * np.abs(w))
+        mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
         if damped:
-            exchange = np.sqrt(d).real
-            slack = np.sqrt(error) + noise[k] + noise[l]
-            m = m + (x - at) * (own[k] + own[l]) / 2
-            may = [_passes(m.real + y, slack) for y in (exchange, -exchange)]
-            passes = may[0] | may[1]
+            slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
+            same, exchange = (mean + x * mean_slope).real, np.sqrt(d).real
+            passes = _passes(same + exchange, slack) | _passes(same - exchange, slack)
         else:
             passes = _passes(d.real, error) & (at**2 * (np.abs(w) + third) > noise[k] * noise[l])
+        mean = mean + at * mean_slope
     return [
-        Meeting(int(k[n]), int(l[n]), float(at[n]), complex(m[0, n] if damped else m[n]))
+        Meeting(
+            int(k[n]),
+            int(l[n]),
+            float(at[n]),
+            complex(mean[n]),
+            bool(third[n] > np.abs(w[n])),
+        )
         for n in np.flatnonzero(passes)
     ]
 
@@ -112,23 +125,29 @@ def _side_by_side(z: ComplexArray, noise: Array, damped: bool) -> np.ndarray:
     return np.asarray((real[:, None] & real[None, :]) | (conjugate & (z.real > 0)))
 
 
-def windows(line: Line, a: State, b: State) -> Iterator[Guess]:
-    """Where two roots that pass each other between two states change what grows."""
-    width, seen = b.value - a.value, set[tuple[float, float, float]]()
+def foreseen(line: Line, a: State, b: State) -> list[tuple[State, Meeting]]:
+    """Meetings within a step, from both ends; steps are seen from there and negative from b."""
+    found = []
     for state, way in ((a, 1), (b, -1)):
-        foreseen = meetings(
-            state.roots, way * state.coupling, state.noise, REACH * width, line.damped
-        )
-        for one in foreseen:
-            which = [one.first, one.second]
-            start = state.right[:, which], state.left[:, which]
-            pair = _nearest(line, state.value + way * one.step, one.mean, *start, width)
-            if pair is not None:
-                for guess in _window(pair, line.damped, width):
-                    place = guess.value, guess.root.real, guess.root.imag
-                    if not any(np.allclose(place, other, rtol=SAME) for other in seen):
-                        seen.add(place)
-                        yield guess
+        coupling = way * state.coupling
+        for one in meetings(state.roots, coupling, state.noise, b.value - a.value, line.damped):
+            found.append((state, replace(one, step=way * one.step)))
+    return found
+
+
+def windows(line: Line, met: list[tuple[State, Meeting]], width: float) -> Iterator[Guess]:
+    """Where two roots that are foreseen to meet within a step change what grows."""
+    seen: list[tuple[float, complex]] = []
+    for state, one in met:
+        both, p = [one.first, one.second], state.value + one.step
+        pair = _nearest(line, p, one.mean, state.right[:, both], state.left[:, both], width)
+        if pair is None:
+            continue
+        x, half = _approach(pair, line.damped)
+        place, mean = pair.value + x, pair.mean + x * pair.mean_slope
+        if not any(abs(place - q) <= half and abs(mean - z) <= SAME * abs(z) for q, z in seen):
+            seen.append((place, mean))
+            yield from _window(pair, line.damped, width)
 
 
 def _nearest(
@@ -142,10 +161,10 @@ def _nearest(
             return None
         right, left = pair.right, pair.left
         centre, half = _approach(pair, line.damped)
+        if abs(centre) <= WINDOW / 2 * half or half >= width / WINDOW:
+            break
         if not abs(centre) <= width:
             return None
-        if abs(centre) <= WINDOW / 2 * half:
-            break
         p = float(np.clip(p + centre, line.low, line.high))
         near = pair.mean + (p - pair.value) * pair.mean_slope
     return pair
@@ -182,10 +201,9 @@ def _window(pair: Pair, damped: bool, width: float) -> Iterator[Guess]:
                 yield Guess(pair.value + x, z, right, left, True, min(4 * half, width))
         return
     x = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
-    x = x[np.abs(x) < width]
-    if len(x):
-        both = pair.roots(x)
-        number = (both.real > 0.0).sum(axis=1)
-        for n in np.flatnonzero(number[1:] != number[:-1]):
-            z = complex(both[n, np.argmin(np.abs(both[n].real))])
-            yield Guess(pair.value + x[n], z, right, left, False, min(4 * half, width))
+    x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, FINE)]))
+    both = pair.roots(x)
+    number = (both.real > 0.0).sum(axis=1)
+    for n in np.flatnonzero(number[1:] != number[:-1]):
+        z = complex(both[n, np.argmin(np.abs(both[n].real))])
+        yield Guess(pair.value + x[n], z, right, left, False, min(4 * half, width))
