@@ -98,6 +98,8 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
     if found.certified is not None:
         agrees = "agrees" if found.certified else "does NOT agree"
         parts.append(f"a count of growing roots between the crossings {agrees}")
+        foreseen = "foreseen, not excluded by proof" if system.real else "not sought"
+        parts.append(f"windows between the values looked at are {foreseen}")
     if found.reduction is not None:
         parts.append(basis_text(found.reduction, wanted))
     parts.append(f"searched from {p} = {found.low:.9g} to {found.high:.9g}")

@@ -45,4 +45,5 @@ class Thresholds:
 
     points: list[CriticalPoint]
     crossings: list[Crossing]
-    certified: bool | None = None  # a second count agrees between all crossings; None: not asked
+    # counts of what grows agree at the values looked at, all between crossings; None: not asked
+    certified: bool | None = None

@@ -28,8 +28,11 @@ def thresholds(
     `system` must be smooth between the `breakpoints` (values of mu where it may jump, a change of
     contact for instance); it is asked for values next to them, never at them. A point at mu_min
     means that the system is quiet there and grows at once above it. A window of growth gives two
-    points, however narrow: the limit is where rounding fills it, 1e-6 of mu or less. Raises
-    InputError for an empty range and whatever `system` raises.
+    points. Up to three degrees of freedom without damping that holds however narrow it is, down to
+    where rounding fills it, 1e-6 of mu or less. Otherwise one that opens and closes between two
+    values that are looked at is foreseen from how the roots are coupled there, to second order;
+    that none is overlooked is not proved. Raises InputError for an empty range and whatever
+    `system` raises.
     """
     check_system(system, "thresholds")
     check_range("thresholds", mu_min, mu_max)

@@ -74,6 +74,7 @@ def test_a_small_system_in_files(tmp_path, capsys):
     code, out, _ = run(capsys, "critical-friction", path, "--csv", table, "--pdf", figure)
     assert code == 0
     assert "a count of growing roots between the crossings agrees" in out
+    assert "windows between the values looked at are foreseen, not excluded by proof" in out
     assert len(table.read_text().splitlines()) == 1 + len(expected)
     assert "</svg>" in figure.read_text()
 

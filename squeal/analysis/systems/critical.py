@@ -38,8 +38,10 @@ class SystemThresholds:
     """Every change of verdict and every crossing of the axis in low <= p <= high.
 
     `certified`: between neighbouring crossings a count of growing roots that needs no eigenvalue
-    agrees; None if it was not made. `unconfirmed` names what the full system did not confirm. With
-    a band all is told of its roots; `crossings_outside` it, None if they are not known.
+    agrees, at one value each, and so do the roots at all values that were looked at; None if it
+    was not made. It does not prove that no window lies between these values. `unconfirmed` names
+    what the full system did not confirm. With a band all is told of its roots;
+    `crossings_outside` it, None if they are not known.
     """
 
     low: float

@@ -160,6 +160,18 @@ class Line:
             rates = np.abs(np.sqrt(-z + 0j).real)
         return counted(grows & oscillates & (z.imag > 0), grows & ~oscillates, rates)
 
+    def bounds(self, p: float) -> tuple[int, int]:
+        """At least and at most how many roots (two for a pair) grow at p, rounding considered."""
+        state = self.at(p)
+        z, noise = state.roots, state.noise
+        if self.damped:
+            return int(np.sum(z.real > noise)), int(np.sum(z.real > -noise))
+        # of s, one of -lambda^2: each complex one and each negative one gives a growing root
+        sure = (np.abs(z.imag) > noise) | (z.real < -noise)
+        near = np.abs(z[:, None] - z) <= np.add.outer(noise, noise)
+        np.fill_diagonal(near, False)
+        return int(np.sum(sure)), int(np.sum(sure | near.any(axis=1) | (z.real < noise)))
+
     def omega(self, z: complex) -> float:
         """Angular frequency (rad/s) of a root."""
         if self.damped:

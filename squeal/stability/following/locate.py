@@ -209,6 +209,8 @@ def _coalescence(line: Line, guess: Guess) -> Located | None:
         if abs(p - guess.value) > limit:
             return None
         if abs(move) <= max(CONVERGED * abs(p), pair.noise / abs(slope) / 4):
+            if slope**2 <= 16 * abs(bend) * pair.noise:  # two roots that only cross
+                return None
             half = 2 * pair.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
             if half > guess.width:  # these are not the pair's subspaces: begin again beside
                 right, left, near = guess.right, guess.left, guess.root

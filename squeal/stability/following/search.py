@@ -1,9 +1,10 @@
-"""All crossings between two values of a parameter, and the proof that none was missed.
+"""All crossings between two values of a parameter, and counts that show whether one is missing.
 
 What grows is counted halfway between neighbouring crossings. Where the count does not follow from
 the crossings that were located, the range between is searched more finely, and what is still
 missing is bisected by the count. A second count, by the sign function of the matrix and without
-eigenvalues, has to agree.
+eigenvalues, has to agree. Counts say nothing of a window that opens and closes between two values
+that were looked at: such are foreseen (`windows`), and that none is overlooked is not proved.
 """
 
 import itertools
@@ -55,14 +56,16 @@ class Searched:
 
     @property
     def certified(self) -> bool:
-        """True if every stretch is certified, what the crossings add up to is what grows, and
-        rounding hides no root, in no interval so wide either that others have room in it."""
+        """True if every stretch is certified, at all states between its ends grows what grows in
+        its middle, the crossings add up to that, and rounding hides no root, in no interval so
+        wide either that others have room in it."""
         agrees = all(s.certified for s in self.stretches) and all(
             _explained(place, a.growth, b.growth)
             for place, (a, b) in zip(self.places, itertools.pairwise(self.stretches), strict=True)
         )
         room = WIDE * (self.line.high - self.line.low)
         narrow = all(c.interval[1] - c.interval[0] <= room for p in self.places for c in p)
+        agrees &= all(_steady(self.line, s.low, s.high, s.growth) for s in self.stretches)
         return agrees and narrow and not any(map(self.line.hides, (self.line.low, self.line.high)))
 
 
@@ -90,6 +93,7 @@ def search(system: System, low: float, high: float) -> Searched:
             (a, b)
             for place, a, b in _around(line, found)
             if not _explained(place, line.growth(a), line.growth(b))
+            or not _steady_beside(line, place, a, b)
         ]
         if not wrong:
             break
@@ -162,6 +166,19 @@ def _explained(place: list[Located] | tuple[Located, ...], a: Growth, b: Growth)
     # two divergent roots join to a growing pair, or come from one, and cross nothing
     joined = rise[0] - pairs
     return bool(rise[1] - reals == -2 * joined)
+
+
+def _steady(line: Line, low: float, high: float, growth: Growth) -> bool:
+    """True if at each state between low and high as many roots grow, as far as rounding tells."""
+    number = 2 * growth.pairs + growth.reals
+    inside = [s.value for s in line.states if low < s.value < high]
+    return all(least <= number <= most for least, most in map(line.bounds, inside))
+
+
+def _steady_beside(line: Line, place: list[Located], a: float, b: float) -> bool:
+    """The same from a to a place and from there to b."""
+    first, last = (place[0].value, place[-1].value) if place else (b, b)
+    return _steady(line, a, first, line.growth(a)) and _steady(line, last, b, line.growth(b))
 
 
 def _cleaned(line: Line, found: list[Located]) -> list[tuple[Located, ...]]:

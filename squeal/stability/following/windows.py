@@ -65,7 +65,13 @@ def meetings(
         FW = F @ W
         T = (FW - W @ F + F * np.subtract.outer(own, own)) / 2
         bend = FW.diagonal()
-        wanted = _side_by_side(z, noise, damped)
+        conjugate = np.abs(z[:, None] - z[None, :].conj()) <= unsure
+        if damped:
+            upper = z.imag >= -noise
+            wanted = (upper[:, None] & upper[None, :]) | conjugate
+        else:
+            real = (np.abs(z.imag) <= noise) & (z.real > 0)
+            wanted = (real[:, None] & real[None, :]) | (conjugate & (z.real > 0))
         k, l = np.nonzero(np.triu(wanted, 1))
         u, v = apart[k, l], own[k] - own[l]
         x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
@@ -84,8 +90,8 @@ def meetings(
         inside = np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2
         near = inside.any(axis=0)
         ends, inside = ends[:, near], inside[:, near]
-        found = [y[near] for y in (k, l, u, v, a * b, third, centre, half)]
-        k, l, u, v, w, third, centre, half = found
+        k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
+        third, centre, half = third[near], centre[near], half[near]
         # of a wide window the end that lies in the step
         at = np.where(np.abs(centre - span / 2) <= span / 2, centre, np.where(inside[0], *ends))
         width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
@@ -96,8 +102,11 @@ def meetings(
             slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
             same, exchange = (mean + x * mean_slope).real, np.sqrt(d).real
             passes = _passes(same + exchange, slack) | _passes(same - exchange, slack)
+            passes &= ~conjugate[k, l] | _passes(d.real, error)
         else:
-            passes = _passes(d.real, error) & (at**2 * (np.abs(w) + third) > noise[k] * noise[l])
+            passes = _passes(d.real, error)
+        # what rounding alone couples
+        passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
         mean = mean + at * mean_slope
     return [
         Meeting(
@@ -113,16 +122,6 @@ def meetings(
 
 def _passes(values: Array, slack: Array) -> np.ndarray:
     return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
-
-
-def _side_by_side(z: ComplexArray, noise: Array, damped: bool) -> np.ndarray:
-    """Pairs of roots whose meeting may count: each pair once, or both conjugates."""
-    conjugate = np.abs(z[:, None] - z[None, :].conj()) <= np.add.outer(noise, noise)
-    if damped:
-        upper = z.imag >= -noise
-        return np.asarray((upper[:, None] & upper[None, :]) | conjugate)
-    real = (np.abs(z.imag) <= noise) & (z.real > 0)
-    return np.asarray((real[:, None] & real[None, :]) | (conjugate & (z.real > 0)))
 
 
 def foreseen(line: Line, a: State, b: State) -> list[tuple[State, Meeting]]:
@@ -200,10 +199,11 @@ def _window(pair: Pair, damped: bool, width: float) -> Iterator[Guess]:
                 z = complex(pair.mean + x * pair.mean_slope)
                 yield Guess(pair.value + x, z, right, left, True, min(4 * half, width))
         return
-    x = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
-    x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, FINE)]))
-    both = pair.roots(x)
+    steps = centre + np.linspace(-WINDOW, WINDOW, 4 * FINE) * half
+    steps = steps[np.abs(steps) < width]
+    steps = np.unique(np.concatenate([steps, np.linspace(-width, width, FINE)]))
+    both = pair.roots(steps)
     number = (both.real > 0.0).sum(axis=1)
     for n in np.flatnonzero(number[1:] != number[:-1]):
         z = complex(both[n, np.argmin(np.abs(both[n].real))])
-        yield Guess(pair.value + x[n], z, right, left, False, min(4 * half, width))
+        yield Guess(pair.value + steps[n], z, right, left, False, min(4 * half, width))

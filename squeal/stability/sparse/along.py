@@ -4,18 +4,24 @@ At values of the parameter the reduced system gives roots and their derivatives.
 neighbouring values are matched by where their derivatives point. A cubic through values and
 derivatives of the real part shows where it vanishes, also twice between two values. Steps that
 leave a match or a change of sign in doubt are halved: two equally damped modes meet as a square
-root, which no cubic follows, and cross where they have parted by their damping. Newton's method on
-the full system has the last word.
+root, which no cubic follows, and cross where they have parted by their damping. Windows that open
+and close between two values are foreseen from how roots of a real system are coupled. Newton's
+method on the full system has the last word.
 """
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.stability.following.line import Line
+from squeal.stability.following.line import State as LineState
+from squeal.stability.following.locate import located
 from squeal.stability.following.steps import hermite_cubic
+from squeal.stability.following.windows import foreseen, windows
 from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.quadratic import ComplexArray, combined
@@ -26,6 +32,7 @@ DEPTH = 36  # halvings of a step
 STATES = 600  # values at which roots are computed; beyond, no step is halved
 DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
 SMALL = 1e-4  # of |lambda|: ... or this
+ROUNDING = 1e-11  # of a root
 ZERO = 1e-10  # of |lambda|: real part that may be rounding; of |C| the same
 NEWTON = 5  # steps on the reduced system; the full one goes on from there
 NOISE = 0.05
@@ -35,13 +42,21 @@ SAME = 1e-7  # relative: crossings closer than this are one
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Roots (m,) of the reduced system at one value of the parameter, with their derivatives."""
+    """Roots (m,) of the reduced system at one value of the parameter, with their derivatives.
+
+    `coupling` (m, m) is the derivative of the first-order form in its eigenvectors.
+    """
 
     value: float
     roots: ComplexArray
-    slopes: ComplexArray
+    coupling: ComplexArray = field(repr=False)
     right: ComplexArray = field(repr=False)
     left: ComplexArray = field(repr=False)
+
+    @property
+    def slopes(self) -> ComplexArray:
+        """Derivatives of the roots."""
+        return np.asarray(self.coupling.diagonal())
 
 
 @dataclass(frozen=True)
@@ -101,15 +116,13 @@ class Along:
                 np.zeros_like(M) if d is None else d
                 for d in self.reduction.system.derivative(self.name, at)
             ]
-            slopes = np.empty(len(found.values), dtype=complex)
-            for j, root in enumerate(found.values):
-                x, y = found.right[:, j], found.left[:, j].conj()
-                change = root * root * moved[0] + root * moved[1] + moved[2]
-                inertia = y @ (2 * root * M + C) @ x
-                # a double root at zero leaves it as a square root, if at all
-                single = root or abs(inertia) > ZERO * np.linalg.norm(C)
-                slopes[j] = -(y @ change @ x) / inertia if single else 0.0
-            self._states[value] = State(value, found.values, slopes, found.right, found.left)
+            z, X, Y = found.values, found.right, found.left.conj().T
+            change = moved[0] @ X * z**2 + moved[1] @ X * z + moved[2] @ X
+            inertia = np.sum(Y.T * (2 * z * (M @ X) + C @ X), axis=0)
+            # a double root at zero leaves it as a square root, if at all
+            single = (z != 0) | (np.abs(inertia) > ZERO * np.linalg.norm(C))
+            coupling = -(Y @ change) / np.where(single, inertia, np.inf)[:, None]
+            self._states[value] = State(value, z, coupling, X, found.left)
         return self._states[value]
 
     def crossings(self, a: float, b: float, depth: int = DEPTH) -> Iterator[tuple[State, int]]:
@@ -172,6 +185,25 @@ class Along:
             return None
         return pairs
 
+    def windows(self) -> list[tuple[State, int]]:
+        """The same for two roots that pass each other between the states so far.
+
+        Of a real system with regular M.
+        """
+        states = [self._states[value] for value in sorted(self._states)]
+        system = replace(self.reduction.system.replace(self.changes), parameter=self.name)
+        found = []
+        with suppress(InputError):  # complex matrices, M singular
+            line = Line(system, states[0].value, states[-1].value)
+            for a, b in itertools.pairwise(_on(line, state) for state in states):
+                for guess in windows(line, foreseen(line, a, b), b.value - a.value):
+                    one = located(line, guess)
+                    state = None if one is None else self.at(one.value)
+                    if one is not None and state is not None and len(state.roots):
+                        k = int(np.argmin(np.abs(state.roots - 1j * one.omega)))
+                        found.append((state, k))
+        return found
+
     def refined(self, value: float, root: complex, step: Step) -> tuple[State, int] | None:
         """The zero of the reduced system's real part next to a guess: the last state and the root;
         None if there is none."""
@@ -190,6 +222,15 @@ class Along:
             if not low - width / 4 <= value <= high + width / 4:
                 return None
         return (state, k) if near else None
+
+
+def _on(line: Line, state: State) -> LineState:
+    """A state in the line's units; pairs are iterated on from any vectors."""
+    z, rng = state.roots / line.rate, np.random.default_rng(0)
+    right, left = rng.normal(size=(2, 2 * line.n, len(z))).astype(complex)
+    coupling = state.coupling / line.rate
+    noise = ROUNDING * np.abs(z)
+    return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling)
 
 
 @dataclass(frozen=True)
@@ -218,10 +259,8 @@ def crossings_along(
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
     with one_thread():
-        on_axis = itertools.chain.from_iterable(
-            along.crossings(a, b) for a, b in itertools.pairwise(values)
-        )
-        for state, k in on_axis:
+        on_axis = [x for a, b in itertools.pairwise(values) for x in along.crossings(a, b)]
+        for state, k in [*on_axis, *along.windows()]:
             omega = abs(state.roots[k].imag)
             real = omega <= along.real
             pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
