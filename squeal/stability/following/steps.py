@@ -48,7 +48,9 @@ class Stepper:
         a, b = self.line.at(low), self.line.at(high)
         found = _Step(self.line, a, b).matched()
         met = foreseen(self.line, a, b)
-        doubt = found.doubt or any(one.doubtful for _, one in met)
+        # half the budget is kept for matches
+        several = any(one.doubtful for _, one in met) and len(self.line.states) < self.budget / 2
+        doubt = found.doubt or several
         if doubt and depth > 0 and len(self.line.states) < self.budget:
             middle = low + 0.4837 * (high - low)
             self.go(low, middle, depth - 1)

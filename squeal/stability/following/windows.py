@@ -45,8 +45,14 @@ class Meeting:
     first: int
     second: int
     step: float
+    half: float  # of the way on which they stay close
     mean: complex
     doubtful: bool  # other roots decide over their coupling
+
+    def joins(self, other: "Meeting") -> bool:
+        """True if both happen to one root at once, so that three meet."""
+        shared = {self.first, self.second} & {other.first, other.second}
+        return len(shared) == 1 and abs(self.step - other.step) <= self.half + other.half
 
 
 def meetings(
@@ -113,6 +119,7 @@ def meetings(
             int(k[n]),
             int(l[n]),
             float(at[n]),
+            float(half[n]),
             complex(mean[n]),
             bool(third[n] > np.abs(w[n])),
         )
@@ -128,9 +135,11 @@ def foreseen(line: Line, a: State, b: State) -> list[tuple[State, Meeting]]:
     """Meetings within a step, from both ends; steps are seen from there and negative from b."""
     found = []
     for state, way in ((a, 1), (b, -1)):
-        coupling = way * state.coupling
-        for one in meetings(state.roots, coupling, state.noise, b.value - a.value, line.damped):
-            found.append((state, replace(one, step=way * one.step)))
+        coupling, width = way * state.coupling, b.value - a.value
+        met = meetings(state.roots, coupling, state.noise, width, line.damped)
+        for one in met:
+            doubtful = one.doubtful or any(map(one.joins, met))
+            found.append((state, replace(one, step=way * one.step, doubtful=doubtful)))
     return found
 
 

@@ -113,14 +113,19 @@ def test_without_foresight_a_window_is_missed_and_a_state_inside_it_denies_the_c
     assert not found.certified
 
 
-def test_roots_that_only_cross_are_no_coalescence():
+def test_roots_that_only_cross_are_no_coalescence(rng):
     """Crossing squares of frequencies; with a coupling K12 K21 < 0 they coalesce close by."""
+    L, R = (np.eye(10) + 0.4 * rng.normal(size=(10, 10)) for _ in range(2))
     for coupling, meets in ((0.0, False), (1e-3, True)):
-        K0, K1 = np.diag([1.0, 2.0, 7.0, 9.0]), np.diag([1.0, 0.0, 0.0, 0.0])
+        K0, K1 = np.diag([1.0, 2.0, *np.linspace(5, 20, 8)]), np.diag([1.0, *np.zeros(9)])
         K0[0, 1], K0[1, 0] = coupling, -coupling
-        line = Line(of(K0, K1), 0.0, 2.0)
-        first = np.eye(4, 2, dtype=complex)
-        one = located(line, Guess(0.9, 2.0 + 0j, first, first, True, 0.5))
+
+        def system(mu, K0=K0, K1=K1):
+            return L @ R, None, L @ (K0 + mu * K1) @ R
+
+        start = rng.normal(size=(2, 10, 2)).astype(complex)
+        guess = Guess(0.9, 2.0 + 0j, start[0], start[1], True, 0.5)
+        one = located(Line(system, 0.0, 2.0), guess)
         assert (one is not None) == meets
         if one is not None:
             assert one.value == pytest.approx(1 - 2 * coupling, abs=1e-10)
