@@ -14,7 +14,7 @@ from squeal.stability.following.locate import located
 from squeal.stability.following.pairs import NUDGE, pair_at
 from squeal.stability.following.search import _bisected, search
 from squeal.stability.following.sign import count_right
-from squeal.stability.following.steps import Guess
+from squeal.stability.following.windows import Guess
 from squeal.stability.terms import Term, TermSystem
 from tests.known import known_system
 
