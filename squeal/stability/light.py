@@ -26,8 +26,9 @@ LIGHT = 1e-4  # of the next heavier mass: what is lighter is split off
 ROUNDS = 60
 CONDITION = 1e8  # of the light motions' stiffness: more leaves the slow roots too few digits
 REFUSED = (
-    "M: some motion has (nearly) no mass; all thresholds can be given if nothing damps it and its "
-    "stiffness keeps it from growing, otherwise those of a band (--band)"
+    "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
+    "on each other; all thresholds can be given if nothing damps that motion and its stiffness "
+    "keeps it from growing, otherwise those of a band (--band)"
 )
 
 
