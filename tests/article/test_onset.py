@@ -307,18 +307,27 @@ LIVELY = {
         ({"lasts": False, "law": True}, "lasts", "no contact changes"),
         ({"peak": 0.0, "law": True}, "lasts", "no contact changes"),
         ({}, "hammer", "no case goes on hammering, by either rule"),
-        ({"hammers": True}, "hammer", r"hammering: (c) with both models at $\zeta =$ 0.5\,\%, by"),
+        (
+            {"hammers": True},
+            "hammer",
+            r"hammering: (c) with both models at 0.5\,\%, by either rule",
+        ),
         (
             {"b1": others(3, 3, 3), "printed": others(3, 2, 1)},
             "hammer",
-            r"(c), from other starts than its own, with both models at $\zeta =$ 0.5\,\%, by",
+            r"(c), from other starts than its own, with both models at 0.5\,\%, by either rule",
         ),
         (
             {"printed": others(3, 0, 3)},
             "hammer",
-            "no case goes on hammering; by the edges these go on hammering: (c), from other starts "
-            "than its own, with B2 alone",
+            r"(c), from other starts than its own, with B2 alone, by the edges at 0.5\,\%",
         ),
+        (
+            {"b1": others(3, 3, 3), "printed": others(3, 2, 0)},
+            "hammer",
+            r"with both models, by $\delta$ at 0.5\,\%, with B1 alone, by the edges at 0.5\,\%",
+        ),
+        ({"printed": others(3, 0, 3)}, "hammer", "(B2 under the integral law from none of its"),
         ({}, "early", "no case hammers with both models"),
         (
             {"b1": others(early=True), "printed": others(early=True)},
@@ -326,9 +335,9 @@ LIVELY = {
             r"(c) hammers with both models at $\zeta =$ 0.5\,\%",
         ),
         ({"printed": others(early=True)}, "early", "no case"),
-        ({"hammers": True}, "turns", r"by both rules B1 (c) and B2 (c), printed law"),
-        ({"b1": others(3, 0, 3)}, "turns", "hammer by the edges alone B1 (c)"),
-        ({"b1": others(3, 3, 0)}, "turns", r"by $\delta$ alone B1 (c)"),
+        ({"hammers": True}, "turns", r"by both rules in B1 (c) and B2 (c), printed law"),
+        ({"b1": others(3, 0, 3)}, "turns", "lasts by the edges alone in B1 (c)"),
+        ({"b1": others(3, 3, 0)}, "turns", r"by $\delta$ alone in B1 (c)"),
         ({}, "turns", r"on and on without hammering in B2 (c), printed law"),
         ({"b1": others(3)}, "lasts", r"; from other starts in B1 (c) at"),
         (
@@ -362,12 +371,21 @@ LIVELY = {
             "without hysteresis in steps of that width. The liveliest motion of other starts goes "
             r"on losing contact for $\mu =$ 0.7 and hammers nowhere.",
         ),
-        (LIVELY, "both", r"; from other starts B2 (c), printed law goes on losing contact for"),
+        (
+            LIVELY,
+            "both",
+            r"; from other starts, tried at the scene's $\mu$, B2 (c), printed law goes on losing",
+        ),
         ({"up": (step(0.6, lost=0.0),), "down": ()}, "hysteresis", "no changes of contact last"),
         (FAST, "hysteresis", r"begin at $\mu = 0.6$; lowered from $\mu = 0.6$"),
-        (FAST, "beyond", r"from $\mu = 0.65$ on, up to 7 times as fast"),
+        (FAST, "beyond", r"for $\mu =$ 0.65 to 0.7, up to 7 times as fast"),
         (FAST, "beyond", r"0.65 ($\zeta = 0.5\,\%$), some of it below the flutter threshold"),
         (FAST | {"threshold": 0.6}, "beyond", r"0.65 ($\zeta = 0.5\,\%$)."),
+        (
+            FAST | {"up": (*FAST["up"], step(0.72, lost=0.0))},
+            "beyond",
+            r" (contact comes to be kept for $\mu =$ 0.72)",
+        ),
         ({}, "both", "begin with it, to a step, and hammering does not begin while"),
         ({"up": (step(0.7, hammers=True),)}, "both", "hammering begins with them"),
         (

@@ -124,45 +124,69 @@ def _own_law(found: Onset, model: str, case: str) -> str | None:
     return next((name for name in found.thresholds if name[: len(stem)] == stem), None)
 
 
-class _Beats(NamedTuple):
-    """Where a motion goes on hammering: damping ratios from the own start, and from others."""
-
-    own: set[float]
-    others: set[float]
-
-
-def _beats(found: Onset, model: str, case: str, rule: Rule) -> _Beats:
-    name = _own_law(found, model, case)
+def _beats(found: Onset, name: str | None, rule: Rule) -> tuple[set[float], set[float]]:
+    """Damping ratios at which a motion goes on hammering, from the own start and from others."""
     if name is None:
-        return _Beats(set(), set())
+        return set(), set()
     late = {one.ratio for one in found.late[name] if isinstance(one, Late) and rule(one)}
-    count = {one.ratio for one in found.others[name] if _count(one, rule)}
-    return _Beats(late, count)
+    return late, {one.ratio for one in found.others[name] if _count(one, rule)}
 
 
 def _count(one: Others, rule: Rule) -> int:
     return one.edges if rule is by_edges else one.hammer
 
 
-def _which(found: Onset, rule: Rule) -> str:
-    """Which cases go on hammering, and with which models."""
+def _ways(found: Onset, case: str, rule: Rule) -> dict[str, list[float]]:
+    """With which models a case goes on hammering, at which damping ratios."""
+    one, two = (
+        set().union(*_beats(found, _own_law(found, model, case), rule)) for model in ("b1", "b2")
+    )
+    ways = {"both models": one & two, "B1 alone": one - two, "B2 alone": two - one}
+    return {way: sorted(ratios) for way, ratios in ways.items() if ratios}
+
+
+def _other_law(found: Onset, case: str) -> str:
+    """Where a case of B2 goes on hammering under the other law, if that differs."""
+    own = _own_law(found, "b2", case)
+    names = {n: law for law in LAWS if (n := f"b2-{case}-{law}") in found.others}
+    if own not in names:
+        return ""
+    ratios = {
+        n: [set().union(*_beats(found, n, rule)) for rule in (by_side, by_edges)] for n in names
+    }
+    parts = []
+    for name, law in names.items():
+        if name != own and ratios[name] != ratios[own]:
+            every = sorted(set().union(*ratios[name]))
+            at = f"at {dampings(every)} only" if every else "from none of its starts"
+            parts.append(f" (B2 under the {LAWS[law]} {at})")
+    return "".join(parts)
+
+
+def _which(found: Onset) -> str:
+    """Which cases go on hammering, with which models and by which rule."""
     words = []
     for case in CASES:
-        of = {model: _beats(found, model, case, rule) for model in ("b1", "b2")}
-        at = {model: beats.own | beats.others for model, beats in of.items()}
-        if not any(at.values()):
+        sides, edges = (_ways(found, case, rule) for rule in (by_side, by_edges))
+        told = []
+        for way in dict.fromkeys((*sides, *edges)):
+            rules = ((r"by $\delta$", sides.get(way)), ("by the edges", edges.get(way)))
+            if sides.get(way) == edges.get(way):
+                told.append(f"with {way} at {dampings(sides[way])}, by either rule")
+            else:
+                each = [f"{rule} at {dampings(ratios)}" for rule, ratios in rules if ratios]
+                told.append(f"with {way}, {', '.join(each)}")
+        if not told:
             continue
-        own = any(beats.own for beats in of.values())
-        start = f"({case})" if own else f"({case}), from other starts than its own,"
-        both = sorted(at["b1"] & at["b2"])
-        if both:
-            words.append(rf"{start} with both models at $\zeta =$ {dampings(both)}")
-        elif all(at.values()):
-            words.append(f"{start} with each model, at no damping with both")
-        else:
-            words.append(f"{start} with {'B1' if at['b1'] else 'B2'} alone")
+        own = any(
+            _beats(found, _own_law(found, model, case), rule)[0]
+            for model in ("b1", "b2")
+            for rule in (by_side, by_edges)
+        )
+        start = "" if own else ", from other starts than its own,"
+        words.append(f"({case}){start} {', '.join(told)}{_other_law(found, case)}")
     if not words:
-        return "no case goes on hammering"
+        return "no case goes on hammering, by either rule"
     return f"these go on hammering: {'; '.join(words)}"
 
 
@@ -183,37 +207,38 @@ def hammer_table(found: Onset) -> str:
             late = {case: found.late[name][i] for case, name in names.items()}
             cells.append([c for c, one in late.items() if isinstance(one, Late) and rule(one)])
             away = [f"{c} ({_count(o, rule)})" for c, o in others.items() if _count(o, rule)]
-            words = [", ".join(cell) or "--" for cell in (*cells, away)]
+            words = [", ".join(cell) or "--" for cell in cells] + [", ".join(away) or "none"]
             block.append([title if not i else "", rf"{100.0 * ratio:g}\,\%", *words])
         rows.append(block)
     return tabular("lr" + "l" * (len(head) - 2), head, rows)
 
 
-def _any(early: Iterable[Settled | None]) -> bool:
-    return any(one and (one.hammers or one.edges) for one in early)
-
-
 def _early(found: Onset) -> str:
-    """Which cases hammer with both models in their first windows."""
+    """Which cases hammer with both models, by one rule, in each of their first windows."""
     both: dict[str, list[float]] = {}
     for i, ratio in enumerate(found.ratios):
         for case in CASES:
             names = [_own_law(found, model, case) for model in ("b1", "b2")]
             early = [found.others[n][i].early for n in names if n and found.others[n]]
-            if len(early) == 2 and all(map(_any, early)):
+            if len(early) == 2 and any(
+                all(
+                    one and two and rule(one) and rule(two) for one, two in zip(*early, strict=True)
+                )
+                for rule in (by_side, by_edges)
+            ):
                 both.setdefault(case, []).append(ratio)
     words = [
         rf"({case}) hammers with both models at $\zeta =$ {dampings(ratios)}"
         for case, ratios in both.items()
     ]
     rest = [r for r in found.ratios if not any(r in ratios for ratios in both.values())]
-    none = rf"; at $\zeta =$ {dampings(rest)} no case does" if rest and words else ""
-    return f"{in_words(words)}{none}" if words else "no case hammers with both models"
+    none = rf"; at $\zeta =$ {dampings(rest)} no case does over all of these times"
+    if not words:
+        return "no case hammers with both models over all of these times"
+    return in_words(words) + (none if rest else "")
 
 
 def _hammering(found: Onset) -> dict[str, str]:
-    which, edges = _which(found, by_side), _which(found, by_edges)
-    rule = ", by either rule" if which == edges else f"; by the edges {edges}"
     on = list(lasting(found))
     own, others = [e for e in on if not e.other], [e for e in on if e.other]
     lasts = grouped(own) or "none of the own starts"
@@ -223,13 +248,13 @@ def _hammering(found: Onset) -> dict[str, str]:
         "by the edges alone": [e for e in on if by_edges(e.one) and not by_side(e.one)],
         r"by $\delta$ alone": [e for e in on if by_side(e.one) and not by_edges(e.one)],
     }
-    beats = "; ".join(f"{words} {grouped(some)}" for words, some in parts.items() if some)
+    beats = "; ".join(f"{words} in {grouped(some)}" for words, some in parts.items() if some)
     quiet = [e for e in on if not by_side(e.one) and not by_edges(e.one)]
-    turns = [f"Of these hammer {beats}."] if beats else []
+    turns = [f"Hammering lasts {beats}."] if beats else []
     if quiet:
         turns.append(f"Contact is lost on and on without hammering in {grouped(quiet)}.")
     return {
-        "onset.hammer": which + (rule if on else ""),
+        "onset.hammer": _which(found),
         "onset.early": _early(found),
         "onset.lasts": f"contact goes on changing in {lasts}{away}" if on else "no contact changes",
         "onset.turns": " ".join(turns),

@@ -101,11 +101,13 @@ def _beyond(found: Onset) -> str:
             if below
             else ""
         )
+        still = [step for step in own.up if step.mu > fast[0].mu and not step.goes_on]
+        kept = f" (contact comes to be kept for {_span(found, still)})" if still else ""
         parts.append(
-            f"In {motion_title(name)} the face becomes faster than the surface from "
-            f"{_mu(fast[0].mu)} on, up to {times:.2g} times as fast, and the model ends, since "
-            "friction would turn round. The equations as they stand, lowered from the greatest "
-            f"$\\mu$ up to which motion so goes on, keep it to $\\mu =$ {words}."
+            f"In {motion_title(name)} the face becomes faster than the surface for "
+            f"{_span(found, fast)}{kept}, up to {times:.2g} times as fast, and the model ends, "
+            "since friction would turn round. The equations as they stand, lowered from the "
+            f"greatest $\\mu$ up to which motion so goes on, keep it to $\\mu =$ {words}."
         )
     return " ".join(parts)
 
@@ -145,7 +147,7 @@ def _both(found: Onset) -> str:
         for name in found.sweeps
         if (one := _at(found, name)) and one.lively
     ]
-    away = f"; from other starts {in_words(lively)}" if lively else ""
+    away = rf"; from other starts, tried at the scene's $\mu$, {in_words(lively)}" if lively else ""
     stable = grouped(each for each in beside_rest(found) if not each.other)
     beside = f"; {stable} goes on losing contact beside a stable equilibrium" if stable else ""
     return rf"at $\zeta = {100.0 * found.ratio:g}\,\%$ and {range_}, {parts}{away}{beside}"
