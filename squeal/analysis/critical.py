@@ -25,7 +25,7 @@ from squeal.stability import (
     System,
     thresholds,
 )
-from squeal.stability.eigen import hidden
+from squeal.stability.eigen import HIDDEN, hidden_share
 from squeal.stability.following.answer import TIGHT
 from squeal.stability.matrices import checked, reduce
 
@@ -94,9 +94,12 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     if path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    at_zero, stiff = roots_and_verdict(M, C, K)[1].verdict, hidden(reduce(M, C, K), K)
+    at_zero, share = roots_and_verdict(M, C, K)[1].verdict, hidden_share(reduce(M, C, K), K)
+    stiff = share > HIDDEN
     if stiff and C is not None:
         raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
+    if share > LOST:
+        raise ComputationError(f"no threshold can be given: {STIFF}")
     found = thresholds(system, path.mu_end, path.breakpoints)
     if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in found.points):
         raise ComputationError(f"no threshold can be given: {STIFF}")

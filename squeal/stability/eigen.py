@@ -186,9 +186,9 @@ def scaled_rank(K: Array) -> int:
     return rank_of(np.linalg.svd(np.asarray(K, dtype=np.float64), compute_uv=False))
 
 
-def hidden(reduced: Reduced, K: Array) -> bool:
-    """True if rounding of A or B, far greater than what moves slow modes, leaves those too few
-    digits: where a mass is light, a spring stiff or a damper strong beside the others."""
+def hidden_share(reduced: Reduced, K: Array) -> float:
+    """How much of the slowest mode's stiffness rounding of A or B may be, infinite where all of it:
+    where a mass is light, a spring stiff or a damper strong beside the others."""
     sizes = np.linalg.svd(reduced.A, compute_uv=False)
     square = sizes[0]
     if reduced.B is not None:
@@ -196,8 +196,13 @@ def hidden(reduced: Reduced, K: Array) -> bool:
     error = 2 * reduced.n * reduced.rounding
     present = sizes[sizes > error * sizes[0]]
     if len(present) != scaled_rank(K):
-        return True
-    return bool(len(present) and error * square > HIDDEN * present[-1])
+        return np.inf
+    return float(error * square / present[-1]) if len(present) else 0.0
+
+
+def hidden(reduced: Reduced, K: Array) -> bool:
+    """True if rounding leaves slow modes too few digits, see `hidden_share`."""
+    return hidden_share(reduced, K) > HIDDEN
 
 
 def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> list[float]:
