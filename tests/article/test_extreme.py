@@ -120,8 +120,13 @@ def test_other_units_are_the_same_scene():
 @pytest.mark.parametrize(
     ("rate", "half", "ends", "words"),
     [
-        # ln(0.01/1e-15) = 29.93, over 0.3/ms
-        (0.3, 0.1, False, r"B1, case (a) $99.8$\,ms, 33 times that of the scene; in 600"),
+        # ln(0.01/1e-15) = 29.93, over 0.4/ms and 0.2/ms; a scene is 3 ms long
+        (
+            0.3,
+            0.1,
+            False,
+            r"B1, case (a) 0.075 to 0.15\,s, 25 to 50 times that of the scene; in 600",
+        ),
         (0.3, 0.4, False, "in 600 times the time of the scenes no other own motion"),
         (0.3, 0.1, True, "no exponents were measured"),
     ],
@@ -133,8 +138,12 @@ def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, ends, wo
     onset = dataclasses.replace(known.of(Onset), exponents={"b1-a, undamped": exponent})
     values = accuracy_values(found, onset)
     assert words in values["accuracy.horizons"]
+    assert values["accuracy.tolerances"] == r"$1 \times 10^{-15}$"
+    assert values["accuracy.looser"] == r"31\,\%"  # ln(1e4)/ln(1e13)
     assert values["accuracy.within"] == "all are"
     # exp(0.3/ms 15 ms) = 90
     assert values["accuracy.grown"] == r"$9 \times 10^{-14}$"
     lost = dataclasses.replace(found, lost=1e-14)
     assert accuracy_values(lost, onset)["accuracy.within"] == "not all are"
+    nothing = dataclasses.replace(found, lost=1e-15)  # the tolerance itself
+    assert accuracy_values(nothing, onset)["accuracy.looser"] == "--"

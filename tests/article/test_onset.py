@@ -252,6 +252,7 @@ def made(
     decay: float = 0.9,
     peak: float = 2.0,
     rate: float = 1.0,
+    half: float = 0.1,
     b1: results.Others = QUIET,
     printed: results.Others = QUIET,
     integral: results.Others = QUIET,
@@ -273,7 +274,7 @@ def made(
         mu=(0.6, 0.65, 0.7),
         sweeps={"b2-c-mean": (results.Sweep(0.005, up, down, beyond, lively),)},
         thresholds={"b1-c": None, "b2-c-mean": threshold},
-        exponents={"b2-c-mean": results.Exponent(0.005, (rate,) * 3, (0.1,) * 3, 0.02, 40, False)},
+        exponents={"b2-c-mean": results.Exponent(0.005, (rate,) * 3, (half,) * 3, 0.02, 40, False)},
         cycles=results.Cycles("b2-c-mean", 0.005, points[0], decay, 1e-6, points),
         ratio=0.005,
         ratios=(0.005,),
@@ -406,7 +407,11 @@ LIVELY = {
         ({"decay": 0.8}, "cycle", "does not agree"),
         ({}, "cycle", "to $0.9$ of itself a period"),
         ({}, "signs", "all starts of B2 (c), printed law are chaotic"),
-        ({"rate": 0.01}, "signs", "are without exponential growth"),
+        ({"rate": -0.09}, "signs", "are without exponential growth"),
+        ({"rate": 0.01}, "signs", "are undecided"),  # its interval reaches beyond 0.02
+        ({"rate": 0.01}, "unseen", r"rates below $0.12$\,/ms cannot be seen"),
+        ({"half": float("inf")}, "unseen", "too short to see any"),
+        ({}, "unseen", "every start is seen to be chaotic"),
         ({"rate": 0.1}, "signs", "are undecided"),
         ({}, "caption", "(a): peak of the reaction"),
         ({}, "caption", "(b): cycles of B2 (c), printed law"),
@@ -473,9 +478,9 @@ NOISE = np.random.default_rng(3).normal(size=(80, 2))
         (rows(0.2, 0.2) + NOISE * [3.0, 0.3], ["undecided", "chaotic"], 400),
         # oscillations of a deviation's size are no growth
         (np.diff(np.sin(np.arange(81.0)))[:, None], ["no growth"], 400),
-        # nor is growth in proportion to time, or to its square
+        # nor is growth in proportion to time; that with its square is at the limit
         (np.diff(np.log(np.arange(1.0, 82.0)))[:, None], ["no growth"], 400),
-        (1.99 * np.diff(np.log(np.arange(1.0, 82.0)))[:, None], ["no growth"], 400),
+        (1.99 * np.diff(np.log(np.arange(1.0, 82.0)))[:, None], ["undecided"], 400),
         # too short for an error of its own
         (rows(0.5, left=12), ["undecided"], 60),
     ],

@@ -234,6 +234,7 @@ def test_perpetual_contact_is_judged_by_other_starts():
     assert verdicts.perpetual(found)[0] == "does not hold"
     assert r"$20\,\%$" not in verdicts.perpetual(found)[1]
     assert r"20\,\% in (a)" in verdicts.perpetual(found)[1]
+    assert verdicts.perpetual(found)[1].startswith("Over 10 windows B1 ")
     never: dict[str, SceneStarts | Missing] = {
         name: dataclasses.replace(
             one,

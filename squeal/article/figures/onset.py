@@ -1,6 +1,6 @@
 """Sweeps of friction and a branch of cycles, from the study of that name."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,25 +13,37 @@ from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#000000", "#3498DB", "#C8380E", "#6A1B7B")
-UP: dict[str, Any] = {"marker": "^", "ms": 3.5}
-DOWN: dict[str, Any] = {"marker": "v", "ms": 3.5, "mfc": "w"}
-LIVELY: dict[str, Any] = {"marker": "x", "ms": 3.5}
+SIZES = (7.0, 4.0, 2.2, 1.2)  # of marks, by damping: the smaller ones lie on the greater
+UP: dict[str, Any] = {"marker": "^"}
+DOWN: dict[str, Any] = {"marker": "v", "mfc": "none"}
+LIVELY: dict[str, Any] = {"marker": "x"}
 PALE = 0.3
 COLUMNS = 3
 
 
-def _way(axes: Axes, way: tuple[Step, ...], colour: str, look: dict[str, Any]) -> None:
+class _Mark(NamedTuple):
+    colour: str
+    size: float
+
+
+def _way(axes: Axes, way: tuple[Step, ...], mark: _Mark, look: dict[str, Any]) -> None:
     """Peaks of steps; those of a pad faster than the surface are pale."""
     for slides, alpha in ((True, 1.0), (False, PALE)):
         some = [(step.mu, step.peak) for step in way if step.slides == slides and not step.off]
         axes.plot(
-            *np.array(some).reshape(-1, 2).T, color=colour, ls="", mew=0.6, alpha=alpha, **look
+            *np.array(some).reshape(-1, 2).T,
+            color=mark.colour,
+            ms=mark.size,
+            ls="",
+            mew=0.6,
+            alpha=alpha,
+            **look,
         )
 
 
-def _colours(found: Onset) -> dict[float, str]:
+def _marks(found: Onset) -> dict[float, _Mark]:
     ratios = sorted({sweep.ratio for sweeps in found.sweeps.values() for sweep in sweeps})
-    return dict(zip(ratios, COLOURS, strict=False))
+    return dict(zip(ratios, map(_Mark, COLOURS, SIZES), strict=False))
 
 
 def _threshold(axes: Axes, mu: float | None) -> None:
@@ -40,11 +52,11 @@ def _threshold(axes: Axes, mu: float | None) -> None:
     axes.set_xlabel(r"friction $\mu$")
 
 
-def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], colours: dict[float, str]) -> None:
+def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], marks: dict[float, _Mark]) -> None:
     for sweep in sweeps:
-        _way(axes, sweep.up, colours[sweep.ratio], UP)
-        _way(axes, sweep.down[1:] + sweep.beyond[1:], colours[sweep.ratio], DOWN)
-        _way(axes, sweep.lively, colours[sweep.ratio], LIVELY)
+        _way(axes, sweep.up, marks[sweep.ratio], UP)
+        _way(axes, sweep.down[1:] + sweep.beyond[1:], marks[sweep.ratio], DOWN)
+        _way(axes, sweep.lively, marks[sweep.ratio], LIVELY)
     low, high = axes.get_ylim()
     if high > 5.0 * max(low, 0.1):
         axes.set_yscale("log")
@@ -53,7 +65,7 @@ def _sweeps(axes: Axes, sweeps: tuple[Sweep, ...], colours: dict[float, str]) ->
         axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _branch(axes: Axes, found: Cycles, sweep: Sweep | None, colour: str) -> None:
+def _branch(axes: Axes, found: Cycles, sweep: Sweep | None, mark: _Mark) -> None:
     mu = np.array([point.mu for point in found.branch])
     peak = np.array([point.peak for point in found.branch])
     stable = np.array([point.stable for point in found.branch])
@@ -64,7 +76,7 @@ def _branch(axes: Axes, found: Cycles, sweep: Sweep | None, colour: str) -> None
     reach = 0.1 * np.ptp(mu)
     for way, look in ((sweep.up, UP), (sweep.down[1:], DOWN)) if sweep else ():
         near = (step for step in way if mu.min() - reach <= step.mu <= mu.max() + reach)
-        _way(axes, tuple(step for step in near if step.slides), colour, look)
+        _way(axes, tuple(step for step in near if step.slides), mark, look)
 
 
 def onset_figure(found: Onset) -> Figure:
@@ -73,19 +85,19 @@ def onset_figure(found: Onset) -> Figure:
     panels = len(names) + isinstance(found.cycles, Cycles)
     columns = min(panels, COLUMNS)
     rows = -(-panels // columns)
-    colours = _colours(found)
+    marks = _marks(found)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.6 + 2.2 * rows))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, letter, name in zip(grid.flat, "abcdefgh", names, strict=False):
-            _sweeps(axes, found.sweeps[name], colours)
+            _sweeps(axes, found.sweeps[name], marks)
             _threshold(axes, found.thresholds[name])
             axes.set_title(f"({letter}) {motion_title(name)}", loc="left", pad=3.0)
         if isinstance(found.cycles, Cycles):
             axes, own = grid.flat[len(names)], found.cycles.name
             ratio = found.cycles.ratio
             sweep = next((one for one in found.sweeps[own] if one.ratio == ratio), None)
-            _branch(axes, found.cycles, sweep, colours.get(ratio, "k"))
+            _branch(axes, found.cycles, sweep, marks.get(ratio, _Mark("k", SIZES[1])))
             _threshold(axes, found.thresholds[own])
             letter = "abcdefghi"[len(names)]
             axes.set_title(f"({letter}) {motion_title(own)}, cycles", loc="left", pad=3.0)
@@ -94,11 +106,11 @@ def onset_figure(found: Onset) -> Figure:
         for axes in grid[:, 0]:
             axes.set_ylabel("peak force over $F_n$")
         handles = [
-            Line2D([], [], color=c, marker="o", ls="", ms=3.5, label=rf"$\zeta = {100 * r:g}\,\%$")
-            for r, c in colours.items()
+            Line2D([], [], color=c, marker="o", ls="", ms=s, label=rf"$\zeta = {100 * r:g}\,\%$")
+            for r, (c, s) in marks.items()
         ]
         handles += [
-            Line2D([], [], color="k", ls="", label=label, **look)
+            Line2D([], [], color="k", ls="", ms=3.5, label=label, **look)
             for label, look in (
                 (r"$\mu$ raised", UP),
                 (r"$\mu$ lowered", DOWN),

@@ -6,10 +6,21 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from squeal.article.cases import title
-from squeal.article.report.latex import Generated, cells, long_table, number, once, tabular, typeset
+from squeal.article.report.latex import (
+    Generated,
+    cells,
+    in_words,
+    long_table,
+    number,
+    once,
+    percent,
+    tabular,
+    typeset,
+)
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
 from squeal.article.results.onset import Exponent, Onset
+from squeal.article.results.starts import TOLERANCE
 
 
 def extreme_table(cases: Sequence[Outcome]) -> str:
@@ -54,9 +65,14 @@ def accuracy_table(scenes: Mapping[str, SceneAccuracy]) -> str:
     return tabular("l" + "r" * (len(columns) - 1), head, [rows[:4], rows[4:]])
 
 
+def _tolerance(scene: SceneAccuracy) -> float:
+    """Of the scene's own motion, not below what doubles can tell."""
+    return max(scene.tolerance, float(np.finfo(float).eps))
+
+
 def _horizons(found: Accuracy, onset: Onset) -> str:
     """The times in which the tolerance grows to the share that counts as lost, where the scene's
-    own motion is chaotic."""
+    own motion is chaotic: from one end of the interval of its rate to the other."""
     words, longest = [], 0
     for name, scene in found.scenes.items():
         one = onset.exponents.get(f"{name}, undamped")
@@ -64,10 +80,14 @@ def _horizons(found: Accuracy, onset: Onset) -> str:
             continue
         longest = max(longest, one.windows)
         if one.signs[0] == "chaotic":
-            tolerance = max(scene.tolerance, float(np.finfo(float).eps))
-            time = math.log(found.lost / tolerance) / one.rates[0]
-            windows = f"{time / (1e3 * scene.stop):.0f} times that of the scene"
-            words.append(f"{title(name)} {number(time, 3)}\\,ms, {windows}")
+            tolerance = _tolerance(scene)
+            grown, rate, half = math.log(found.lost / tolerance), one.rates[0], one.half_widths[0]
+            ends = [1e-3 * grown / (rate + sign * half) for sign in (1.0, -1.0)]
+            time, windows = (
+                " to ".join(f"{float(f'{end / unit:.2g}'):g}" for end in ends)
+                for unit in (1.0, scene.stop)
+            )
+            words.append(f"{title(name)} {time}\\,s, {windows} times that of the scene")
     if not longest:
         return "no exponents were measured, so that none is given"
     seen = f"in {longest} times the time of the scenes no other own motion is seen to be chaotic"
@@ -79,10 +99,15 @@ def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
     scenes = found.scenes.values()
     grown = max(a.tolerance * math.exp(a.exponent * a.measured * a.stop) for a in scenes)
     longer = min(a.measured for a in scenes)
+    tolerances = sorted({_tolerance(a) for a in scenes})
+    tight, loose = math.log(found.lost / tolerances[0]), math.log(found.lost / TOLERANCE)
     return {
         "accuracy.worst": number(max(a.error for a in scenes), 2),
         "accuracy.longer": number(longer, 3),
         "accuracy.horizons": _horizons(found, onset),
+        "accuracy.tolerances": in_words([number(one, 2) for one in tolerances]),
+        "accuracy.loose": number(TOLERANCE, 2),
+        "accuracy.looser": percent(loose / tight, 0) if tight > 0.0 else "--",
         "accuracy.grown": number(grown, 1),
         "accuracy.within": "all are" if grown < found.lost and longer >= 2.0 else "not all are",
     }

@@ -1,5 +1,8 @@
 """Tables and sentences on onset and attractors; what interprets asks the results first."""
 
+import math
+from collections.abc import Iterable
+
 from squeal.article.report.lasting import dampings, hammer_table, lasting_table, sentences
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.report.sweeps import swept
@@ -55,6 +58,18 @@ def _signs(one: Exponent) -> str:
     if some[1:]:
         return f"in {{}} {in_words(some)}"
     return f"all starts of {{}} are {next(words for words, n in counts.items() if n)}"
+
+
+def _unseen(measured: Iterable[Exponent]) -> str:
+    """Up to which rates a start that is not seen to be chaotic may still grow."""
+    limits = [limit for one in measured if not one.ends for limit in one.unseen]
+    if not limits:
+        return "every start is seen to be chaotic"
+    if not math.isfinite(max(limits)):
+        return "for some starts the time is too short to see any"
+    low, high = number(min(limits), 2), number(max(limits), 2)
+    below = low if low == high else f"limits of {low} to {high}"
+    return f"in the starts that are not chaotic rates below {below}\\,/ms cannot be seen"
 
 
 def _zero(found: Onset) -> str:
@@ -116,6 +131,7 @@ def generated(found: Onset, spectra: Spectra) -> Generated:
     measured = [one for one in found.exponents.values() if isinstance(one, Exponent)]
     longest = max(measured, key=lambda one: one.windows, default=None)
     values["onset.least"] = number(longest.least if longest else None, 2)
+    values["onset.unseen"] = _unseen(measured)
     values["onset.longest"] = str(longest.windows if longest else 0)
     values["onset.starts"] = str(max((len(one.rates) for one in measured), default=0))
     tables = {"lasting": lasting_table(found), "hammering": hammer_table(found)}

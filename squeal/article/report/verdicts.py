@@ -158,16 +158,22 @@ def _short(name: str) -> str:
 
 def perpetual(starts: Starts) -> tuple[str, str]:
     """Whether model B1 cannot keep contact: a verdict and the starts of each case that do."""
-    kept = {
-        name: one.maps[0].share[KINDS[0]]
+    first = {
+        name: one.maps[0]
         for name, one in starts.scenes.items()
         if isinstance(one, SceneStarts) and name.startswith("b1")
     }
+    kept = {name: part.share[KINDS[0]] for name, part in first.items()}
     if not kept:
         return "not judged", "No other starts were simulated"
     words = in_words([f"{percent(share, 0)} in ({name[-1]})" for name, share in kept.items()])
     verdict = "does not hold" if any(kept.values()) else "supported"
-    return verdict, f"B1 loses no contact from {words} of the starts of Fig.~\\ref{{fig:starts}}"
+    windows = max(part.windows for part in first.values())
+    over = "one window" if windows == 1 else f"{windows} windows"
+    return (
+        verdict,
+        f"Over {over} B1 loses no contact from {words} of the starts of Fig.~\\ref{{fig:starts}}",
+    )
 
 
 def generated(

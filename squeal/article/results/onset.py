@@ -133,14 +133,20 @@ class Exponent(Record):
     ends: bool
 
     @property
+    def unseen(self) -> list[float]:
+        """Of each start that is not seen to be chaotic, the rate up to which that says nothing."""
+        judged = zip(self.half_widths, self.signs, strict=True)
+        return [self.least + half for half, sign in judged if sign != "chaotic"]
+
+    @property
     def signs(self) -> list[Sign]:
-        """Of each start: chaotic where all of the interval is above `least`, no growth where the
-        rate is not above it."""
+        """Of each start: chaotic where all of the interval is above `least`, no growth where none
+        of it is."""
         return [
             "chaotic"
             if rate - half > self.least
             else "no growth"
-            if rate <= self.least
+            if rate + half <= self.least
             else "undecided"
             for rate, half in zip(self.rates, self.half_widths, strict=True)
         ]
