@@ -16,7 +16,7 @@ from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
 from squeal.article.results.map_ranges import Upright
 from squeal.article.results.robustness import Share
-from squeal.article.results.starts import KINDS, SceneStarts, Starts, Swinging
+from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
 from squeal.files.records import Missing
 from tests.article import known
 
@@ -113,20 +113,21 @@ def test_what_the_rule_of_one_model_says_of_the_other():
     def told(*cases: str) -> str:
         return by_edges(Hammering({"B1": ("a",), "B2": ("c",)}, cases, {}))
 
-    assert told("c").endswith("so does B2 in (c)")
-    assert told("a", "c").endswith("B2 would in (a) and (c)")
-    assert told().endswith("B2 would in no case")
+    assert told("c").endswith("B2 hammers in (c), too")
+    assert told("a", "c").endswith("B2 would hammer in (a) and (c)")
+    assert told().endswith("B2 would hammer in no case")
 
 
 def test_starts_that_hammer_without_losing_contact_are_counted():
-    def told(*counts: int) -> str:
-        one = SceneStarts(1.0, 1.0, (), Swinging(*counts))
+    def told(*counts: int, window: int = 1) -> str:
+        one = SceneStarts(1.0, 1.0, (Map(window, (), 0, {}),), Swinging(*counts))
         return touching(Starts(scenes={"b2-b": one, "b2-c": one, "b1-a": Missing("")}, reach=1.0))
 
-    assert "(b) and (c) 42 and 42 hammer so, of which 32 and 32 never leave" in told(
-        121, 42, 32, 40
-    )
-    assert "none hammers so and touches" in told(121, 42, 0, 0)
+    words = told(121, 42, 32, 40)
+    assert "(b) and (c) of model B2, undamped and over one window, 42 and 42 hammer by" in words
+    assert "of these 32 and 32 never leave full contact and 40 and 40 never separate" in words
+    assert "over 3 windows, 42" in told(121, 42, 32, 40, window=3)
+    assert "one window, none hammers by the rule of B2 and touches" in told(121, 42, 0, 0)
     assert "is not known here" in touching(Starts(scenes={"b2-b": Missing("")}, reach=1.0))
 
 
@@ -218,13 +219,17 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
     hammering = Hammering({"B1": ("d",), "B2": ("c",)}, (), {})
     words = rotation(b1_d=(None, None), b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))
     assert words == (
-        "of the cases that hammer here, B1 (d) and B2 (c), flutter begins in B2 (c) at $0.2$ "
+        "of the cases that hammer here (first row), flutter begins in B2 (c) at $0.2$ "
         "($1.5$ with the rotation held) only"
     )
+    words = rotation(b1_d=(None, 0.185), b2_c=(0.2, 1.5))
+    assert words.endswith("held) only; against: with it held only, in B1 (d) at $0.185$")
     words = rotation(b1_d=(0.3, None), b2_c=(0.2, 1.5))
     assert "in B1 (d) at $0.3$ (nowhere with the rotation held) and B2 (c)" in words
     assert not words.endswith("only")
-    assert rotation(b1_d=(None, 0.2), b2_c=(None, None)).endswith("B2 (c), none flutters")
+    assert rotation(b1_d=(None, None), b2_c=(None, None)).endswith("row), flutter begins nowhere")
+    words = rotation(b1_d=(None, 0.2), b2_c=(None, None))
+    assert words.endswith("begins nowhere; against: with it held only, in B1 (d) at $0.2$")
     hammering = Hammering({"B1": (), "B2": ()}, (), {})
     assert rotation(b2_c=(0.2, 1.5)) == "no case hammers here"
 

@@ -32,8 +32,8 @@ def by_model(found: Hammering) -> str:
 def by_edges(found: Hammering) -> str:
     """What the rule of B1 says of model B2."""
     if set(found.by_edges) == set(found.cases["B2"]):
-        return f"by the rule of B1, losses in turn, so does B2 in {_cases(found.by_edges)}"
-    return f"by the rule of B1, losses in turn, B2 would in {_cases(found.by_edges)}"
+        return f"by the rule of B1, losses in turn, B2 hammers in {_cases(found.by_edges)}, too"
+    return f"by the rule of B1, losses in turn, B2 would hammer in {_cases(found.by_edges)}"
 
 
 def touching(found: Starts) -> str:
@@ -44,19 +44,27 @@ def touching(found: Starts) -> str:
         if isinstance(one, SceneStarts) and one.swinging is not None
     }
     if not many:
-        return "How many other starts do so without a loss of contact is not known here"
+        return "How many other starts hammer without a loss of contact is not known here"
     beat, full, met = (
         in_words([str(getattr(one, key)) for one in many.values()])
         for key in ("hammer", "full", "touching")
     )
     starts = max(one.starts for one in many.values())
     cases = in_words([f"({name[-1]})" for name in many])
+    windows = max(
+        one.maps[0].windows for one in found.scenes.values() if isinstance(one, SceneStarts)
+    )
+    over = "one window" if windows == 1 else f"{windows} windows"
+    of = (
+        f"Of the {starts} starts of Fig.~\\ref{{fig:starts}} in each of {cases} of model B2, "
+        f"undamped and over {over}"
+    )
     if not any(one.touching for one in many.values()):
-        return f"Of {starts} starts of each of {cases} none hammers so and touches all the time"
+        return f"{of}, none hammers by the rule of B2 and touches all the time"
     return (
-        f"Of the {starts} starts of Fig.~\\ref{{fig:starts}} in each of {cases} {beat} hammer so, "
-        f"of which {full} never leave full contact and {met} never separate, which "
-        "the article, asking for impacts (its Sec.~5), does not call hammering"
+        f"{of}, {beat} hammer by the rule of B2, the way of $\\delta$; of these {full} never leave "
+        f"full contact and {met} never separate, which the article, asking for impacts (its "
+        "Sec.~5), does not call hammering"
     )
 
 

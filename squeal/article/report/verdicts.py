@@ -128,17 +128,21 @@ def _first(found: Sequence[HeldThreshold]) -> float | None:
 
 def _turned(one: SceneLoci) -> tuple[float | None, float | None]:
     """Friction from which the equilibrium flutters, free and with the rotation held."""
-    free = None if isinstance(one.loop, Missing) else _first(one.loop.thresholds)
-    return free, None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
+    if isinstance(one.loop, Missing):
+        return None, None
+    held = None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
+    return _first(one.loop.thresholds), held
 
 
 def rotation(loci: Loci, hammering: Hammering) -> str:
-    """Which of the cases that hammer flutter, and whether they do with the rotation held."""
+    """Which of the cases that hammer flutter, and whether they do with the rotation held.
+
+    One that flutters with the rotation held only speaks against rotation being crucial.
+    """
     names = [
         f"{model}-{case}".lower() for model, cases in hammering.cases.items() for case in cases
     ]
     flutter = {one.name: _turned(one) for one in loci.scenes if one.name in names}
-    which = in_words([_short(name) for name in names])
     if not names:
         return "no case hammers here"
     words = [
@@ -148,8 +152,15 @@ def rotation(loci: Loci, hammering: Hammering) -> str:
         if free is not None
     ]
     only = " only" if len(words) < len(names) else ""
-    told = f"flutter begins in {in_words(words)}{only}" if words else "none flutters"
-    return f"of the cases that hammer here, {which}, {told}"
+    where = f"in {in_words(words)}{only}" if words else "nowhere"
+    against = [
+        f"{_short(name)} at {number(held, 3)}"
+        for name, (free, held) in flutter.items()
+        if free is None and held is not None
+    ]
+    if against:
+        where += f"; against: with it held only, in {in_words(against)}"
+    return f"of the cases that hammer here (first row), flutter begins {where}"
 
 
 def _short(name: str) -> str:
