@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from squeal.article.cases import CASES
+from squeal.article.claims import CLAIMS
 from squeal.article.equations import stiffness
 from squeal.article.findings.equations import (
     energy_gained,
@@ -26,7 +27,7 @@ from squeal.article.report.article import eigenvalue_table
 from squeal.article.report.latex import counted, number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows
-from squeal.article.report.statements import agreement
+from squeal.article.report.statements import agreement, together
 from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.eigenvalues import EquilibriumPoles
 from squeal.article.studies.eigenvalues import examined, poles
@@ -286,3 +287,13 @@ def test_a_switch_turns_over_and_back(scenes):
 )
 def test_counted_things_agree_with_their_number(n, words):
     assert counted(n, "change") == words
+
+
+def test_statements_that_exclude_each_other_cannot_all_hold():
+    """That B2 (b) tilts up, and on which side its reaction acts while contact is kept."""
+    informative = [claim.id for claim in CLAIMS if claim.informative]
+    assert together(informative) == len(informative) - 1
+    assert together(["B2-b-theta", "B2-b-tilt"]) == 1
+    assert together(["B2-b-theta", "B2-b-trailing", "B2-only-c"]) == 2
+    assert together(["B2-b-theta", "B2-b-trailing"]) == 2  # says nothing of the tilt by itself
+    assert together(["B2-b-trailing", "B2-only-c"]) == 2

@@ -1,9 +1,9 @@
 """Values and tables on the article's statements and on the findings about its equations."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.claims import rules
+from squeal.article.claims import CLAIMS, rules
 from squeal.article.report.latex import Generated, cells, long_table, number, percent, typeset
 from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.findings import Findings, MeasuredFinding
@@ -29,12 +29,22 @@ def agreement(claims: Sequence[JudgedClaim], model: str, case: str) -> str:
     )
 
 
+def together(informative: Collection[str]) -> int:
+    """How many of these statements can hold at once: one less for each conflict among what they
+    say or imply."""
+    said = set(informative)
+    said |= {c.id for c in CLAIMS if c.follows and c.follows.by and said.issuperset(c.follows.by)}
+    conflicts = {frozenset((c.id, c.conflicts)) for c in CLAIMS if c.conflicts}
+    return len(informative) - sum(pair <= said for pair in conflicts)
+
+
 def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
     """Values told by the claims: counts, each verdict and measure, agreement by figure."""
     informative = [c for c in claims if c.kind == "informative"]
     values = {
         "claims.total": str(len(claims)),
         "claims.informative": str(len(informative)),
+        "claims.informative-together": str(together([c.id for c in informative])),
         "claims.informative-reproduced": str(sum(c.holds for c in informative)),
     }
     for verdict in ("reproduced", "not reproduced", "contradicted"):
