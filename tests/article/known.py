@@ -157,6 +157,9 @@ def result(name: str) -> Result:
         given["motions"] = by("motions", ("b1-c", "b2-c-mean", "b2-c-integral"))
     elif name == "ensembles":
         given = ensembles(entry)
+    elif name == "findings":
+        sliding = {"greatest": 0.25, "face": 0.5}
+        given["findings"] = (filled(entry("findings"), id="E16", measured=sliding),)
     elif name == "map_ranges":
         small = {name: {"0.1": 2, "0.9": 8} for name in ("h/w", "k2/k1", "mu")}
         full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90)

@@ -22,6 +22,7 @@ from squeal.article.report.chapters import ENSEMBLES, PAD
 from squeal.article.report.ensembles import generated
 from squeal.article.results.ensembles import Ensembles, Kept
 from squeal.article.results.ensembles import Pad as Judged
+from squeal.article.results.findings import Findings
 from squeal.article.scenes import read_cases
 from squeal.equilibrium import sliding_equilibrium
 from squeal.model.contact import CONSISTENT
@@ -132,7 +133,7 @@ def test_a_flat_pad_alone_keeps_the_reaction_on_the_trailing_side():
             law: dataclasses.replace(pad, numbers=pad.numbers | {"h": own})
             for law, pad in found.chosen.items()
         }
-        values, _ = generated(dataclasses.replace(found, chosen=pads))
+        values, _ = generated(dataclasses.replace(found, chosen=pads), known.of(Findings))
         assert words in values["ensembles.balance"]
 
 

@@ -25,10 +25,12 @@ from squeal.article.report.ensembles import (
     at_least,
     generated,
     half_by_chance,
+    pad_table,
     range_table,
 )
 from squeal.article.report.pads import kept_briefly
 from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensembles, Kept
+from squeal.article.results.findings import Findings
 from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
@@ -49,7 +51,7 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     found = studied.study([ROOT / ENSEMBLES])
     assert "heyoka is not installed" in found.left_out
     assert not found.wrong
-    values, tables = generated(found)
+    values, tables = generated(found, known.of(Findings))
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
     assert kept_briefly(found, "hammering").startswith("Kept by ")
@@ -148,7 +150,7 @@ def with_seeds(**given: Any) -> Ensembles:
 
 def test_sentences_on_ensembles_follow_the_file():
     def told(found: Ensembles, name: str) -> str:
-        return generated(found)[0][f"ensembles.{name}"]
+        return generated(found, known.of(Findings))[0][f"ensembles.{name}"]
 
     assert "Each search ends on an island" in told(with_seeds(width=0.1), "islands")
     assert "spread nearly as far" in told(with_seeds(width=0.8), "islands")
@@ -176,6 +178,18 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "loses B2-d-trailing" in told(slid, "beside")
     assert "over 40 its motion leaves" in told(slid, "beside")
     assert "its sliding goes on" in told(stored(), "beside")
+    law, speed = stored().taken, 1.5
+    at = {name: replace(one, least_speed=speed) for name, one in pads.items()}
+    found = stored(chosen={**at, "other": at[law]})
+    assert r"its lower face, which rubs, $3$\,m/s" in told(found, "beside")  # E16 of known: twice
+    rows = pad_table(found, known.of(Findings)).splitlines()
+    assert r"$1.5$\,m/s & $3$\,m/s &" in next(row for row in rows if row.startswith(law))
+    assert r"$1.5$\,m/s & -- &" in next(row for row in rows if row.startswith("other"))
+    still = known.of(Findings)
+    (sliding,) = still.findings
+    still = replace(still, findings=(replace(sliding, measured={"greatest": 0.0, "face": 0.0}),))
+    assert "lower face" not in generated(found, still)[0]["ensembles.beside"]
+    assert r"$3$\,m/s" not in pad_table(found, still)
     one = stored().check
     for which in ((), ("B2-d-trailing (margin 1 stored, -1 now)",), ("a", "b")):
         count = len(which)
@@ -214,12 +228,14 @@ def test_what_keeps_three_statements_is_counted_by_formulation():
         replace(f, pads=100, together=(0, 0, 0, keeping.get(f.formulation, 0)))
         for f in found.fronts
     )
-    words = generated(stored(fronts=fronts))[0]["ensembles.front"]
+    words = generated(stored(fronts=fronts), known.of(Findings))[0]["ensembles.front"]
     assert "21 keep all three" in words
     assert "they are 17 of the consistent law (integral, centre, $+$) and 4 of (" in words
     assert "none of the 600 of the other 6" in words
     every = tuple(replace(f, together=(0, 0, 0, 1)) for f in fronts)
-    assert "none of" not in generated(stored(fronts=every))[0]["ensembles.front"]
+    assert (
+        "none of" not in generated(stored(fronts=every), known.of(Findings))[0]["ensembles.front"]
+    )
 
 
 def test_a_number_without_effect_has_no_range():
@@ -230,7 +246,7 @@ def test_a_number_without_effect_has_no_range():
 @pytest.mark.parametrize(("off", "words"), [(0.04, "carry that"), (0.001, "changes little")])
 def test_what_stored_peaks_carry_is_told(off, words):
     check = replace(stored().check, peaks=(1e-4, off))
-    assert words in generated(stored(check=check))[0]["ensembles.coarse"]
+    assert words in generated(stored(check=check), known.of(Findings))[0]["ensembles.coarse"]
 
 
 def test_the_probability_of_as_many():
@@ -279,7 +295,9 @@ def test_the_sentence_on_the_most_follows_the_count(listed, words):
         for law, pad in found.most.items()
     }
     for plausible, like in ((True, "such as an"), (False, "not one that an")):
-        values, _ = generated(dataclasses.replace(found, most=pads, plausible=plausible))
+        values, _ = generated(
+            dataclasses.replace(found, most=pads, plausible=plausible), known.of(Findings)
+        )
         assert words in values["ensembles.together"]
         assert like in values["ensembles.together"]
 
@@ -290,7 +308,7 @@ def test_how_long_the_pad_with_most_statements_lasts_is_told():
     ends = {**found.most, "consistent": replace(pad, horizons={**pad.horizons, "40": None})}
 
     def told(most: dict[str, Any]) -> str:
-        return generated(stored(most=most))[0]["ensembles.together"]
+        return generated(stored(most=most), known.of(Findings))[0]["ensembles.together"]
 
     assert "over one window (18 over 3, 18 over 10, 18 over 40), with" in told(found.most)
     assert "18 over 10, its motion leaves the model within 40), with" in told(ends)

@@ -7,6 +7,7 @@ from squeal.article.ensembles.choosing import LAWS
 from squeal.article.report import pads
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
 from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept
+from squeal.article.results.findings import Findings
 from squeal.article.results.verify import Switches
 from squeal.model.contact import CONSISTENT
 
@@ -74,12 +75,14 @@ def range_table(found: Ensembles) -> str:
     return tabular("llrrrrrr", head, [rows])
 
 
-def pad_table(found: Ensembles) -> str:
-    """The chosen pad under both laws."""
+def pad_table(found: Ensembles, findings: Findings) -> str:
+    """The chosen pad under both laws; the speed of the face is known under that of the scenes."""
+    face = pads.face_speed(found.chosen[found.taken], findings) if found.chosen else None
+    rubs = {} if face is None else {found.taken: rf"{number(face, 2)}\,m/s"}
     windows = ", ".join(map(str, found.windows))
     head = ["law", f"counted, over {windows}", "all", "not kept", r"least $V > \dot x$"]
     head[-1] += f" at {number(found.load)}\\,N"
-    head.append("steady")
+    head += ["the same, face", "steady"]
     rows = [
         [
             law,
@@ -87,11 +90,12 @@ def pad_table(found: Ensembles) -> str:
             str(kept.everything) if (kept := pad.horizons["1"]) is not None else "--",
             typeset(", ".join(n for n in pad.failing["1"] or () if n in found.counted)),
             rf"{number(pad.least_speed, 2)}\,m/s",
+            rubs.get(law, pads.LEFT),
             percent(pad.steady, 0),
         ]
         for law, pad in found.chosen.items()
     ]
-    return tabular(r"llr>{\raggedright}p{2.3in}rr", head, [rows])
+    return tabular(r"llr>{\raggedright}p{1.6in}rrr", head, [rows])
 
 
 def _contrast(c: Contrast) -> str:
@@ -287,8 +291,8 @@ def _enough(found: Ensembles) -> str:
     )
 
 
-def generated(found: Ensembles) -> Generated:
-    """Values and tables, from the study of the same name."""
+def generated(found: Ensembles, findings: Findings) -> Generated:
+    """Values and tables, from the study of the same name and the findings."""
     switches = {c.switch: _contrast(c) for c in found.contrasts}
     count = sum(e.pads for e in found.ensembles)
     values = {
@@ -320,7 +324,7 @@ def generated(found: Ensembles) -> Generated:
             "ensembles.rival": _rival(found),
             "ensembles.side": pads.steadier(found.chosen),
             "ensembles.outside": pads.outside(found, found.chosen[found.taken]),
-            "ensembles.beside": pads.beside(found, found.chosen[found.taken]),
+            "ensembles.beside": pads.beside(found, found.chosen[found.taken], findings),
             "ensembles.differ": pads.differ(found),
             "ensembles.coarse": pads.coarse(found),
             "ensembles.balance": pads.balance(found),
@@ -330,6 +334,6 @@ def generated(found: Ensembles) -> Generated:
     tables = {
         "ensemble-searches": ensemble_table(found),
         "ensemble-ranges": range_table(found),
-        "ensemble-pad": pad_table(found),
+        "ensemble-pad": pad_table(found, findings),
     }
     return values, tables

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from squeal.article.ensembles.balance import flattest
 from squeal.article.report.latex import in_words, number, percent, typeset
 from squeal.article.results.ensembles import ELSEWHERE, SYMBOLS, Ensemble, Ensembles, Pad
+from squeal.article.results.findings import Findings
 
 LITTLE = 0.01  # of a ratio of peaks
 LEFT = "--"  # where the motion of a pad leaves the model
@@ -109,7 +110,18 @@ def twins(found: Ensembles) -> str:
     )
 
 
-def beside(found: Ensembles, pad: Pad) -> str:
+def face_speed(pad: Pad, findings: Findings) -> float | None:
+    """Least speed of the surface (m/s) that the lower face of the pad of the scenes stays below.
+
+    The stored speed is for x_dot; the scenes' motions have the ratio of both (finding E16), which
+    no scale of the speed changes. None where the scenes have no V.
+    """
+    (speeds,) = (f.measured for f in findings.findings if f.id == "E16")
+    slip = speeds["greatest"]
+    return pad.least_speed * speeds["face"] / slip if slip > 0.0 else None
+
+
+def beside(found: Ensembles, pad: Pad, findings: Findings) -> str:
     """What the pad of the report keeps over longer times."""
     short = pad.horizons["1"]
     if short is None:
@@ -129,11 +141,13 @@ def beside(found: Ensembles, pad: Pad) -> str:
         )
     speed = found.speed
     slid = "B12-sliding" in before
+    face = face_speed(pad, findings)
+    rubs = "" if face is None else f"; its lower face, which rubs, {number(face, 2)}\\,m/s"
     told = (
         f"At the speed of the ensembles, {number(speed, 2)}\\,m/s at {number(found.load)}\\,N, "
-        f"its sliding {'stops' if slid else 'goes on'} (it would need "
-        f"{number(pad.least_speed, 2)}\\,m/s at this load), so that it keeps {short.everything} "
-        f"statements, {short.counted} of them counted"
+        f"its sliding {'stops' if slid else 'goes on'}, judged by $\\dot x$ (it would need "
+        f"{number(pad.least_speed, 2)}\\,m/s at this load{rubs}), so that it keeps "
+        f"{short.everything} statements, {short.counted} of them counted"
     )
     return f"{told}; {'; '.join(parts)}."
 
@@ -213,7 +227,7 @@ def sought(found: Ensembles) -> str:
         f"searches of two laws, the {found.compared} that keep most over one window were compared: "
         "it keeps most over ten under the worse of two laws; of equals the steadiest when all "
         "numbers are off by one per cent would be taken, and then the one with the least speed of "
-        "the surface that lets it slide"
+        "the surface that exceeds its $\\dot x$"
     )
 
 
