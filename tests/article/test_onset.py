@@ -413,7 +413,7 @@ LIVELY = {
         ({"half": float("inf")}, "unseen", "too short to see any"),
         ({}, "unseen", "every start is seen to be chaotic"),
         ({"rate": 0.1}, "signs", "are undecided"),
-        ({}, "caption", "(a): peak of the reaction"),
+        ({}, "caption", "(a): peak force over friction"),
         ({}, "caption", "(b): cycles of B2 (c), printed law"),
         ({"threshold": None}, "caption", "outside of the model. (b)"),
     ],

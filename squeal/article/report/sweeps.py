@@ -199,11 +199,9 @@ def _caption(found: Onset) -> str:
     names = list(found.sweeps)
     if not names:
         return "No motion goes on losing contact with damping."
-    forces = {"b1": "the leading edge's force", "b2": "the reaction"}
-    shown = in_words(list(dict.fromkeys(forces[name[:2]] for name in names)))
     letters = in_words([f"({letter})" for letter, _ in zip("abcdefgh", names, strict=False)])
     text = (
-        f"{letters}: peak of {shown} over friction, raised from the equilibrium of each $\\mu$ and "
+        f"{letters}: peak force over friction, raised from the equilibrium of each $\\mu$ and "
         "lowered; crosses: from the liveliest of other starts, raised and lowered; pale: the face "
         "is faster than the surface, outside of the model"
     )
