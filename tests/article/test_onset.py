@@ -311,24 +311,24 @@ LIVELY = {
         (
             {"hammers": True},
             "hammer",
-            r"hammering: (c) with both models at 0.5\,\%, by either rule",
+            r"hammering: (c) with both models at 0.5\,\%, by either rule of B2",
         ),
         (
             {"b1": others(3, 3, 3), "printed": others(3, 2, 1)},
             "hammer",
-            r"(c), from other starts than its own, with both models at 0.5\,\%, by either rule",
+            r"(c), from some of 25 other starts, with both models at 0.5\,\%, by either rule of B2",
         ),
         (
             {"printed": others(3, 0, 3)},
             "hammer",
-            r"(c), from other starts than its own, with B2 alone, by the edges at 0.5\,\%",
+            r"(c), from some of 25 other starts, with B2 alone, by the edges at 0.5\,\%",
         ),
         (
             {"b1": others(3, 3, 3), "printed": others(3, 2, 0)},
             "hammer",
             r"with both models, by $\delta$ at 0.5\,\%, with B1 alone, by the edges at 0.5\,\%",
         ),
-        ({"printed": others(3, 0, 3)}, "hammer", "(B2 under the integral law from none of its"),
+        ({"printed": others(3, 0, 3)}, "hammer", "(B2 under the integral law from none of 25"),
         ({}, "early", "no case hammers with both models"),
         (
             {"b1": others(early=True), "printed": others(early=True)},
@@ -336,7 +336,11 @@ LIVELY = {
             r"(c) hammers with both models at $\zeta =$ 0.5\,\%",
         ),
         ({"printed": others(early=True)}, "early", "no case"),
-        ({"hammers": True}, "turns", r"by both rules in B1 (c) and B2 (c), printed law"),
+        (
+            {"hammers": True},
+            "turns",
+            r"by both rules (B1 by its own) in B1 (c) and B2 (c), printed law",
+        ),
         ({"b1": others(3, 0, 3)}, "turns", "lasts by the edges alone in B1 (c)"),
         ({"b1": others(3, 3, 0)}, "turns", r"by $\delta$ alone in B1 (c)"),
         ({}, "turns", r"on and on without hammering in B2 (c), printed law"),

@@ -145,6 +145,11 @@ def _ways(found: Onset, case: str, rule: Rule) -> dict[str, list[float]]:
     return {way: sorted(ratios) for way, ratios in ways.items() if ratios}
 
 
+def _starts(found: Onset) -> int:
+    """How many other starts each motion has."""
+    return max((one.starts for row in found.others.values() for one in row), default=0)
+
+
 def _other_law(found: Onset, case: str) -> str:
     """Where a case of B2 goes on hammering under the other law, if that differs."""
     own = _own_law(found, "b2", case)
@@ -158,21 +163,21 @@ def _other_law(found: Onset, case: str) -> str:
     for name, law in names.items():
         if name != own and ratios[name] != ratios[own]:
             every = sorted(set().union(*ratios[name]))
-            at = f"at {dampings(every)} only" if every else "from none of its starts"
+            at = f"at {dampings(every)} only" if every else f"from none of {_starts(found)}"
             parts.append(f" (B2 under the {LAWS[law]} {at})")
     return "".join(parts)
 
 
 def _which(found: Onset) -> str:
     """Which cases go on hammering, with which models and by which rule."""
-    words = []
+    words, starts = [], _starts(found)
     for case in CASES:
         sides, edges = (_ways(found, case, rule) for rule in (by_side, by_edges))
         told = []
         for way in dict.fromkeys((*sides, *edges)):
             rules = ((r"by $\delta$", sides.get(way)), ("by the edges", edges.get(way)))
             if sides.get(way) == edges.get(way):
-                told.append(f"with {way} at {dampings(sides[way])}, by either rule")
+                told.append(f"with {way} at {dampings(sides[way])}, by either rule of B2")
             else:
                 each = [f"{rule} at {dampings(ratios)}" for rule, ratios in rules if ratios]
                 told.append(f"with {way}, {', '.join(each)}")
@@ -183,7 +188,7 @@ def _which(found: Onset) -> str:
             for model in ("b1", "b2")
             for rule in (by_side, by_edges)
         )
-        start = "" if own else ", from other starts than its own,"
+        start = "" if own else f", from some of {starts} other starts,"
         words.append(f"({case}){start} {', '.join(told)}{_other_law(found, case)}")
     if not words:
         return "no case goes on hammering, by either rule"
@@ -232,7 +237,7 @@ def _early(found: Onset) -> str:
         for case, ratios in both.items()
     ]
     rest = [r for r in found.ratios if not any(r in ratios for ratios in both.values())]
-    none = rf"; at $\zeta =$ {dampings(rest)} no case does over all of these times"
+    none = rf"; at $\zeta =$ {dampings(rest)} no case does so with both"
     if not words:
         return "no case hammers with both models over all of these times"
     return in_words(words) + (none if rest else "")
@@ -244,7 +249,7 @@ def _hammering(found: Onset) -> dict[str, str]:
     lasts = grouped(own) or "none of the own starts"
     away = f"; from other starts in {grouped(others)}" if others else ""
     parts = {
-        "by both rules": [e for e in on if by_side(e.one) and by_edges(e.one)],
+        "by both rules (B1 by its own)": [e for e in on if by_side(e.one) and by_edges(e.one)],
         "by the edges alone": [e for e in on if by_edges(e.one) and not by_side(e.one)],
         r"by $\delta$ alone": [e for e in on if by_side(e.one) and not by_edges(e.one)],
     }
@@ -298,11 +303,10 @@ def sentences(found: Onset) -> dict[str, str]:
         if stable
         else "No motion goes on beside a stable equilibrium."
     )
-    starts = max((one.starts for row in found.others.values() for one in row), default=0)
     return _hammering(found) | {
         "onset.law": _laws(found),
         "onset.beside": beside,
-        "onset.others": str(starts),
+        "onset.others": str(_starts(found)),
         "onset.wider": number(found.wider),
         "onset.first": in_words([str(n) for n in found.early]),
     }

@@ -348,7 +348,9 @@ def _starts(found: Starts) -> dict[str, str]:
         else "In no case are losses shown to alternate from most of these starts"
     )
     hammers += f", over {_times(max(one.windows for one in last.values()))} the time of the scene"
-    hammers += f", with both models in {_cases(both)}" if both else ", with both models in no case"
+    hammers += (
+        f", with both models in {_cases(both)}" if both else ", shown with both models in no case"
+    )
     hammers += f": {'; '.join(told)}" if told else ""
     near = [
         f"{title(name)} ({each})" for name, each in counts.items() if each.low <= MOST < each.high
