@@ -219,7 +219,7 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
     hammering = Hammering({"B1": ("d",), "B2": ("c",)}, (), {})
     words = rotation(b1_d=(None, None), b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))
     assert words == (
-        "of the cases that hammer undamped, flutter begins in B2 (c) at $0.2$ "
+        "of those whose own start hammers, flutter begins in B2 (c) at $0.2$ "
         "($1.5$ with the rotation held) only"
     )
     words = rotation(b1_d=(None, 0.185), b2_c=(0.2, 1.5))
@@ -228,7 +228,7 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
     assert "in B1 (d) at $0.3$ (nowhere with the rotation held) and B2 (c)" in words
     assert not words.endswith("only")
     assert rotation(b1_d=(None, None), b2_c=(None, None)).endswith(
-        "undamped, flutter begins nowhere"
+        "hammers, flutter begins nowhere"
     )
     words = rotation(b1_d=(None, 0.2), b2_c=(None, None))
     assert words.endswith("begins nowhere; against: with it held only, in B1 (d) at $0.2$")

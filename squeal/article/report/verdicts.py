@@ -160,7 +160,7 @@ def rotation(loci: Loci, hammering: Hammering) -> str:
     ]
     if against:
         where += f"; against: with it held only, in {in_words(against)}"
-    return f"of the cases that hammer undamped, flutter begins {where}"
+    return f"of those whose own start hammers, flutter begins {where}"
 
 
 def _short(name: str) -> str:
