@@ -12,9 +12,9 @@ import numpy as np
 
 from squeal.stability import stack_eigenvalues
 
-ROWS = (2, 3, 5, 10, 20, 50)
-ENTRIES = (200, 2000, 20_000)  # of a stack's matrix, at least four systems
-LEAST, SECONDS = 9, 0.5  # runs, and seconds for which more are made
+ROWS = (2, 3, 5, 10, 30)
+COUNTS = (1, 2, 5, 20, 100, 1000)
+LEAST, SECONDS = 7, 0.5  # runs, and seconds for which more are made
 
 Array = np.ndarray
 
@@ -60,7 +60,7 @@ def main() -> None:
     kinds = ("shared", "diagonal", "full")
     print("rows systems  damped: " + " ".join(f"{k:>8}" for k in kinds) + "  undamped: shared")
     for n in ROWS:
-        for count in sorted({max(4, entries // n**2) for entries in ENTRIES}):
+        for count in COUNTS:
             masses, C, K = stacks(n, count)
             pairs = [(masses[kind], C) for kind in kinds] + [(masses["shared"], None)]
             found = [

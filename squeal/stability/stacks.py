@@ -15,7 +15,6 @@ from squeal.stability.matrices import (
     Matrices,
     System,
     factor,
-    first_order,
     normalised,
     reduce,
 )
@@ -36,7 +35,7 @@ def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
         damping = None if all(c is None for c in C) else np.array(C, dtype=float)
         stiffness = np.array(K, dtype=float)
     except (TypeError, ValueError):  # no numbers, other shapes, damping at some mu only
-        return _values(*_one_by_one(matrices))
+        return _one_by_one(matrices)
     return stack_eigenvalues(mass, damping, stiffness)
 
 
@@ -53,10 +52,12 @@ def stack_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Comple
     C = None if C is None else _numbers("C", C, shape)
     try:
         T = factor(M.tobytes(), len(M))[0] if M.ndim == 2 else _factors(M)
-        return _values(normalised(T, K), None if C is None else normalised(T, C))
+        if C is None or not np.count_nonzero(C):
+            return _undamped(normalised(T, K))
+        return _damped(T @ T.swapaxes(-2, -1), C, K)
     except np.linalg.LinAlgError:  # an M that has to be looked at, entries that are not finite
         each = [np.broadcast_to(X, shape) for X in (M, np.zeros(shape) if C is None else C)]
-        return _values(*_one_by_one([*zip(*each, K, strict=True)]))
+        return _one_by_one([*zip(*each, K, strict=True)])
 
 
 def _numbers(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -72,20 +73,23 @@ def _numbers(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     return stack
 
 
-def _one_by_one(matrices: Sequence[Matrices]) -> tuple[Array, Array]:
-    """A and B (m, n, n). Raises InputError as `reduce` does."""
+def _one_by_one(matrices: Sequence[Matrices]) -> ComplexArray:
+    """Eigenvalues (m, 2n). Raises InputError as `reduce` does."""
     each = [reduce(*given) for given in matrices]
-    none = np.zeros_like(each[0].A)
-    return np.array([r.A for r in each]), np.array([none if r.B is None else r.B for r in each])
+    A = np.array([r.A for r in each])
+    if all(r.B is None for r in each):
+        return _undamped(A)
+    B = np.array([np.zeros_like(r.A) if r.B is None else r.B for r in each])
+    return _damped(np.eye(A.shape[1]), B, A)
 
 
 def _factors(M: Array) -> Array:
     """T (m, n, n) with T' M T = 1; raises LinAlgError if `reduce` might refuse one M."""
     n, mirror = M.shape[-1], M.swapaxes(1, 2)
-    diagonal = np.diagonal(M, axis1=1, axis2=2)
+    diagonal = M.diagonal(axis1=1, axis2=2)
     if np.count_nonzero(M) == diagonal.size and diagonal.min() > 0.0:
         return np.asarray(np.eye(n) / np.sqrt(diagonal)[:, None])
-    if not np.array_equal(M, mirror):
+    if not (mirror == M).all():
         size = np.sqrt(np.abs(diagonal))
         if np.any(np.abs(M - mirror) > SKEW * size[:, :, None] * size[:, None, :]):
             raise np.linalg.LinAlgError
@@ -99,17 +103,34 @@ def _factors(M: Array) -> Array:
     return T
 
 
-def _values(A: Array, B: Array | None) -> ComplexArray:
-    """Sorted eigenvalues (m, 2n) of z'' + B z' + A z = 0."""
-    if B is None or not B.any():
-        s = np.linalg.eigvals(A)
-        half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
-        keys = np.asarray(np.concatenate([half, -half], axis=1) * -1j, dtype=complex)
-    else:  # LAPACK balances: a unit of time is not needed
-        keys = np.asarray(np.linalg.eigvals(first_order(A, B, 1.0)[0]) * -1j, dtype=complex)
-    # |Im| - i Re sorts by |Im|, then by falling Re; conjugates are exact, so that the signs of Im
-    # alternate from there on
-    np.abs(keys.real, out=keys.real)
+def _undamped(A: Array) -> ComplexArray:
+    """Sorted eigenvalues (m, 2n) of z'' + A z = 0."""
+    squares = np.linalg.eigvals(A).astype(complex)
+    np.abs(squares.imag, out=squares.imag)
+    half = np.sqrt(squares)
+    return _sorted(np.concatenate([half, half.conj()], axis=1))
+
+
+def _damped(inverse: Array, C: Array, K: Array) -> ComplexArray:
+    """Sorted eigenvalues (m, 2n) of z'' + inverse (C z' + K z) = 0."""
+    m, n, _ = K.shape
+    # LAPACK balances: neither coordinates nor time need a unit, and time may run backwards
+    state = np.zeros((m, 2 * n, 2 * n))
+    state.reshape(m, -1)[:, n : 2 * n * n : 2 * n + 1] = -1.0  # of q and -q'
+    np.matmul(inverse, K, out=state[:, n:, :n])
+    np.matmul(inverse, C, out=state[:, n:, n:])
+    values = np.linalg.eigvals(state)
+    keys = np.empty(values.shape, dtype=complex)
+    np.abs(values.imag, out=keys.real)
+    keys.imag = values.real
+    return _sorted(keys)
+
+
+def _sorted(keys: ComplexArray) -> ComplexArray:
+    """Eigenvalues (m, 2n) from |Im| - i Re: by rising |Im|, then by falling Re.
+
+    Conjugates are exact, so that the signs of Im alternate then.
+    """
     keys.sort(axis=1)
     keys *= 1j
     second = keys[:, 1::2].imag
