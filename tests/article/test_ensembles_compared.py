@@ -29,7 +29,7 @@ from squeal.article.report.ensembles import (
     range_table,
 )
 from squeal.article.report.pads import kept_briefly
-from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensembles, Kept
+from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensemble, Ensembles, Kept
 from squeal.article.results.findings import Findings
 from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
@@ -146,6 +146,18 @@ def with_seeds(**given: Any) -> Ensembles:
             replace(e, seeds=tuple(replace(s, **given) for s in e.seeds)) for e in found.ensembles
         )
     )
+
+
+def test_what_is_kept_with_delta_from_the_centre_is_told_apart():
+    def better(e: Ensemble) -> Ensemble:
+        most = tuple(replace(s, most=replace(s.most, counted=13)) for s in e.seeds)
+        return replace(e, best=replace(e.best, counted=8), seeds=most)
+
+    found = stored()
+    made = (better(e) if e.formulation.delta_from == "frame" else e for e in found.ensembles)
+    values, _ = generated(replace(found, ensembles=tuple(made)), known.of(Findings))
+    assert (values["ensembles.chance"], values["ensembles.chance-centre"]) == ("8", "3")
+    assert (values["ensembles.best"], values["ensembles.best-centre"]) == ("13", "12")
 
 
 def test_sentences_on_ensembles_follow_the_file():

@@ -206,6 +206,28 @@ def test_other_starts_are_those_of_a_simulation(monkeypatch):
     assert early.face == pytest.approx(case.face, rel=1e-2)
 
 
+def test_first_spans_are_looked_at_one_after_the_other(monkeypatch):
+    """Each begins where the last one ended; nothing follows where the model ends."""
+    calls = []
+
+    def looked_at(motions, seen):
+        calls.append(([m.state[0] for m in motions], seen))
+        found = [settled_one(0.4), None] if len(calls) == 2 else [settled_one(0.1)] * len(motions)
+        return [m.state + 1.0 for m in motions], found
+
+    monkeypatch.setattr(_late, "looked_at", looked_at)
+    monkeypatch.setattr(_late, "EARLY", (1, 3, 10))
+    model = scene_of("b1-d").pad_model
+    own = {
+        _late._Lane("b1-d", ratio, 0): Motion(model, np.full(6, 10.0 * i))
+        for i, ratio in enumerate((0.1, 0.2))
+    }
+    found = _late._early(own, 2.0)
+    assert calls == [([0.0, 10.0], 2.0), ([1.0, 11.0], 4.0), ([2.0], 14.0)]
+    assert [one and one.lost for one in found["b1-d", 0.1]] == [0.1, 0.4, 0.1]
+    assert [one and one.lost for one in found["b1-d", 0.2]] == [0.1, None, None]
+
+
 def test_starts_without_an_equilibrium_are_the_own_one(monkeypatch):
     scene = scene_of("b2-c")
     assert len(_late.starts(scene)) == 1 + _late.SIDE**2
@@ -219,10 +241,14 @@ def late_one(lost=0.4, hammers=False, growth=0.1, peak=2.0, low=-1.0) -> results
 
 
 def others(
-    lasting: int = 0, hammer: int = 0, edges: int = 0, growth: float = -0.1, early: bool = False
+    lasting: int = 0,
+    hammer: int = 0,
+    edges: int = 0,
+    growth: float = -0.1,
+    early: tuple[bool, ...] = (False, False),
 ) -> results.Others:
     lively = settled_one(0.4, hammers=hammer > 0, edges=edges > 0) if lasting else None
-    first = (settled_one(0.4, hammers=early, edges=early),) * 2
+    first = tuple(settled_one(0.4, hammers=one, edges=one) for one in early)
     return results.Others(0.005, first, 25, 0, lasting, hammer, edges, lively, growth)
 
 
@@ -328,21 +354,31 @@ LIVELY = {
             "hammer",
             r"with both models, by $\delta$ at 0.5\,\%, with B1 alone, by the edges at 0.5\,\%",
         ),
-        ({"printed": others(3, 0, 3)}, "hammer", "(B2 under the integral law from none of 25"),
-        ({}, "early", "no case hammers with both models"),
+        ({"printed": others(3, 0, 3)}, "hammer", "integral law from none of 25 other starts"),
+        ({}, "early", "in windows 0 to 1 and 1 to 3 no case hammers with both models"),
         (
-            {"b1": others(early=True), "printed": others(early=True)},
+            {"b1": others(early=(True, True)), "printed": others(early=(True, True))},
             "early",
-            r"(c) hammers with both models at $\zeta =$ 0.5\,\%",
+            r"in windows 0 to 1 and 1 to 3 (c) hammers with both models at $\zeta =$ 0.5\,\%",
         ),
-        ({"printed": others(early=True)}, "early", "no case"),
+        # each span by itself
+        (
+            {"b1": others(early=(True, False)), "printed": others(early=(True, True))},
+            "early",
+            r"0 to 1 (c) hammers with both models at $\zeta =$ 0.5\,\%, in windows 1 to 3 no case",
+        ),
+        (
+            {"b1": others(early=(True, False)), "printed": others(early=(False, True))},
+            "early",
+            "in windows 0 to 1 and 1 to 3 no case hammers with both models",
+        ),
         (
             {"hammers": True},
             "turns",
-            r"by both rules (B1 by its own) in B1 (c) and B2 (c), printed law",
+            r"by the one rule of B1 in B1 (c) at $\zeta =$ 0.5\,\%; by both rules of B2 in B2 (c)",
         ),
-        ({"b1": others(3, 0, 3)}, "turns", "lasts by the edges alone in B1 (c)"),
-        ({"b1": others(3, 3, 0)}, "turns", r"by $\delta$ alone in B1 (c)"),
+        ({"printed": others(3, 0, 3), "lasts": False}, "turns", "by the edges alone in B2 (c)"),
+        ({"printed": others(3, 3, 0), "lasts": False}, "turns", r"by $\delta$ alone in B2 (c)"),
         ({}, "turns", r"on and on without hammering in B2 (c), printed law"),
         ({"b1": others(3)}, "lasts", r"; from other starts in B1 (c) at"),
         (
@@ -440,7 +476,9 @@ def test_tables_tell_what_lasts_and_what_is_undecided():
     away = lasting_table(made(b1=others(3, 3, 3)))
     assert r"B1 (c) & 0.5\,\% & other & 3/25 & 40\,\%" in away
     assert "c (3)" in hammer_table(made(b1=others(3, 3, 3)))
-    assert "& c & c & c &" in hammer_table(made(hammers=True, printed=others(early=True)))
+    table_ = hammer_table(made(hammers=True, printed=others(early=(True, False))))
+    assert "& 0 to 1 & 1 to 3 & late" in table_
+    assert "& c & -- & c &" in table_
     assert "B2 (c), integral law" not in table  # it comes to keep its contact
     assert "off the surface" in lasting_table(made(peak=0.0))
     ended = dataclasses.replace(
@@ -454,7 +492,7 @@ def test_tables_tell_what_lasts_and_what_is_undecided():
     given: dict[str, Any] = {"b1-b, undamped": drifts, "b1-a, undamped": Missing("the model ends")}
     others_ = dataclasses.replace(found, exponents=given | {"b1-c, undamped": left})
     table = exponents_table(others_)
-    assert r"none & 40 & $0.1$ to $0.9$ & 1 & 1 & 1" in table
+    assert r"none & 40 & $0.1$ $\pm$ $0.1$ & $0.1$ to $0.9$ & 1 & 1 & 1" in table
     assert table.count("the model ends") == 2
     signs = generated(others_, Spectra(scenes={}, ratio=0.005))[0]["onset.signs"]
     assert "in B1 (b) (undamped) 1 is chaotic, 1 is without exponential growth and 1 is" in signs

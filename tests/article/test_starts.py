@@ -129,7 +129,8 @@ def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
             (1, 0.0, 0.55),
             (
                 "No start",
-                "in no case. Whether it is most is not decided in B2, case (c) (55 of",
+                "in no case and undecided in case (c). Whether it is most is not decided in B2, "
+                "case (c) (55 of",
                 "no",
             ),
         ),

@@ -15,6 +15,7 @@ from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settle
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
 from squeal.article.results.map_ranges import Upright
+from squeal.article.results.onset import Onset, Others
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
 from squeal.files.records import Missing
@@ -83,8 +84,8 @@ def test_a_pad_is_said_to_be_sought_where_it_was():
         ("acd", "c", "so that B2 alone sets (c) apart"),
         ("c", "ac", "so that B1 alone sets (c) apart"),
         ("ac", "cd", "and so both in (c)"),
-        ("c", "c", "in (c), model B2 in (c)"),
-        ("a", "", "(a), model B2 in no case"),
+        ("c", "c", "in (c), B2 in (c)"),
+        ("a", "", "(a), B2 in no case"),
     ],
 )
 def test_hammering_is_told_by_model(b1, b2, words):
@@ -190,16 +191,14 @@ def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
 
     verdict, words = influence(60, 30, 10)
     assert verdict == "holds for most random pads that part"
-    assert "Of 500 random pads of the consistent law 100 run" in words
-    assert (
-        r"of 30\,\% of these part in some cases of B2, of 10\,\% in all, of 60\,\% in none" in words
-    )
-    assert r"differ in 75\,\% of those that part at all" in words
+    assert "Of 500 random pads (consistent law) 100 run" in words
+    assert r"of 30\,\% part in some cases of B2, of 10\,\% in all, of 60\,\% in none" in words
+    assert r"differ in 75\,\% of those that part" in words
     assert influence(60, 10, 30)[0] == "holds for some random pads that part"
     assert influence(60, 0, 30)[0] == "not supported"
 
 
-def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
+def test_cases_that_hammer_are_told_apart_by_what_holding_the_rotation_does():
     def rotation(**pairs: tuple[float | None, float | None]) -> str:
         def up(mu: float | None) -> tuple[HeldThreshold, ...]:
             return () if mu is None else (HeldThreshold(mu, "flutter", "up"),)
@@ -214,26 +213,36 @@ def test_flutter_with_the_rotation_held_is_told_of_the_cases_that_hammer():
             )
             for name, (free, held) in pairs.items()
         )
-        return verdicts.rotation(dataclasses.replace(loci, scenes=scenes), hammering)
+        return verdicts.rotation(dataclasses.replace(loci, scenes=scenes), hammering, onset)
 
-    hammering = Hammering({"B1": ("d",), "B2": ("c",)}, (), {})
-    words = rotation(b1_d=(None, None), b2_c=(0.2, 1.5), b2_d=(0.46, 0.45))
-    assert words == (
-        "of those whose own start hammers, flutter begins in B2 (c) at $0.2$ "
-        "($1.5$ with the rotation held) only"
+    onset = dataclasses.replace(known.of(Onset), late={}, others={}, thresholds={})
+    hammering = Hammering({"B1": ("a", "d"), "B2": ("c",)}, (), {})
+    pairs = {"b1_a": (None, None), "b2_c": (0.2, 1.5), "b2_d": (0.46, 0.45)}
+    assert rotation(**pairs) == (
+        "of the cases that hammer (first row) B2 (c) at $0.2$ (held: $1.5$) flutters sooner with "
+        "the rotation free; B1 (a) nowhere"
     )
-    words = rotation(b1_d=(None, 0.185), b2_c=(0.2, 1.5))
-    assert words.endswith("held) only; against: with it held only, in B1 (d) at $0.185$")
-    words = rotation(b1_d=(0.3, None), b2_c=(0.2, 1.5))
-    assert "in B1 (d) at $0.3$ (nowhere with the rotation held) and B2 (c)" in words
-    assert not words.endswith("only")
-    assert rotation(b1_d=(None, None), b2_c=(None, None)).endswith(
-        "hammers, flutter begins nowhere"
+    words = rotation(b1_d=(None, 0.185), b2_c=(0.2, None))
+    assert "B2 (c) at $0.2$ (held: nowhere) flutters sooner" in words
+    assert words.endswith("free; against: with it held B1 (d) at $0.185$ (free: nowhere)")
+    assert "$0.2$ (held: $0.3$) and B2 (c) at $0.2$ (held: $1.5$) flutter sooner" in rotation(
+        b1_d=(0.2, 0.3), b2_c=(0.2, 1.5)
     )
-    words = rotation(b1_d=(None, 0.2), b2_c=(None, None))
-    assert words.endswith("begins nowhere; against: with it held only, in B1 (d) at $0.2$")
+    assert "(first row) none flutters sooner" in rotation(b2_c=(0.5, 0.4))
+    # with damping, from other starts or its own, another case goes on hammering
+    quiet = known.filled(Others, hammer=0, edges=0)
+    for lively in (known.filled(Others, hammer=0, edges=3), known.filled(Others, hammer=3)):
+        onset = dataclasses.replace(
+            onset,
+            late={"b2-d-integral": (Missing("the model ends"),)},
+            others={"b2-d-integral": (quiet, lively)},
+            thresholds={"b2-d-integral": 0.46},
+        )
+        words = rotation(**pairs)
+        assert "; against: with it held B2 (d) at $0.45$ (free: $0.46$); B1 (a) nowhere" in words
     hammering = Hammering({"B1": (), "B2": ()}, (), {})
-    assert rotation(b2_c=(0.2, 1.5)) == "no case hammers here"
+    onset = dataclasses.replace(onset, others={"b2-d-integral": (quiet,)})
+    assert rotation(b2_d=(0.2, 1.5)) == "no case hammers here"
 
 
 def test_perpetual_contact_is_judged_by_other_starts():

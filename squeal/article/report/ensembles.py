@@ -291,10 +291,21 @@ def _enough(found: Ensembles) -> str:
     )
 
 
+def _by_chance(ensembles: Sequence[Ensemble]) -> str:
+    """Counted statements that the best random pad keeps."""
+    return str(max(e.best.counted for e in ensembles))
+
+
+def _by_search(ensembles: Sequence[Ensemble]) -> str:
+    """Counted statements that the best pad of a search keeps."""
+    return str(max(s.most.counted for e in ensembles for s in e.seeds))
+
+
 def generated(found: Ensembles, findings: Findings) -> Generated:
     """Values and tables, from the study of the same name and the findings."""
     switches = {c.switch: _contrast(c) for c in found.contrasts}
     count = sum(e.pads for e in found.ensembles)
+    centre = [e for e in found.ensembles if e.formulation.delta_from == "centre"]
     values = {
         "ensembles.pads": pads.thousands(count),
         "ensembles.each": _enough(found),
@@ -308,8 +319,10 @@ def generated(found: Ensembles, findings: Findings) -> Generated:
         "ensembles.confined": _confined(found),
         "ensembles.front": _front(found),
         "ensembles.counted": str(found.total.counted),
-        "ensembles.chance": str(max(e.best.counted for e in found.ensembles)),
-        "ensembles.best": str(max(s.most.counted for e in found.ensembles for s in e.seeds)),
+        "ensembles.chance": _by_chance(found.ensembles),
+        "ensembles.chance-centre": _by_chance(centre),
+        "ensembles.best": _by_search(found.ensembles),
+        "ensembles.best-centre": _by_search(centre),
         "ensembles.ceiling": str(found.total.counted - 1),
         "ensembles.following": in_words(found.following),
         "ensembles.added": str(found.total.everything - found.total.listed),

@@ -16,9 +16,9 @@ def _cases(names: Sequence[str]) -> str:
 
 
 def by_model(found: Hammering) -> str:
-    """Which cases hammer with either model, and which model tells them apart."""
+    """Which cases hammer with either model from the scenes' starts, and which tells them apart."""
     one, two = (set(found.cases[model]) for model in ("B1", "B2"))
-    words = f"model B1 hammers in {_cases(found.cases['B1'])}, model B2 in "
+    words = f"from the scenes' own starts B1 hammers in {_cases(found.cases['B1'])}, B2 in "
     words += _cases(found.cases["B2"])
     if one == two or not one or not two:
         return words

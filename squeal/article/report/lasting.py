@@ -1,6 +1,7 @@
 """What lasts with damping: tables, and which cases hammer; the sentences ask the results first."""
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 from squeal.article.cases import CASES
@@ -145,6 +146,14 @@ def _ways(found: Onset, case: str, rule: Rule) -> dict[str, list[float]]:
     return {way: sorted(ratios) for way, ratios in ways.items() if ratios}
 
 
+def hammering_on(found: Onset) -> list[str]:
+    """The scenes that go on hammering, from any start and by either rule."""
+    scenes = [f"{model}-{case}" for model in ("b1", "b2") for case in CASES]
+    names = {scene: _own_law(found, scene[:2], scene[-1]) for scene in scenes}
+    rules = (by_side, by_edges)
+    return [s for s, n in names.items() if any(any(_beats(found, n, rule)) for rule in rules)]
+
+
 def _starts(found: Onset) -> int:
     """How many other starts each motion has."""
     return max((one.starts for row in found.others.values() for one in row), default=0)
@@ -163,7 +172,8 @@ def _other_law(found: Onset, case: str) -> str:
     for name, law in names.items():
         if name != own and ratios[name] != ratios[own]:
             every = sorted(set().union(*ratios[name]))
-            at = f"at {dampings(every)} only" if every else f"from none of {_starts(found)}"
+            none = f"from none of {_starts(found)} other starts"
+            at = f"at {dampings(every)} only" if every else none
             parts.append(f" (B2 under the {LAWS[law]} {at})")
     return "".join(parts)
 
@@ -197,7 +207,7 @@ def _which(found: Onset) -> str:
 
 def hammer_table(found: Onset) -> str:
     """The cases that hammer, by damping, rule and time."""
-    head = ["", r"$\zeta$", *(f"{n}" for n in found.early), "late", "late, other starts"]
+    head = ["", r"$\zeta$", *_spans(found), "late", "late, other starts"]
     rows: list[list[list[str]]] = []
     rules = (("b1", "B1", by_edges), ("b2", r"B2, by $\delta$", by_side))
     for model, title, rule in (*rules, ("b2", "B2, by edges", by_edges)):
@@ -218,29 +228,36 @@ def hammer_table(found: Onset) -> str:
     return tabular("lr" + "l" * (len(head) - 2), head, rows)
 
 
-def _early(found: Onset) -> str:
-    """Which cases hammer with both models, by one rule, in each of their first windows."""
+def _spans(found: Onset) -> list[str]:
+    """The spans in which own starts are looked at first, in windows."""
+    return [f"{begin} to {end}" for begin, end in pairwise((0, *found.early))]
+
+
+def _both(found: Onset, span: int) -> str:
+    """Which cases hammer with both models, by one rule, in a span."""
     both: dict[str, list[float]] = {}
     for i, ratio in enumerate(found.ratios):
         for case in CASES:
             names = [_own_law(found, model, case) for model in ("b1", "b2")]
-            early = [found.others[n][i].early for n in names if n and found.others[n]]
-            if len(early) == 2 and any(
-                all(
-                    one and two and rule(one) and rule(two) for one, two in zip(*early, strict=True)
-                )
-                for rule in (by_side, by_edges)
+            some = [found.others[n][i].early[span] for n in names if n and found.others[n]]
+            if len(some) == 2 and any(
+                all(one and rule(one) for one in some) for rule in (by_side, by_edges)
             ):
                 both.setdefault(case, []).append(ratio)
     words = [
         rf"({case}) hammers with both models at $\zeta =$ {dampings(ratios)}"
+        + (" only" if len(ratios) < len(found.ratios) else "")
         for case, ratios in both.items()
     ]
-    rest = [r for r in found.ratios if not any(r in ratios for ratios in both.values())]
-    none = rf"; at $\zeta =$ {dampings(rest)} no case does so with both"
-    if not words:
-        return "no case hammers with both models over all of these times"
-    return in_words(words) + (none if rest else "")
+    return in_words(words) or "no case hammers with both models"
+
+
+def _early(found: Onset) -> str:
+    """Which cases hammer with both models in each of the first spans."""
+    spans: dict[str, list[str]] = {}
+    for i, span in enumerate(_spans(found)):
+        spans.setdefault(_both(found, i), []).append(span)
+    return ", ".join(f"in windows {in_words(some)} {words}" for words, some in spans.items())
 
 
 def _hammering(found: Onset) -> dict[str, str]:
@@ -248,10 +265,12 @@ def _hammering(found: Onset) -> dict[str, str]:
     own, others = [e for e in on if not e.other], [e for e in on if e.other]
     lasts = grouped(own) or "none of the own starts"
     away = f"; from other starts in {grouped(others)}" if others else ""
+    line = [e for e in on if not e.name.startswith("b1")]
     parts = {
-        "by both rules (B1 by its own)": [e for e in on if by_side(e.one) and by_edges(e.one)],
-        "by the edges alone": [e for e in on if by_edges(e.one) and not by_side(e.one)],
-        r"by $\delta$ alone": [e for e in on if by_side(e.one) and not by_edges(e.one)],
+        "by the one rule of B1": [e for e in on if e not in line and by_side(e.one)],
+        "by both rules of B2": [e for e in line if by_side(e.one) and by_edges(e.one)],
+        "by the edges alone": [e for e in line if by_edges(e.one) and not by_side(e.one)],
+        r"by $\delta$ alone": [e for e in line if by_side(e.one) and not by_edges(e.one)],
     }
     beats = "; ".join(f"{words} in {grouped(some)}" for words, some in parts.items() if some)
     quiet = [e for e in on if not by_side(e.one) and not by_edges(e.one)]
@@ -308,5 +327,5 @@ def sentences(found: Onset) -> dict[str, str]:
         "onset.beside": beside,
         "onset.others": str(_starts(found)),
         "onset.wider": number(found.wider),
-        "onset.first": in_words([str(n) for n in found.early]),
+        "onset.first": in_words(_spans(found)),
     }

@@ -19,24 +19,27 @@ SIGNS: dict[Sign, str] = {
 
 
 def exponents_table(found: Onset) -> str:
-    """How many starts of each motion are chaotic, damped ones first."""
-    head = ["motion", "damping", "windows", "each start, 1/ms", *SIGNS]
+    """Rates, and how many starts of each motion are chaotic, damped ones first."""
+    head = ["motion", "damping", "windows", "own start, 1/ms", "all starts, 1/ms", *SIGNS]
     damped: list[list[str]] = []
     undamped: list[list[str]] = []
     for name, one in found.exponents.items():
         stem, _, free = name.partition(", ")
         row = [motion_title(stem)]
         if isinstance(one, Missing):
-            row += ["", "--", "--", rf"\multicolumn{{3}}{{l}}{{{typeset(one.reason)}}}"]
+            row += ["", "--", "--", "--", rf"\multicolumn{{3}}{{l}}{{{typeset(one.reason)}}}"]
         else:
             each = f"{number(min(one.rates), 2)} to {number(max(one.rates), 2)}"
-            row += [percent(one.ratio) if one.ratio else "none", str(one.windows), each]
+            half = one.half_widths[0]
+            error = number(half, 2) if math.isfinite(half) else r"$\infty$"
+            own = rf"{number(one.rates[0], 2)} $\pm$ {error}"
+            row += [percent(one.ratio) if one.ratio else "none", str(one.windows), own, each]
             if one.ends:
                 row.append(r"\multicolumn{3}{l}{the model ends: rates of that time}")
             else:
                 row += [str(one.signs.count(sign)) for sign in SIGNS]
         (undamped if free else damped).append(row)
-    return tabular("llrrrrr", head, [damped, undamped])
+    return tabular("llrrrrrr", head, [damped, undamped])
 
 
 def _exponents(found: Onset) -> str:

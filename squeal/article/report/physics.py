@@ -335,6 +335,9 @@ def _starts(found: Starts) -> dict[str, str]:
         for model in ("b1", "b2")
     }
     both = [case for case in most["b1"] if case in most["b2"]]
+    able = [name for name, each in counts.items() if each.high > MOST]
+    some = [name[-1] for name in able if name.startswith("b1") and f"b2-{name[-1]}" in able]
+    undecided = [case for case in some if case not in both]
     either = in_words([f"{_cases(most[m])} with {m.upper()}" for m in most if most[m]])
     early = {name: _Count.on(one.maps[0]) for name, one in scenes.items()}
     told = [
@@ -348,9 +351,8 @@ def _starts(found: Starts) -> dict[str, str]:
         else "In no case are losses shown to alternate from most of these starts"
     )
     hammers += f", over {_times(max(one.windows for one in last.values()))} the time of the scene"
-    hammers += (
-        f", with both models in {_cases(both)}" if both else ", shown with both models in no case"
-    )
+    hammers += f", shown with both models in {_cases(both) if both else 'no case'}"
+    hammers += f" and undecided in {_cases(undecided)}" if undecided else ""
     hammers += f": {'; '.join(told)}" if told else ""
     near = [
         f"{title(name)} ({each})" for name, each in counts.items() if each.low <= MOST < each.high

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
+from squeal.article.report.lasting import hammering_on
 from squeal.article.report.latex import Generated, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
 from squeal.article.results.angles import Angles
@@ -16,6 +17,7 @@ from squeal.article.results.claims import Claims, Hammering, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
+from squeal.article.results.onset import Onset
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.files.records import Missing
@@ -94,16 +96,15 @@ def influence(found: Ensembles) -> tuple[str, str]:
     ran = sum(own.parting)
     shares = (percent(n / ran, 0) for n in (sum(some), every, none))
     words = (
-        f"Of {thousands(own.random)} random pads of the consistent law {thousands(ran)} run; the "
-        "surfaces of {} of these part in some cases of B2, of {} in all, of {} in none"
+        f"Of {thousands(own.random)} random pads (consistent law) {thousands(ran)} run; the "
+        "surfaces of {} part in some cases of B2, of {} in all, of {} in none"
     ).format(*shares)
     parting = sum(some) + every
     if not sum(some):
         return "not supported", words
     share = sum(some) / parting
     told = (
-        f"{words}: cases differ in {percent(share, 0)} of those that part at all. Parting is not "
-        "hammering"
+        f"{words}: cases differ in {percent(share, 0)} of those that part. Parting is not hammering"
     )
     return f"holds for {'most' if share > MOST else 'some'} random pads that part", told
 
@@ -128,39 +129,42 @@ def _first(found: Sequence[HeldThreshold]) -> float | None:
 
 def _turned(one: SceneLoci) -> tuple[float | None, float | None]:
     """Friction from which the equilibrium flutters, free and with the rotation held."""
-    if isinstance(one.loop, Missing):
-        return None, None
-    held = None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
-    return _first(one.loop.thresholds), held
+    free = None if isinstance(one.loop, Missing) else _first(one.loop.thresholds)
+    return free, None if isinstance(one.tilt_held, Missing) else _first(one.tilt_held)
 
 
-def rotation(loci: Loci, hammering: Hammering) -> str:
-    """Which of the cases that hammer flutter, and whether they do with the rotation held.
+def rotation(loci: Loci, hammering: Hammering, onset: Onset) -> str:
+    """Which of the cases that hammer flutter sooner with the rotation free, and which with it held.
 
-    One that flutters with the rotation held only speaks against rotation being crucial.
+    The latter speak against rotation being crucial.
     """
-    names = [
-        f"{model}-{case}".lower() for model, cases in hammering.cases.items() for case in cases
-    ]
-    flutter = {one.name: _turned(one) for one in loci.scenes if one.name in names}
+    own = {f"{model}-{case}".lower() for model, cases in hammering.cases.items() for case in cases}
+    names = own.union(hammering_on(onset))
     if not names:
         return "no case hammers here"
-    words = [
-        f"{_short(name)} at {number(free, 3)} "
-        f"({'nowhere' if held is None else number(held, 3)} with the rotation held)"
-        for name, (free, held) in flutter.items()
-        if free is not None
-    ]
-    only = " only" if len(words) < len(names) else ""
-    where = f"in {in_words(words)}{only}" if words else "nowhere"
-    against = [
-        f"{_short(name)} at {number(held, 3)}"
-        for name, (free, held) in flutter.items()
-        if free is None and held is not None
-    ]
-    if against:
-        where += f"; against: with it held only, in {in_words(against)}"
-    return f"of those whose own start hammers, flutter begins {where}"
+    free: list[str] = []
+    held: list[str] = []
+    quiet: list[str] = []
+    for one in loci.scenes:
+        if one.name not in names:
+            continue
+        turns, stays = _turned(one)
+        if turns is not None and (stays is None or turns < stays):
+            free.append(f"{_short(one.name)} at {number(turns, 3)} (held: {_or_nowhere(stays)})")
+        elif stays is not None:
+            held.append(f"{_short(one.name)} at {number(stays, 3)} (free: {_or_nowhere(turns)})")
+        else:
+            quiet.append(_short(one.name))
+    words = (
+        f"of the cases that hammer (first row) {in_words(free) or 'none'} "
+        f"flutter{'' if free[1:] else 's'} sooner with the rotation free"
+    )
+    words += f"; against: with it held {in_words(held)}" if held else ""
+    return f"{words}; {in_words(quiet)} nowhere" if quiet else words
+
+
+def _or_nowhere(mu: float | None) -> str:
+    return "nowhere" if mu is None else number(mu, 3)
 
 
 def _short(name: str) -> str:
@@ -195,6 +199,7 @@ def generated(
     ensembles: Ensembles,
     ranges: MapRanges,
     starts: Starts,
+    onset: Onset,
     pad: Path,
 ) -> Generated:
     """The verdicts, and what the evidence counts."""
@@ -226,7 +231,7 @@ def generated(
         "verdict.directions": of_directions,
         "verdict.directions.parting": parting,
         "verdict.rotation": "by definition",
-        "verdict.rotation.thresholds": rotation(loci, claims.hammering),
+        "verdict.rotation.thresholds": rotation(loci, claims.hammering, onset),
         "verdict.perpetual": of_perpetual,
         "verdict.perpetual.kept": keeping,
     }, {}

@@ -60,10 +60,11 @@ class Others(Record):
     """What becomes of other starts of a scene after a long time, and of its own one early, with
     modal damping of one ratio.
 
-    early: the own start's first so many windows, None where the model ends in them; starts: of the
-    grid; ends: of these leave the model; lasting: go on losing contact; hammer, edges: and hammer,
-    by either rule; liveliest: of all that go on, the own one among them, the one that hammers, by
-    both rules rather, and has most turns; growth: of the equilibrium as in `Late`, of rest too.
+    early: of the own start, in spans that end after so many windows, each by itself, None from
+    where the model ends; starts: of the grid; ends: of these leave the model; lasting: go on losing
+    contact; hammer, edges: and hammer, by either rule; liveliest: of all that go on, the own one
+    among them, the one that hammers, by both rules rather, and has most turns; growth: of the
+    equilibrium as in `Late`, of rest too.
     """
 
     ratio: Share
@@ -193,9 +194,10 @@ class Onset(Result):
     their equilibria begin to flutter at the damping `ratio`, None if they do not at any of `mu`;
     sweeps: of those that flutter at this ratio, of those whose own start goes on losing contact or
     that have a lively motion beside a stable equilibrium at others too; windows: of `late` and
-    `others`, longer: where contact goes on changing until then; early: of the own start's first
-    times; seen: over which motions are looked at then; step_windows: of each step in friction;
-    confidence: of the interval of each exponent; left_out: why there is nothing, empty if there is.
+    `others`, longer: where contact goes on changing until then; early: ends of the spans in which
+    own starts are looked at first; seen: over which motions are looked at then; step_windows: of
+    each step in friction; confidence: of the interval of each exponent; left_out: why there is
+    nothing, empty if there is.
     """
 
     late: dict[str, tuple[Late | Missing, ...]]

@@ -1,6 +1,7 @@
 """Scenes after a long time with damping, from their own starts and from a grid of others."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from squeal.simulation.batch.many import DONE
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 LATE, SEEN = 40, 2  # windows until a motion is looked at, and for how long
 LONGER = 150  # until it is looked at again if contact goes on changing
-EARLY = (1, 3, 10)  # windows from the start
+EARLY = (1, 3, 10)  # windows from the start: ends of the spans that are looked at first
 SIDE, WIDER = 5, 3.0  # starts a side of the grid, and its reach over that of the maps of starts
 
 
@@ -159,10 +160,15 @@ def _after(motions: dict[_Lane, Motion], scenes: Mapping[str, Scene], stop: floa
 def _early(
     own: dict[_Lane, Motion], stop: float
 ) -> dict[tuple[str, float], tuple[Settled | None, ...]]:
-    """What own starts do in their first windows."""
-    times = np.repeat(EARLY, len(own)) * stop
-    _, found = looked_at(list(own.values()) * len(EARLY), times)
-    return {
-        lane[:2]: tuple(found[i + len(own) * k] for k in range(len(EARLY)))
-        for i, lane in enumerate(own)
-    }
+    """What own starts do from one of the times `EARLY` to the next, each span by itself."""
+    found: dict[_Lane, list[Settled | None]] = {lane: [] for lane in own}
+    for begin, end in pairwise((0, *EARLY)):
+        states, seen = looked_at(list(own.values()), (end - begin) * stop)
+        for lane, one in zip(own, seen, strict=True):
+            found[lane].append(one)
+        own = {
+            lane: motion._replace(state=state)
+            for (lane, motion), state, one in zip(own.items(), states, seen, strict=True)
+            if one
+        }
+    return {lane[:2]: (*row, *[None] * (len(EARLY) - len(row))) for lane, row in found.items()}
