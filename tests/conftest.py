@@ -76,3 +76,8 @@ def scene_of(stem, **changes):
     """A scene with another pad."""
     scene = read_scene(SCENES / f"{stem}.yaml")
     return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+
+
+def hammering_scene(stem):
+    """A scene of the pad that goes on hammering, with its start."""
+    return read_scene(HAMMERING / f"{stem}.yaml", "simulate")
