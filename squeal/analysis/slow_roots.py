@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
-from squeal.stability import Judgement, Spectrum, complex_eigenvalues, judge
-from squeal.stability.eigen import hidden, ordered, scaled_rank
+from squeal.stability import Judgement, Spectrum
+from squeal.stability.eigen import hidden, ordered, scaled_rank, spectrum_of
+from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, checked, reduce
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
@@ -30,7 +31,7 @@ def roots_and_verdict(
     # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
     free = squares.min() <= EPS**2 * squares.max()
     if not np.isfinite(reduced.A).all() or free or not hidden(reduced, K):
-        return complex_eigenvalues(M, C, K), judge(M, C, K)
+        return spectrum_of(reduced), judge_reduced(reduced)
     from squeal.analysis.systems.roots import ROUNDING, decided  # a tenth of a query's time
     from squeal.stability.sparse.spectrum import dense_spectrum
 

@@ -12,6 +12,8 @@ from squeal.stability.matrices import (
     Array,
     Reduced,
     first_order,
+    noise_of,
+    null_spaces,
     rank_of,
     reduce,
     zero_roots,
@@ -133,19 +135,17 @@ def standard_eigenvalues(
     values, right = np.linalg.eig(A)
     values, right = values.astype(complex), right.astype(complex)
     left = _left_vectors(A, values, right)
-    regular = stiffness is not None and not zero_roots(stiffness, rounding)
-    zeros = 0 if regular else zero_roots(A, rounding)
+    regular = stiffness is not None and not zero_roots(stiffness, noise_of(stiffness, rounding))
+    noise = noise_of(A, rounding)
+    zeros = 0 if regular else zero_roots(A, noise)
     if zeros:
         where = np.argsort(np.abs(values))[:zeros]
         values[where] = 0.0
-        U, singular, rows = np.linalg.svd(A)
-        limit = 2 * len(A) * rounding * (singular[0] if len(singular) else 0.0)
-        rank = int(np.sum(singular > limit))
-        null, conull = rows[rank:].T, U[:, rank:]
+        null, conull = null_spaces(A, noise)
         overlap = conull.T @ null
-        if zeros == len(A) - rank and np.linalg.cond(overlap) < 1e8:
+        if zeros == null.shape[1] and np.linalg.cond(overlap) < 1e8:
             conull = conull @ np.linalg.inv(overlap).T  # biorthogonal within the null spaces
-        pick = np.arange(zeros) % (len(A) - rank)  # a chain repeats its one vector
+        pick = np.arange(zeros) % null.shape[1]  # a chain repeats its one vector
         right[:, where], left[:, where] = null[:, pick], conull[:, pick]
         left[:, where] /= np.linalg.norm(left[:, where], axis=0)
     cosine = np.abs(np.sum(left.conj() * right, axis=0))
@@ -231,7 +231,11 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
     Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
     parts, and divergent ones imaginary parts, of exactly zero. Raises InputError.
     """
-    reduced = reduce(M, C, K)
+    return spectrum_of(reduce(M, C, K))
+
+
+def spectrum_of(reduced: Reduced) -> Spectrum:
+    """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
     rows: list[tuple[complex, ComplexArray, ComplexArray, float]] = []
     if reduced.B is None:
         squares, right, left, condition = squared_frequencies(reduced)

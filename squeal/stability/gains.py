@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.numerics.newton import newton
-from squeal.stability.matrices import Array, Reduced, zero_roots
+from squeal.stability.matrices import Array, Reduced, noise_of, null_spaces
 
 CLOSE = 1e-2  # of x: how far Newton's method may take a real part of the pencil's eigenvalues
 SAME = 1e-9  # of x: zeros closer than this are one
@@ -72,15 +72,13 @@ def loop_thresholds(reduced: Reduced, b: Array, c: Array, mu_max: float) -> list
 def _without_free_modes(reduced: Reduced, b: Array, c: Array) -> Array:
     """A with those zero roots moved away which the loop neither drives nor feels."""
     A = reduced.A
-    if not zero_roots(A, reduced.rounding):
+    right, left = null_spaces(A, noise_of(A, reduced.rounding))
+    if not right.shape[1]:
         return A
-    U, singular, rows = np.linalg.svd(A)
-    null = singular <= 2 * len(A) * reduced.rounding * singular[0]
-    left, right = U[:, null], rows[null].T
     apart = max(np.abs(left.T @ b).max() / np.linalg.norm(b), np.abs(c @ right).max())
     if apart > 1e-10 or np.linalg.cond(left.T @ right) > 1e8:
         return A
-    return A + singular[0] * right @ np.linalg.inv(left.T @ right) @ left.T
+    return A + np.linalg.norm(A, 2) * right @ np.linalg.inv(left.T @ right) @ left.T
 
 
 class _Locus:

@@ -233,20 +233,36 @@ def first_order(A: Array, B: Array, rate: ArrayLike | None = None) -> tuple[Arra
     return state, rate
 
 
-def zero_roots(A: Array, rounding: float = 4 * EPS) -> int:
-    """Algebraic multiplicity of the eigenvalue 0 of A, from ranks instead of small eigenvalues.
+def noise_of(A: Any, rounding: float = 4 * EPS) -> float:
+    """Singular values of A (n, n) up to this are rounding, of a relative size."""
+    return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))
 
-    The null space (singular values below 2 n `rounding` of the largest) is split off and the
-    rest examined again until it has full rank, so chains such as a free body (double zero root
-    of the damped or undamped problem) are counted to their end.
+
+def null_spaces(A: Any, noise: float) -> tuple[Any, Any]:
+    """Orthonormal right and left null vectors (n, k) of A, whose singular values are noise."""
+    left, singular, right = np.linalg.svd(A)
+    rank = int(np.sum(singular > noise))
+    return right[rank:].conj().T, left[:, rank:]
+
+
+def zero_roots(A: Any, noise: float, M: Any = None) -> int:
+    """Algebraic multiplicity of the root 0 of A - s M, from ranks instead of small roots.
+
+    The null space is split off and the rest examined again until it has full rank, so that chains
+    such as a free body (double zero root of the first-order problem) are counted to their end.
+    Without M it is one.
     """
-    limit = 2 * len(A) * rounding * np.linalg.norm(A, 2)
     count = 0
     while len(A):
-        _, singular, rows = np.linalg.svd(A)
-        rank = int(np.sum(singular > limit))
-        if rank == len(A):
+        _, singular, right = np.linalg.svd(A)
+        rank = int(np.sum(singular > noise))
+        null, rest = np.split(right.conj().T, [rank], axis=1)[::-1]
+        if not null.shape[1]:
             break
-        count += len(A) - rank
-        A = rows[:rank] @ A @ rows[:rank].conj().T
+        count += null.shape[1]
+        kept = rest
+        if M is not None:
+            kept = np.linalg.qr(M @ null, mode="complete")[0][:, null.shape[1] :]
+            M = kept.conj().T @ M @ rest
+        A = kept.conj().T @ A @ rest
     return count

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.wanted import MODES, TERMS, Progress, Wanted, is_small, quiet
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
-from squeal.stability import Judgement, UnstableMode, complex_eigenvalues, judge
+from squeal.stability import Judgement, UnstableMode
 from squeal.stability.dampings import dense
-from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden
+from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
+from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, Reduced, first_order, reduce
 from squeal.stability.sparse.count import count_roots
 from squeal.stability.sparse.factor import one_thread
@@ -178,7 +179,7 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             if not hidden(reduced, K):
-                values, verdict = complex_eigenvalues(M, C, K).eigenvalues, judge(M, C, K)
+                values, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
                 words = (verdict.verdict, str(verdict), standard_noise(reduced, values))
     if words is None:
         values = dense_spectrum(M, C, K)

@@ -5,16 +5,16 @@ from collections.abc import Iterable
 import numpy as np
 
 from squeal.numerics.inverse import near_singular
-from squeal.stability.matrices import EPS, ILL, unit_diagonal, zero_roots
+from squeal.stability.matrices import EPS, ILL, noise_of, unit_diagonal
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.pencil import pencil_roots
 from squeal.stability.sparse.quadratic import ComplexArray, norm_of
 from squeal.stability.sparse.region import Region
 from squeal.stability.sparse.scaled import quadratic
-from squeal.stability.sparse.zeros import free_motions
+from squeal.stability.sparse.zeros import ROUNDING, free_motions
 from squeal.stability.terms import Matrix
 
-FAINT = 1e-5  # of the largest root: what is no less is not zero
+FAINT = 1e-3  # of the largest root: above the fourth root of rounding, which chains leave
 
 
 def dense_values(
@@ -35,18 +35,17 @@ def dense_values(
         solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
         squares = -solve(A).astype(complex)
         half = np.sqrt(squares)
-        values, matrix, each = np.concatenate([half, -half]), A, 2
+        B, values = None, np.concatenate([half, -half])
     else:
         rate = np.sqrt(norm_of(K) / norm_of(M)) or 1.0
-        eye = np.eye(n)
-        lower = np.hstack([-A / rate**2, -_normalised(M, C) / rate])
-        matrix, each = np.vstack([np.hstack([np.zeros_like(eye), eye]), lower]), 1
+        B, eye = _normalised(M, C), np.eye(n)
+        matrix = np.block([[np.zeros_like(eye), eye], [-A / rate**2, -B / rate]])
         values = np.asarray(np.linalg.eigvals(matrix) * rate, dtype=complex)
     size = np.abs(values)
     if stiffness is not None:
-        zeros = free_motions(M, K * 0 if C is None else C, K, stiffness)[0]
-    elif np.min(size) <= FAINT * np.max(size) and zero_roots(A, 4 * EPS * condition):
-        zeros = each * zero_roots(matrix, 4 * EPS * condition)
+        zeros = free_motions(M, C, K, ROUNDING * stiffness)[0]
+    elif np.min(size) <= FAINT * np.max(size):
+        zeros = free_motions(np.eye(n), B, A, noise_of(A, 4 * EPS * condition))[0]
     else:
         return values
     values[np.argsort(size)[:zeros]] = 0.0
@@ -90,18 +89,18 @@ def roots_at(
 ) -> Roots:
     """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN)."""
     values = values[np.lexsort((values.real, values.imag))]
-    C = np.zeros_like(M) if C is None else C
+    noise = None if stiffness is None else ROUNDING * stiffness
     right = np.full((len(M), len(values)), np.nan, dtype=complex)
     other = right.copy()
     for group in _clusters(values):
         if not values[group[0]]:
-            _, null, conull = free_motions(M, C, K, stiffness)
+            _, null, conull = free_motions(M, C, K, noise)
             if null.shape[1]:
                 pick = np.arange(len(group)) % null.shape[1]
                 right[:, group], other[:, group] = null[:, pick], conull[:, pick]
                 continue
         mean = values[group].mean()
-        P = mean * mean * M + mean * C + K
+        P = mean * mean * M + (0.0 if C is None else mean * C) + K
         right[:, group], other[:, group] = _null(P, len(group), left)
     return Roots(values, right, other)
 

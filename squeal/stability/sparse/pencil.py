@@ -39,7 +39,7 @@ def _undamped(masses: Array, K: Matrix, r: int) -> tuple[ComplexArray, ComplexAr
     squares = (pairs[0] / np.where(pairs[1] == 0, 1.0, pairs[1]))[kept]
     x, y = right[:, kept], left[:, kept]
     _pair(squares, K)
-    _settle_zeros(squares, x, y, free_motions(np.diag(masses), 0 * K, K), 2)
+    _settle_zeros(squares, x, y, free_motions(np.diag(masses), None, K), 2)
     half = np.sqrt(-squares.astype(complex))
     half = np.where((squares.imag == 0) & (squares.real > 0), 1j * np.abs(half.imag), half)
     return np.concatenate([half, -half]), np.hstack([x, x]), np.hstack([y, y])

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from squeal.stability.matrices import EPS, rank_of
+from squeal.stability.matrices import EPS, noise_of, null_spaces, zero_roots
 from squeal.stability.sparse.factor import factorise
 from squeal.stability.sparse.merge import SAME, SPANNED, Roots
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
@@ -22,26 +22,26 @@ SHIFT = 1e-7  # of the system's rate
 
 
 def free_motions(
-    M: Matrix, C: Matrix, K: Matrix, size: float | None = None
+    M: Matrix, C: Matrix | None, K: Matrix, noise: float | None = None
 ) -> tuple[int, Matrix, Matrix]:
     """How many roots are zero; right and left null vectors (n, k) of K, matrices (n, n).
 
-    Where K comes from a matrix of that `size` (2-norm) it carries that one's rounding.
+    Singular values of K up to `noise`, if not given of its own rounding, are zero.
     """
-    left, singular, right = np.linalg.svd(K)
-    rank = rank_of(singular) if size is None else int(np.sum(singular > ROUNDING * size))
-    null, conull = right[rank:].conj().T, left[:, rank:]
-    stiffness = size or (float(singular[0]) if len(singular) else 0.0)
-    return _multiplicity(M, C, stiffness, null, conull), null, conull
-
-
-def _multiplicity(M: Matrix, C: Matrix, size: float, null: Matrix, conull: Matrix) -> int:
-    """Each motion counts twice but for those whose damping moves a root by more than rounding."""
+    noise = noise_of(K) if noise is None else noise
+    null, conull = null_spaces(K, noise)
     if not null.shape[1]:
-        return 0
+        return 0, null, conull
+    if C is None or not C.any():
+        return 2 * zero_roots(K, noise, M), null, conull
+    return _multiplicity(M, C, noise, null, conull), null, conull
+
+
+def _multiplicity(M: Matrix, C: Matrix, noise: float, null: Matrix, conull: Matrix) -> int:
+    """Each motion counts twice but for those whose damping moves a root by more than rounding."""
     damping = np.linalg.svd(conull.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(conull.conj().T @ (M @ null), 2))
-    return int(2 * null.shape[1] - np.sum(damping > FASTEST * math.sqrt(size * mass)))
+    return int(2 * null.shape[1] - np.sum(damping > math.sqrt(noise * mass)))
 
 
 def slow_noise(problem: Quadratic, size: Array) -> Array:
@@ -65,7 +65,7 @@ def settled(problem: Quadratic, roots: Roots) -> Roots:
     slow = size <= REACH * problem.rate
     null, conull = _null_spaces(problem, roots.right[:, slow])
     if null.shape[1]:
-        zeros = _multiplicity(problem.M, problem.C, problem.norms[2], null, conull)
+        zeros = _multiplicity(problem.M, problem.C, ROUNDING * problem.norms[2], null, conull)
         rest = roots.right - null @ (null.conj().T @ roots.right)
         slow &= np.linalg.norm(rest, axis=0) <= SPANNED
         if zeros < 2 * null.shape[1]:  # one root of a motion decays
