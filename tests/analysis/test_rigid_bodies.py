@@ -15,8 +15,14 @@ from squeal.numerics.formula import Formula
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.terms import Term, TermSystem
 
-N, SPRING = 450, 1e6
+N, SPRING = 90, 1e6
 MU = Formula("mu")
+
+
+@pytest.fixture(autouse=True)
+def _few_rows_are_many(monkeypatch):
+    """Systems of N rows are treated as large ones."""
+    monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", 60)
 
 
 def _chain(rows):
@@ -32,7 +38,7 @@ def _at(row, value):
 
 
 def _lengths(chains):
-    return [N] if chains == 1 else [100, 150, 200]
+    return [N] if chains == 1 else [20, 30, 40]
 
 
 def _system(chains=1, mass=1.0, damping=(), more=()):
@@ -45,7 +51,7 @@ def _elastic(chains, mass):
     return 2 * np.sqrt(SPRING / mass) * np.sort(np.concatenate(ways))
 
 
-@pytest.mark.parametrize(("chains", "mass"), [(1, 1.0), (3, 0.01)])
+@pytest.mark.parametrize(("chains", "mass"), [(1, 1.0), (3, 0.1)])
 @pytest.mark.parametrize("wanted", [Wanted(band=(0.0, 60.0)), Wanted(modes=10), Wanted(modes=11)])
 def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, wanted):
     found = system_roots(_system(chains, mass), wanted)
@@ -58,7 +64,7 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, 
         assert len(values) == wanted.modes
 
 
-@pytest.mark.parametrize(("chains", "top"), [(1, 60.0), (3, 60.0), (1, 2.0)])
+@pytest.mark.parametrize(("chains", "top"), [(1, 60.0), (3, 60.0), (1, 10.0)])
 def test_sweeps_of_a_damped_free_chain_are_marginal_on_reduced_systems_too(chains, top):
     stiffness = _system(chains).K[0].matrix
     system = _system(chains, damping=(Term(1e-7 * stiffness),))
@@ -147,7 +153,7 @@ def test_so_many_lowest_modes_are_listed_as_are_asked_for(modes):
     assert listed == pytest.approx(upper[: len(listed)], rel=1e-9)
 
 
-@pytest.mark.parametrize("rows", [100, N])
+@pytest.mark.parametrize("rows", [40, N])
 @pytest.mark.parametrize("low", [0.0, -1.0])
 def test_a_region_that_begins_on_the_real_axis_holds_it(rows, low):
     omega = np.linspace(10.0, 500.0, rows)
