@@ -78,8 +78,8 @@ class Exact:
         """The three roots s."""
         a, b, c = self.cubic(q, mu)
         size = max(abs(a), mp.sqrt(abs(b)), mp.cbrt(abs(c)))
-        scaled = [mp.mpf(1), -a / size, b / size**2, -c / size**3]
-        return [size * s for s in mp.polyroots(scaled, maxsteps=500, extraprec=200)]
+        scaled = [-c / size**3, b / size**2, -a / size, mp.mpf(1)]
+        return [size * s for s in mp.polyroots(scaled, maxsteps=500, extraprec=200, asc=True)]
 
     def lead(self, q: Any, mu: Any) -> Any:
         """By how much a pair grows faster than any real mode. Raises ArithmeticError without."""

@@ -59,7 +59,7 @@ def random_blocks(rng, n, damped):
     return assembled(blocks, T, damping), sorted(expected)
 
 
-@pytest.mark.parametrize("n", range(4, 31))
+@pytest.mark.parametrize("n", [*range(4, 14), 17, 20, 25, 30])
 def test_random_blocks_without_damping(n):
     for seed in range(3):
         system, expected = random_blocks(np.random.default_rng([n, seed]), n, False)
@@ -97,8 +97,9 @@ def test_divergence_while_a_pad_flutters():
 
     # K is linear in mu: its determinant vanishes at an eigenvalue of the pencil
     K0, K1 = system(0.0)[2], system(1.0)[2] - system(0.0)[2]
-    zeros = -1 / np.linalg.eigvals(np.linalg.solve(K0, K1))[np.newaxis]
-    at = min(z.real for z in zeros.ravel() if abs(z.imag) < 1e-6 and z.real > 0)
+    values = np.linalg.eigvals(np.linalg.solve(K0, K1))
+    zeros = -1 / values[values != 0]
+    at = min(z.real for z in zeros if abs(z.imag) < 1e-6 and z.real > 0)
     all_of_them = thresholds(system, 2.0)
     assert [c.kind for c in all_of_them.crossings] == ["flutter", "divergence"]
     assert all_of_them.crossings[1].mu == pytest.approx(at, rel=1e-10)
