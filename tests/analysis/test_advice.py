@@ -17,7 +17,7 @@ from squeal.model.pad import Pad
 from squeal.numerics.formula import Formula
 from squeal.scene import Scene, read_scene
 from squeal.stability.terms import Term, TermSystem
-from tests.conftest import SCENES
+from tests.conftest import SCENES, only_levers
 
 VALUES = {
     "m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6,
@@ -98,7 +98,8 @@ def test_a_pad_without_threshold_is_ranked_by_its_frequencies():
     assert "parts them most" in words
 
 
-def test_models_bn_b2_b3():
+def test_models_bn_b2_b3(monkeypatch):
+    only_levers(monkeypatch, "k_c")
     rest = {k: v for k, v in VALUES.items() if k not in ("k3", "k4")}
     line = Scene("B2", Pad(**rest, k_c=1.0e7))
     linear = {k: v for k, v in rest.items() if k not in ("L1", "L2", "F_n")}
@@ -141,7 +142,8 @@ def test_a_system_with_named_parameters_against_its_closed_form():
     assert (out.critical, lever(high, "b").changes[0]) == (None, pytest.approx(0.01))
 
 
-def test_what_grows_at_once_has_no_threshold_to_move():
+def test_what_grows_at_once_has_no_threshold_to_move(monkeypatch):
+    only_levers(monkeypatch, "h", "k2", "mu_s")
     # friction that falls with speed drives an undamped pad from the least friction on
     values = {name: value for name, value in VALUES.items() if name != "mu"}
     falling = Scene("B1", Pad(**values, mu_s=0.5, mu_k=0.3, v_ref=1.0, V=2.0))
@@ -176,7 +178,8 @@ def test_refusals():
         advise(free)
 
 
-def test_a_change_that_is_no_pad_says_why():
+def test_a_change_that_is_no_pad_says_why(monkeypatch):
+    only_levers(monkeypatch, "h")
     advice = advise(scene(), {"h": Tolerance(1.5)})
     found = lever(advice, "h")
     assert "above 0" in found.lowered.reason

@@ -10,6 +10,7 @@ from squeal.analysis.maps import Axis
 from squeal.analysis.scatter import Spread, scatter
 from squeal.model.pad import Pad
 from squeal.scene import Scene
+from tests.conftest import only_levers
 
 PAD = {
     "m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6,
@@ -34,7 +35,8 @@ def held(**changes):
 
 
 @pytest.mark.parametrize("name", ["w", "h"])
-def test_contours_and_levers(name):
+def test_contours_and_levers(name, monkeypatch):
+    only_levers(monkeypatch, name)
     low, high = 0.9 * PAD[name], 1.1 * PAD[name]
     shown = field(
         SCENE, (Axis(name, low, high, 3), Axis("F_n", 4000.0, 5000.0, 1)), "critical-friction"

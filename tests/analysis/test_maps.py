@@ -31,7 +31,7 @@ def verdict_at(scene, pad):
 
 
 @pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
-@pytest.mark.parametrize(("stem", "n"), [("b1-c", 6), ("b2-c", 6), ("b3", 21)])
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 6), ("b2-c", 5), ("b3", 16)])
 def test_damped_maps_are_the_eigenvalues_point_by_point(stem, n, damping):
     scene, axes = scene_of(stem, damping), angle_axes(n)
     codes, met = stability_map(scene, axes).codes, set()
@@ -81,7 +81,7 @@ def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
 
 
 def test_traced_damped_map_has_the_boundary_of_the_eigenvalues():
-    scene, axes = scene_of("b2-c", RATIOS), angle_axes(6)
+    scene, axes = scene_of("b2-c", RATIOS), angle_axes(5)
     outline = stability_map(scene, axes, traced=True).outline
     checked = 0
     for (alpha1, alpha2), sides in zip(outline.segments[:, 0], outline.sides, strict=True):
@@ -103,7 +103,7 @@ def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
         stability_map(scene, (Axis("k_c", 1e5, 1e9, 4), Axis("mu", 0.0, 0.1, 2)))
 
 
-@pytest.mark.parametrize(("stem", "n"), [("b1-c", 9), ("b3", 24)])
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 7), ("b3", 16)])
 def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
     # against the scene file with the mapped numbers written into it
     scene = read_scene(SCENES / f"{stem}.yaml").replace(I=None)

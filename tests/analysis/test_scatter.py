@@ -11,7 +11,8 @@ from squeal.model.pad import Pad
 from squeal.scene import Scene
 from tests.analysis.test_advice import coupled
 
-SIZE, COUNT = 0.03, 40
+SIZE, COUNT = 0.03, 24
+MU_MAX = 0.6  # twice the threshold
 
 
 @pytest.fixture(scope="module")
@@ -24,11 +25,11 @@ def scene():
 
 @pytest.fixture(scope="module")
 def found(scene):
-    return scatter(scene, (Spread("h", "relative", SIZE),), COUNT, seed=3)
+    return scatter(scene, (Spread("h", "relative", SIZE),), COUNT, seed=3, mu_max=MU_MAX)
 
 
 def threshold(scene, factor):
-    return critical_friction(scene.replace(h=factor * scene.pad.h)).first.mu
+    return critical_friction(scene.replace(h=factor * scene.pad.h), MU_MAX).first.mu
 
 
 def test_quantiles_hold_the_threshold_at_the_parameter_s_quantile(scene, found):
@@ -52,22 +53,28 @@ def test_every_sample_is_the_threshold_of_its_own_pad(scene, found):
 
 def test_share_that_stays_stable_is_counted_at_the_scene_s_friction(scene, found):
     middle = float(np.median(found.critical))
-    half = scatter(scene.replace(mu=middle), (Spread("h", "relative", SIZE),), COUNT, seed=3)
+    half = scatter(
+        scene.replace(mu=middle), (Spread("h", "relative", SIZE),), COUNT, seed=3, mu_max=MU_MAX
+    )
     assert half.stable == pytest.approx(0.5, abs=0.01)
     assert half.interval[0] < 0.5 < half.interval[1]
 
 
 def test_workers_and_progress_change_nothing(scene):
     told = []
+
+    def progress(done, count):
+        told.append((done, count))
+
     spreads = (Spread("k2", "within", 0.01 * scene.pad.k2), Spread("alpha1", "absolute", 0.01))
-    alone = scatter(scene, spreads, 16, progress=lambda done, count: told.append((done, count)))
-    both = scatter(scene, spreads, 16, workers=2)
+    alone = scatter(scene, spreads, 9, mu_max=MU_MAX, progress=progress)
+    both = scatter(scene, spreads, 9, mu_max=MU_MAX, workers=2)
     assert np.array_equal(alone.critical, both.critical, equal_nan=True)
-    assert told[-1] == (16, 16)
+    assert told[-1] == (9, 9)
 
 
 def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
-    found = scatter(scene, (Spread("h", "relative", 1.0),), 20)
+    found = scatter(scene, (Spread("h", "relative", 1.0),), 20, mu_max=MU_MAX)
     assert 0 < found.failed < 20
     assert len(found.critical) == 20 - found.failed
 

@@ -157,7 +157,7 @@ def test_one_pad_keeps_all_listed_statements_that_can_hold_together(tmp_path):
 
 
 def test_pads_that_the_balances_allow_rest_on_the_trailing_side_in_case_b():
-    numbers = decode(np.random.default_rng(3).uniform(size=(1_000_000, len(DIMENSIONS))))
+    numbers = decode(np.random.default_rng(3).uniform(size=(400_000, len(DIMENSIONS))))
     few = np.flatnonzero(balanced.allowed(numbers))
     assert 0 < len(few) < 200
     some = {name: v[few] for name, v in numbers.items()}

@@ -17,9 +17,9 @@ from squeal.article.precision.maps import matrices, named
 from squeal.article.report.stability import _left_out, literature_table, threshold_table, values
 from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
+from squeal.article.studies import stability
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
-from squeal.article.studies.stability import fluttering, study
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.files.provenance import provenance
 from squeal.model.linear import about_origin
@@ -27,7 +27,7 @@ from squeal.scene import read_scene
 from squeal.stability import verdict
 from tests import naive
 from tests.article import known
-from tests.conftest import SCENES, scene_of
+from tests.conftest import SCENES, only_levers, scene_of
 
 
 def result(study, stems):
@@ -38,15 +38,20 @@ def result(study, stems):
 
 @pytest.fixture(scope="module")
 def found():
-    return result(study, HISTORY_FIGURES)
+    """The study with few simulations and levers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stability, "GROWTH_POINTS", 5)
+        patch.setattr(stability, "POINTS", 45)
+        only_levers(patch, "h", "k2")
+        return result(stability.study, HISTORY_FIGURES)
 
 
 @pytest.fixture(scope="module")
 def maps():
     """Results of `studies.angles` and `studies.quasi_static`, on fewer points."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(angle_study, "FINE", 40)
-        patch.setattr(angle_study, "COARSE", 20)
+        patch.setattr(angle_study, "FINE", 30)
+        patch.setattr(angle_study, "COARSE", 15)
         angles = result(angle_study.study, STEMS)
     return angles, quasi_static(scene_of("b3").pad, 40)
 
@@ -128,7 +133,8 @@ def test_gain_margin_of_the_loop_is_the_threshold(found):
     assert one.critical_friction == pytest.approx(one.thresholds[0].mu, rel=1e-9)
 
 
-def test_advice_tells_flutter_its_threshold_and_a_lever():
+def test_advice_tells_flutter_its_threshold_and_a_lever(monkeypatch):
+    only_levers(monkeypatch, "h", "k2")
     scene = scene_of("b1-a")
     mu = critical_friction(scene).points[0].mu
     told = scene_in_words(scene.replace(mu=1.5 * mu))
@@ -210,7 +216,8 @@ def test_threshold_table_tells_each_way_to_find_them(found):
     assert (told["loop.rank-one"], told["loop.scenes"]) == ("1", "2")
 
 
-def test_a_scene_that_flutters_needs_no_other_angles():
-    other = fluttering(read_scene(SCENES / "b2-c.yaml"))
+def test_a_scene_that_flutters_needs_no_other_angles(monkeypatch):
+    monkeypatch.setattr(stability, "POINTS", 30)
+    other = stability.fluttering(read_scene(SCENES / "b2-c.yaml"))
     assert other is not None
-    assert fluttering(other) is None
+    assert stability.fluttering(other) is None

@@ -13,7 +13,7 @@ import pytest
 
 from squeal.commands.cli import COMMANDS
 from tests.commands.calls import assert_warns
-from tests.conftest import ROOT, SCENES
+from tests.conftest import HEYOKA, ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
@@ -134,11 +134,18 @@ def test_all_commands_are_tried():
     assert {*ANSWERS, *NEEDS} == set(COMMANDS)
 
 
-@pytest.mark.parametrize("command", ANSWERS)
-def test_a_command_answers_in_an_empty_folder(installed, tmp_path, command):
-    code, out, err = run(installed, tmp_path, command, *ANSWERS[command], "--json")
+@pytest.mark.parametrize(
+    ("command", "missing"),
+    [*((command, {"heyoka", *POSIX}) for command in ANSWERS), ("simulate", ())],
+)
+def test_a_command_answers_in_an_empty_folder(installed, tmp_path, command, missing):
+    """Without heyoka and POSIX too."""
+    given = (*ANSWERS[command], "--json")
+    code, out, err = run(installed, tmp_path, command, *given, without=missing)
     assert code == 0
     assert_warns(err, json.loads(out))
+    if command == "simulate":
+        assert ("SciPy" in json.loads(out)["method"]) == ("heyoka" in missing or not HEYOKA)
     assert os.listdir(tmp_path) == (["matrices"] if command == "export" else [])
 
 
@@ -148,16 +155,6 @@ def test_a_command_says_what_it_needs(installed, tmp_path, command):
     code, out, err = run(installed, tmp_path, command, *arguments)
     assert (code, out) == (2, "")
     assert words in sentence(err)
-
-
-@pytest.mark.parametrize("command", ANSWERS)
-def test_without_heyoka_and_posix(installed, tmp_path, command):
-    missing = {"heyoka", *POSIX}
-    code, out, err = run(installed, tmp_path, command, *ANSWERS[command], "--json", without=missing)
-    assert code == 0
-    assert_warns(err, json.loads(out))
-    if command == "simulate":
-        assert "SciPy" in json.loads(out)["method"]
 
 
 def test_a_search_without_heyoka_says_so(installed, tmp_path):

@@ -106,12 +106,12 @@ def test_undamped_flutter_of_b3_starts_where_the_discriminant_vanishes():
 def test_b2_boundaries_have_both_verdicts_beside_them():
     scene = read_scene(SCENES / "b2-c.yaml")
     names = ("alpha1", "alpha2")
-    x, y = np.linspace(0.2, 3.0, 15), np.array([0.3, 0.8, 1.3, 2.9])
+    x, y = np.linspace(0.2, 3.0, 15), np.array([0.3, 1.3, 2.9])
 
     def at(points):
         return codes_at(scene, names, points).codes
 
-    codes = at(np.array(np.meshgrid(x, y, indexing="ij")).reshape(2, -1)).reshape(15, 4)
+    codes = at(np.array(np.meshgrid(x, y, indexing="ij")).reshape(2, -1)).reshape(15, 3)
     along_x, _ = crossings(x, y, codes, at)
     i, j = np.nonzero(codes[1:] != codes[:-1])
     place = x[i] + along_x[i, j] * (x[i + 1] - x[i])
@@ -122,7 +122,7 @@ def test_b2_boundaries_have_both_verdicts_beside_them():
     assert len(i) > 8
     # where a mode starts to grow the scalar chain says the same a millionth beside
     flutters = np.flatnonzero((codes[i, j] == 2) ^ (codes[i + 1, j] == 2))
-    kept = [k for k in flutters if max(codes[i[k], j[k]], codes[i[k] + 1, j[k]]) <= 2][:6]
+    kept = [k for k in flutters if max(codes[i[k], j[k]], codes[i[k] + 1, j[k]]) <= 2][:4]
     assert kept
     for k in kept:
         told = []

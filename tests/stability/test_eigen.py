@@ -14,9 +14,9 @@ def _worst(values, reference):
     return max(float(min(abs(mp.mpc(complex(v)) - r) for r in reference)) for v in values) / radius
 
 
-def test_thousand_undamped_pads(rng):
+def test_random_undamped_pads(rng):
     worst = 0.0
-    for _ in range(1000):
+    for _ in range(300):
         M, C, K = random_pad(rng)
         squares = exact_squares(M, K)
         radius = max(abs(s) for s in squares)

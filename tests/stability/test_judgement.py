@@ -29,9 +29,9 @@ def _padded(K, n):
     return np.vstack([top, bottom])
 
 
-def test_thousand_random_pads(rng):
+def test_random_pads(rng):
     names = []
-    for _ in range(1000):
+    for _ in range(400):
         M, C, K = random_pad(rng)
         names.append(verdict(M, C, K))
         assert names[-1] == exact_verdict(exact_squares(M, K))
