@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.numerics.inverse import inverse
 from squeal.stability.eigen import hidden
+from squeal.stability.following.coupling import ComplexArray, Couplings
 from squeal.stability.growth import Growth, counted
 from squeal.stability.light import Slow
 from squeal.stability.matrices import (
@@ -32,7 +34,6 @@ from squeal.stability.matrices import (
 )
 from squeal.stability.terms import TermSystem, is_sparse
 
-ComplexArray = NDArray[np.complex128]
 Slopes = Callable[[float], tuple[Array | None, Array | None, Array | None]]
 DIFFERENCE = 1e-6  # of the range: step of the derivative of a function of one parameter
 INDEPENDENT = 1e-7  # least singular value of the vectors whose inverse gives the left ones
@@ -53,6 +54,13 @@ class State:
     left: ComplexArray = field(repr=False)
     noise: Array = field(repr=False)
     coupling: ComplexArray = field(repr=False)  # (m, m), the slopes on its diagonal
+
+    damped: bool
+
+    @cached_property
+    def couplings(self) -> Couplings:
+        """Of the pairs of roots that may change what grows."""
+        return Couplings.of(self.roots, self.coupling, self.noise, self.damped)
 
 
 class Line:
@@ -135,10 +143,13 @@ class Line:
         across = np.sum(left.conj() * right, axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             condition = 1.0 / np.abs(across)
-            coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
+            rows = slope.any(axis=1)
+            moved = slope[rows] @ np.ascontiguousarray(right).view(float)  # real: half the work
+            coupling = left[rows].conj().T @ moved.view(complex)
+            coupling = np.nan_to_num(coupling / across[:, None])
         error = 2 * len(A) * min(rounding, 4 * EPS) / 4
         noise = norm(A) * np.minimum(error * condition, np.sqrt(error))
-        return State(p, roots, coupling.diagonal(), right, left, noise, coupling)
+        return State(p, roots, coupling.diagonal(), right, left, noise, coupling, self.damped)
 
     def hides(self, p: float) -> bool:
         """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
@@ -256,12 +267,12 @@ def _vectors(A: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     with np.errstate(all="ignore"):
         try:
-            left = np.linalg.inv(right).conj().T
+            left = inverse(right)[0].conj().T
             fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 1 / INDEPENDENT**2)
         except np.linalg.LinAlgError:
             fine = False
     if not fine:
         from scipy.linalg import eig
 
-        values, left, right = eig(A, left=True)
+        values, left, right = (x.astype(complex) for x in eig(A, left=True))
     return values, right, left / np.linalg.norm(left, axis=0)

@@ -7,7 +7,8 @@ import numpy as np
 
 from squeal.numerics.inverse import near_singular
 from squeal.stability.crossing import Crossing
-from squeal.stability.following.line import ComplexArray, Line, norm
+from squeal.stability.following.coupling import ComplexArray
+from squeal.stability.following.line import Line, norm
 from squeal.stability.following.pairs import SURE, pair_at
 from squeal.stability.following.windows import Guess
 from squeal.stability.matrices import EPS

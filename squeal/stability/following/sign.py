@@ -7,6 +7,7 @@ scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
 
 import numpy as np
 
+from squeal.numerics.inverse import inverse
 from squeal.stability.matrices import Array
 
 STEPS = 60
@@ -17,19 +18,16 @@ SCALED = 1e-2  # change of a step below which it is not scaled any more
 def count_right(A: Array, x: float = 0.0) -> int | None:
     """Number of eigenvalues of A (n, n) with real part above x; None if it does not settle."""
     n = len(A)
-    S = A - x * np.eye(n)
+    S = np.asfortranarray(A - x * np.eye(n))
     with np.errstate(all="ignore"):
         scale = True
         for _ in range(STEPS):
             try:
-                inverse = np.linalg.inv(S)
+                other, size = inverse(S)
             except np.linalg.LinAlgError:
                 return None
-            factor = 1.0
-            if scale:
-                _, size = np.linalg.slogdet(S)
-                factor = float(np.exp(-size / n))
-            new = (factor * S + inverse / factor) / 2
+            factor = float(np.exp(-size / n)) if scale else 1.0
+            new = (factor * S + other / factor) / 2
             change = float(np.linalg.norm(new - S, 1) / np.linalg.norm(new, 1))
             S = new
             if not np.isfinite(change):

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.stability.following.line import ComplexArray, Line, State
+from squeal.stability.following.coupling import ComplexArray
+from squeal.stability.following.line import Line, State
 from squeal.stability.following.windows import Guess, foreseen, windows
 from squeal.stability.matrices import Array
 
@@ -47,7 +48,7 @@ class Stepper:
         """Match all roots from low to high and collect what may cross the line."""
         a, b = self.line.at(low), self.line.at(high)
         found = _Step(self.line, a, b).matched()
-        met = foreseen(self.line, a, b)
+        met = foreseen(a, b)
         # half the budget is kept for matches
         several = any(one.doubtful for _, one in met) and len(self.line.states) < self.budget / 2
         doubt = found.doubt or several

@@ -1,10 +1,7 @@
 """Short stretches of growth or rest where two roots pass each other, foreseen from a step's end.
 
-In the eigenvectors of A(p) the matrix at p + x is diag(z) + x W, exactly if its factors are
-affine. Two roots k, l that come close follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which
-the others shift the coupling to a = W_kl + x T_kl, b = W_lk + x T_lk:
-T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2. The roots' squared half difference
-d = (z_k - z_l + x (W_kk - W_ll))^2 / 4 + x^2 a b tells whether they may meet, or exchange so much
+In the words of `coupling` the squared half difference of two roots,
+d = (z_k - z_l + x (W_kk - W_ll))^2 / 4 + x^2 a b, tells whether they may meet, or exchange so much
 of their real parts that one of them grows. What may be is looked at on the pair itself.
 """
 
@@ -13,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from squeal.stability.following.line import ComplexArray, Line, State
+from squeal.stability.following.coupling import ComplexArray
+from squeal.stability.following.line import Line, State
 from squeal.stability.following.pairs import Pair, pair_at
 from squeal.stability.matrices import Array
 
@@ -55,40 +53,21 @@ class Meeting:
         return len(shared) == 1 and abs(self.step - other.step) <= self.half + other.half
 
 
-def meetings(
-    z: ComplexArray, W: ComplexArray, noise: Array, span: float, damped: bool
-) -> list[Meeting]:
-    """Pairs of roots z (m,) that may change what grows within 0 <= x <= span, and how far away.
+def meetings(state: State, way: int, span: float) -> list[Meeting]:
+    """Pairs of roots that may change what grows within 0 <= x <= span, and how far away.
 
-    W (m, m) is the derivative in the eigenvectors, with left^H right = 1. Undamped: roots that
-    turn complex on the positive real axis, or back; damped: real parts that pass zero.
+    `way` is 1 for a rising parameter, -1 for a falling one. Undamped: roots that turn complex on
+    the positive real axis, or back; damped: real parts that pass zero.
     """
+    of, z, noise = state.couplings, state.roots, state.noise
+    k, l, conjugate = of.k, of.l, of.conjugate
+    own = way * state.slopes
     with np.errstate(all="ignore"):
-        apart = z[:, None] - z[None, :]
-        unsure = np.add.outer(noise, noise)
-        inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
-        F, own = W * inverse, W.diagonal()
-        FW = F @ W
-        T = (FW - W @ F + F * np.subtract.outer(own, own)) / 2
-        bend = FW.diagonal()
-        conjugate = np.abs(z[:, None] - z[None, :].conj()) <= unsure
-        if damped:
-            upper = z.imag >= -noise
-            wanted = (upper[:, None] & upper[None, :]) | conjugate
-        else:
-            real = (np.abs(z.imag) <= noise) & (z.real > 0)
-            wanted = (real[:, None] & real[None, :]) | (conjugate & (z.real > 0))
-        k, l = np.nonzero(np.triu(wanted, 1))
-        u, v = apart[k, l], own[k] - own[l]
+        u, v = of.apart, way * (of.own[0] - of.own[1])
         x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
-        v = v + x * (bend[k] - bend[l] - 2 * (W * W.T)[k, l] * inverse[k, l])
-        a, b = W[k, l] + x * T[k, l], W[l, k] + x * T[l, k]
-        # the same with each third root for itself: they need not cancel all the way
-        squares, others = np.abs(W) ** 2, np.abs(F) ** 2
-        alone = others @ squares + squares @ others
-        alone -= others * np.add.outer(squares.diagonal(), squares.diagonal())
-        R = np.sqrt(np.maximum(alone, 0.0))
-        third = THIRD * x * (np.abs(R[k, l] * b) + np.abs(R[l, k] * a))
+        v = v + x * of.bend
+        a, b = way * of.direct + x * of.indirect
+        third = THIRD * x * (np.abs(of.alone[0] * b) + np.abs(of.alone[1] * a))
         s = 2 * np.sqrt(-a * b)
         ends = np.stack([-u / (v - s), -u / (v + s)]).real
         ends = np.where(np.isfinite(ends), ends, 1e9 * span)
@@ -97,6 +76,7 @@ def meetings(
         near = inside.any(axis=0)
         ends, inside = ends[:, near], inside[:, near]
         k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
+        conjugate = conjugate[near]
         third, centre, half = third[near], centre[near], half[near]
         # of a wide window the end that lies in the step
         at = np.where(np.abs(centre - span / 2) <= span / 2, centre, np.where(inside[0], *ends))
@@ -104,11 +84,11 @@ def meetings(
         x = np.clip(centre + GRID[:, None] * np.maximum(half, width), 0.0, span)
         d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + EXCHANGE**2 * np.abs(w))
         mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
-        if damped:
+        if state.damped:
             slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
             same, exchange = (mean + x * mean_slope).real, np.sqrt(d).real
             passes = _passes(same + exchange, slack) | _passes(same - exchange, slack)
-            passes &= ~conjugate[k, l] | _passes(d.real, error)
+            passes &= ~conjugate | _passes(d.real, error)
         else:
             passes = _passes(d.real, error)
         # what rounding alone couples
@@ -131,12 +111,11 @@ def _passes(values: Array, slack: Array) -> np.ndarray:
     return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
 
 
-def foreseen(line: Line, a: State, b: State) -> list[tuple[State, Meeting]]:
+def foreseen(a: State, b: State) -> list[tuple[State, Meeting]]:
     """Meetings within a step, from both ends; steps are seen from there and negative from b."""
     found = []
     for state, way in ((a, 1), (b, -1)):
-        coupling, width = way * state.coupling, b.value - a.value
-        met = meetings(state.roots, coupling, state.noise, width, line.damped)
+        met = meetings(state, way, b.value - a.value)
         for one in met:
             doubtful = one.doubtful or any(map(one.joins, met))
             found.append((state, replace(one, step=way * one.step, doubtful=doubtful)))

@@ -196,7 +196,7 @@ class Along:
         with suppress(InputError):  # complex matrices, M singular
             line = Line(system, states[0].value, states[-1].value)
             for a, b in itertools.pairwise(_on(line, state) for state in states):
-                for guess in windows(line, foreseen(line, a, b), b.value - a.value):
+                for guess in windows(line, foreseen(a, b), b.value - a.value):
                     one = located(line, guess)
                     state = None if one is None else self.at(one.value)
                     if one is not None and state is not None and len(state.roots):
@@ -230,7 +230,7 @@ def _on(line: Line, state: State) -> LineState:
     right, left = rng.normal(size=(2, 2 * line.n, len(z))).astype(complex)
     coupling = state.coupling / line.rate
     noise = ROUNDING * np.abs(z)
-    return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling)
+    return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling, line.damped)
 
 
 @dataclass(frozen=True)
