@@ -4,7 +4,6 @@ The scenes are a fixed pad with flutter, folds and changes of contact; those of 
 identified anew at any time.
 """
 
-import dataclasses
 import importlib.util
 from pathlib import Path
 from typing import Any, Literal
@@ -30,7 +29,8 @@ LONG = (
     *("simulation/test_batch", "article/test_stability_chapter", "analysis/test_sensitivity"),
     *("simulation/test_falling", "analysis/test_threshold_curve", "commands/test_cli"),
     *("commands/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
-    *("workflow/test_workflow", "simulation/test_simulation", "equilibrium/test_admissible"),
+    *("workflow/test_workflow", "workflow/test_warm", "simulation/test_simulation"),
+    "equilibrium/test_admissible",
 )
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 INSTALLED: tuple[Literal["heyoka", "scipy"], ...] = ("heyoka", "scipy") if HEYOKA else ("scipy",)
@@ -73,9 +73,8 @@ def scenes():
 
 
 def scene_of(stem, **changes):
-    """A scene with another pad."""
-    scene = read_scene(SCENES / f"{stem}.yaml")
-    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+    """A scene with numbers of its pad, or keys of its own, changed."""
+    return read_scene(SCENES / f"{stem}.yaml").replace(**changes)
 
 
 def hammering_scene(stem):

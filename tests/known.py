@@ -11,7 +11,7 @@ Threshold = tuple[float, str, str, float]
 
 def coupled(mu):
     """Mode coupling: omega^2 = 2 +- sqrt(1 - 4 mu / 3), so that it flutters from 3/4 on."""
-    return np.eye(2), None, np.array([[2.0, -1.0 + 4 / 3 * mu], [-1.0, 2.0]])
+    return np.eye(2), None, np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
 
 
 def known_system(

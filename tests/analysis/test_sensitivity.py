@@ -15,16 +15,12 @@ from squeal.analysis.sensitivity import (
 )
 from squeal.equilibrium.damping import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
-from squeal.scene import Damping, read_scene
+from squeal.scene import Damping
 from squeal.scene.schema import Scene
-from tests.conftest import SCENES
+from tests.conftest import scene_of
 from tests.simulation.closed import upright
 
 COUPLED = {"alpha1": 1.0, "alpha2": 2.6, "mu": 0.1}
-
-
-def scene_of(name: str) -> Scene:
-    return read_scene(SCENES / f"{name}.yaml")
 
 
 def changed(scene: Scene, **changes: float) -> Scene:

@@ -10,9 +10,9 @@ from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.state_space import friction_plant, state_space
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene, read_scene
+from squeal.scene import Damping, Scene
 from squeal.stability import complex_eigenvalues
-from tests.conftest import SCENES
+from tests.conftest import scene_of
 
 
 def apart(one, other):
@@ -20,10 +20,6 @@ def apart(one, other):
     distance = np.abs(np.asarray(one)[:, None] - np.asarray(other)[None, :])
     ends = max(distance.min(axis=0).max(), distance.min(axis=1).max())
     return ends / np.abs(other).max()
-
-
-def scene_of(stem, **changes):
-    return read_scene(SCENES / f"{stem}.yaml").replace(**changes)
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])

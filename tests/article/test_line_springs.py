@@ -12,16 +12,14 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.files.records import Missing
 from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
-from squeal.scene import read_scene
 from squeal.simulation import Simulation
 from tests.article import known
-from tests.conftest import HAMMERING as SCENES
-from tests.conftest import needs_heyoka, random_pad
+from tests.conftest import hammering_scene, needs_heyoka, random_pad
 
 
 def test_many_springs_move_as_the_line_does_ever_nearer():
     """A motion in partial contact: springs are a midpoint rule, whose error falls as 1/N^2."""
-    own = read_scene(SCENES / "b2-b.yaml", "simulate")
+    own = hammering_scene("b2-b")
     line = springs_study._run(own, 0)
     assert isinstance(line, Simulation)
     off = []
@@ -75,7 +73,7 @@ def test_sentences_on_points_follow_the_shares(lost, apart, off, mu, words):
 @needs_heyoka
 def test_on_two_springs_and_on_the_line_full_contact_is_the_same_motion():
     """Near the equilibrium nothing is lost on either, so that all starts are alike."""
-    own = read_scene(SCENES / "b2-d.yaml", "simulate")
+    own = hammering_scene("b2-d")
     rest, _ = sliding_equilibrium(springs_study.on_springs(own, 0).pad_model)
     assert rest is not None
     q = np.array(rest.q)

@@ -16,8 +16,7 @@ from squeal.model.states import FULL, LEAD, NONE
 from squeal.scene import read_scene
 from squeal.simulation import simulate
 from tests.article import known
-from tests.conftest import HAMMERING as SCENES
-from tests.conftest import ROOT, needs_heyoka
+from tests.conftest import ROOT, hammering_scene, needs_heyoka
 
 
 @pytest.mark.parametrize(
@@ -44,7 +43,7 @@ def test_kinds_of_motion_by_hand(first, points, kind):
 def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
     """Second method: in full contact motion is linear, and its modes' amplitudes add up to the most
     that an edge can rise."""
-    own = read_scene(SCENES / "b2-b.yaml", "simulate")
+    own = hammering_scene("b2-b")
     rest, _ = sliding_equilibrium(own.pad_model)
     assert rest is not None
     assert all(rest.state)
@@ -68,7 +67,7 @@ def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
 
 
 def test_the_plane_of_starts_holds_equilibrium_and_own_start():
-    own = read_scene(SCENES / "b2-c.yaml", "simulate")
+    own = hammering_scene("b2-c")
     rest = np.array([1e-5, 2e-5, -3e-5])
     made = starts_study.plane(own, rest, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     assert made[0, :3] == pytest.approx(rest)

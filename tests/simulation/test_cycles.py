@@ -10,19 +10,18 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.model.linear import linearise
-from squeal.scene import Scene, read_scene
+from squeal.scene import Scene
 from squeal.scene.schema import Damping
 from squeal.simulation.batch.neighbours import directions, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
-from tests.conftest import HAMMERING as SCENES
-from tests.conftest import needs_heyoka
+from tests.conftest import hammering_scene, needs_heyoka
 
 
 def damped(name: str, ratio: float) -> Scene:
-    scene = read_scene(SCENES / f"{name}.yaml", "simulate")
+    scene = hammering_scene(name)
     return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3))
 
 
@@ -86,7 +85,7 @@ def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
 
 @needs_heyoka
 def test_neighbours_of_an_unstable_equilibrium_part_at_the_rate_of_its_eigenvalue():
-    scene = read_scene(SCENES / "b1-a.yaml", "simulate")
+    scene = hammering_scene("b1-a")
     rest, _ = sliding_equilibrium(scene.pad_model)
     assert rest is not None
     matrices = linearise(scene.pad_model, rest.q, rest.state)
@@ -101,7 +100,7 @@ def test_neighbours_of_an_unstable_equilibrium_part_at_the_rate_of_its_eigenvalu
 
 @needs_heyoka
 def test_neighbours_grow_as_the_variational_equations_say():
-    scene = read_scene(SCENES / "b1-c.yaml", "simulate")
+    scene = hammering_scene("b1-c")
     assert scene.stop is not None
     logs = neighbours([damped_model(scene)], np.array([scene.initial]), scene.stop / 2, 20)
     found = variations(scene, 10.0)

@@ -8,6 +8,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from tests.known import coupled
+
 DIGITS = 34
 
 
@@ -66,4 +68,4 @@ def rng() -> np.random.Generator:
 @pytest.fixture
 def mode_coupling() -> Callable:
     """Coalescence at exactly mu = 3/4, lambda^2 = -2."""
-    return lambda mu: (np.eye(2), None, np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]]))
+    return coupled
