@@ -39,7 +39,7 @@ localrules:
 onstart:
     # with a limit of jobs a second Snakemake 9 looks for jobs anew the more often the more have run
     workflow.scheduler.job_rate_limiter = None
-    start()  # jobs are forks of one process
+    start()  # jobs are forks
 
 
 rule all:

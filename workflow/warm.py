@@ -1,7 +1,7 @@
-"""Programs run by forks of one process that has loaded what most of them need.
+"""Programs run by forks of processes that have loaded what most of them need.
 
 `python -m workflow.warm MODULE ARGUMENT ...` is `python -m MODULE ARGUMENT ...`, run by a fork of
-the process that the workflow starts, or by itself where none answers.
+one of the two processes that the workflow starts, or by itself where none answers.
 """
 
 import contextlib
@@ -9,29 +9,38 @@ import json
 import os
 import socket
 import sys
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
 VARIABLE = "SQUEAL_WARM"
-"""The variable of the environment that names the socket."""
+"""The variable of the environment that names the folder of the sockets."""
 FOR_OTHERS = "--for-others"
-# no package that results name as loaded, since only some need it
-LOADED = ("matplotlib.backends.backend_pdf", "squeal.article.studies.ensembles")
+DRAWING, COMPUTING = "drawing", "computing"
+"""The sockets: of the process whose forks draw, and of that whose forks do all else, since results
+name the packages that were loaded."""
+# computing: no package that results name as loaded, since only some need it
+LOADED = {
+    DRAWING: ("matplotlib.backends.backend_pdf", "squeal.article.results.ensembles"),
+    COMPUTING: ("squeal.article.studies.ensembles",),
+}
 
 
-@cache  # which keeps the folder and the input's other end as long as this process lives
-def start() -> tuple[Any, Any]:
-    """Start the process whose forks run programs, and name its socket in the environment."""
+@cache  # which keeps the folder and the inputs' other ends as long as this process lives
+def start() -> tuple[Any, list[Any]]:
+    """Start the processes whose forks run programs, and name their folder in the environment."""
     import subprocess
     import tempfile
 
     folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-    os.environ[VARIABLE] = f"{folder.name}/socket"
-    command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS, os.environ[VARIABLE]]
-    # in a session of its own it is not interrupted together with this process, but ends after it
-    return folder, subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True
-    )
+    os.environ[VARIABLE] = folder.name
+    command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS]
+    # in sessions of their own they are not interrupted together with this process, but end after it
+    how: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "start_new_session": True}
+    return folder, [
+        subprocess.Popen([*command, f"{folder.name}/{name}"], **how)
+        for name in (COMPUTING, DRAWING)
+    ]
 
 
 def ask(words: list[str]) -> int | None:
@@ -40,21 +49,25 @@ def ask(words: list[str]) -> int | None:
         return None
     with socket.socket(socket.AF_UNIX) as asking:
         try:
-            asking.connect(os.environ[VARIABLE])
-        except OSError:  # it is not ready yet, or lives on another machine
+            kind = DRAWING if words[0] == "squeal.article.figures" else COMPUTING
+            asking.connect(f"{os.environ[VARIABLE]}/{kind}")
+        except OSError:  # it has not begun yet, or lives on another machine
             return None
         streams = [sys.stdout.fileno(), sys.stderr.fileno()]
         socket.send_fds(asking, [json.dumps([os.getcwd(), *words]).encode()], streams)
         return next(iter(asking.recv(1)), 1)
 
 
-def load() -> None:
-    """Import what most programs need, and draw once, which reads fonts and how formulas are set."""
+def load(kind: str) -> None:
+    """Import what most programs of a kind need; to draw once reads fonts and how formulas are
+    set."""
     import io
     from importlib import import_module
 
-    for name in LOADED:
+    for name in LOADED[kind]:
         import_module(name)
+    if kind != DRAWING:
+        return
     from matplotlib.figure import Figure
 
     from squeal.plots.style import style
@@ -65,8 +78,12 @@ def load() -> None:
         figure.savefig(io.BytesIO(), format="pdf")
 
 
-def serve(path: str) -> None:
-    """Run programs for everybody who asks, each in a fork, until the standard input ends."""
+def serve(path: str, load: Callable[[], None] = lambda: None) -> None:
+    """Run programs for everybody who asks, each in a fork, until the standard input ends.
+
+    Who asks while this process still has to `load` waits for it: that is shorter than to load the
+    same.
+    """
     import select
     import signal
 
@@ -74,6 +91,7 @@ def serve(path: str) -> None:
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(path)
         server.listen()
+        load()
         while sys.stdin not in select.select([server, sys.stdin], [], [])[0]:
             asked, _ = server.accept()
             with asked:
@@ -125,11 +143,10 @@ def run(words: list[str]) -> int:
 
 
 def main() -> int:
-    """Serve others, ask the process that does, or run a program here."""
+    """Serve others, ask a process that does, or run a program here."""
     words = sys.argv[1:]
     if words[:1] == [FOR_OTHERS]:
-        load()
-        serve(words[1])
+        serve(words[1], partial(load, os.path.basename(words[1])))
         return 0
     done = ask(words)
     return run(words) if done is None else done

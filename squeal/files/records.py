@@ -78,8 +78,9 @@ def _hints(kind: type) -> dict[str, Any]:
     return typing.get_type_hints(kind)
 
 
-def _names(kind: Any) -> set[str]:
-    return {f.name for f in dataclasses.fields(kind)}
+_names: Callable[[Any], frozenset[str]] = cache(
+    lambda kind: frozenset(f.name for f in dataclasses.fields(kind))
+)
 
 
 def _from(kind: Any, value: Any, at: Place) -> Any:
@@ -147,8 +148,10 @@ class Record:
     def of(cls, *sources: Any, **more: Any) -> Self:
         """A record of `more` and, of every other field, the first object's attribute so named."""
         for name in _names(cls) - more.keys():
-            if one := [source for source in sources if hasattr(source, name)]:
-                more[name] = getattr(one[0], name)
+            for source in sources:
+                if (value := getattr(source, name, more)) is not more:  # none is that mapping
+                    more[name] = value
+                    break
         return cls(**more)
 
     def to_dict(self) -> dict[str, Any]:

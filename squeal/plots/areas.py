@@ -56,7 +56,9 @@ def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) ->
         # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
         # that viewers leave between polygons
         area = Path(closed.reshape(-1, 2), np.tile(ways, len(own)))
-        axes.add_patch(PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1))
+        patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
+        axes.add_artist(patch)  # add_patch would look for the limits of each line
+        axes.update_datalim(area.vertices)
     lines = [curve / unit for curve, _ in found.curves]
     axes.add_collection(
         LineCollection(lines, colors="black", linewidths=0.6, capstyle="round", zorder=2)

@@ -16,7 +16,7 @@ from squeal.article.ensembles.distance import judge
 from squeal.article.ensembles.gather import counts
 from squeal.article.ensembles.space import DIMENSIONS, decode
 from squeal.article.identify.objective import judge_one
-from squeal.article.identify.space import LENGTH, stacked
+from squeal.article.identify.space import LENGTH, STOP, arrays, stacked
 from squeal.article.identify.write import write_scenes
 from squeal.article.report.chapters import ENSEMBLES, PAD
 from squeal.article.report.ensembles import generated
@@ -45,6 +45,21 @@ def test_a_pad_of_the_consistent_law_keeps_27_listed_statements_by_both_paths():
     assert sum(alone[name] for name in listed) == 27
     assert alone["B2-c-hammer"]
     assert counts(margins)[1, 0] == 27
+
+
+@needs_heyoka
+def test_windows_judged_at_once_are_those_judged_one_by_one(monkeypatch):
+    """Also for a pad that leaves the model."""
+    monkeypatch.setattr(choosing, "WINDOWS", windows := (1, 4))
+    pads = arrays([dict(RIVAL), {**MOST, "F_n": 30 * MOST["F_n"]}])
+    rows, found = choosing.over_windows(pads, CONSISTENT)
+    for window in windows:
+        alone = judge(pads, CONSISTENT, stop=window * STOP)
+        for name in ("partial", "whole", "margins"):
+            one, other = (getattr(j, name) for j in (found[window], alone))
+            assert np.array_equal(one, other, equal_nan=True)
+        assert [row[str(window)] is not None for row in rows] == [True, False]
+    assert not np.array_equal(found[1].margins, found[4].margins, equal_nan=True)
 
 
 def counted(informative: int) -> Kept:

@@ -1,5 +1,6 @@
-"""What forks of a loaded process make is what processes of their own make."""
+"""What forks of loaded processes make is what processes of their own make."""
 
+import json
 import os
 import subprocess
 import sys
@@ -11,27 +12,34 @@ import pytest
 from squeal.article.report.chapters import STUDIES
 from squeal.files.sources import packages
 from tests.conftest import ROOT
-from workflow.warm import FOR_OTHERS, VARIABLE, ask
+from workflow.warm import COMPUTING, FOR_OTHERS, LOADED, VARIABLE, ask
 
+BEATS = ROOT / "workflow/scenes/b1-c.yaml"
 ENV = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
 @pytest.fixture(scope="module")
-def process(tmp_path_factory):
-    """A process that runs programs, and its socket."""
-    path = tmp_path_factory.mktemp("warm") / "socket"
-    command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS, str(path)]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, env=ENV)
-    while not path.exists() and process.poll() is None:
-        time.sleep(0.01)
-    yield process, str(path)
-    process.stdin.close()
-    assert process.wait(timeout=60) == 0  # it ends with its input
+def processes(tmp_path_factory):
+    """The processes that run programs by their sockets' names, and the folder of these."""
+    folder, command = tmp_path_factory.mktemp("warm"), [sys.executable, "-m", "workflow.warm"]
+    made = {
+        name: subprocess.Popen(
+            [*command, FOR_OTHERS, str(folder / name)], stdin=subprocess.PIPE, env=ENV
+        )
+        for name in LOADED
+    }
+    for name, process in made.items():
+        while not (folder / name).exists() and process.poll() is None:
+            time.sleep(0.01)
+    yield made, str(folder)
+    for process in made.values():
+        process.stdin.close()
+        assert process.wait(timeout=60) == 0  # they end with their input
 
 
 @pytest.fixture(scope="module")
-def drawing(process):
-    return process[1]
+def warm(processes):
+    return processes[1]
 
 
 def run(path, folder, *words):
@@ -49,8 +57,8 @@ def draw(path, folder, *words):
     return run(path, folder, "squeal.article.figures", *words)
 
 
-def test_a_figure_is_that_of_a_process_of_its_own(drawing, tmp_path):
-    for path, model in ((drawing, "B1"), (drawing, "B2"), ("nowhere", "B1"), ("nowhere", "B2")):
+def test_a_figure_is_that_of_a_process_of_its_own(warm, tmp_path):
+    for path, model in ((warm, "B1"), (warm, "B2"), ("nowhere", "B1"), ("nowhere", "B2")):
         folder = tmp_path / ("alone" if path == "nowhere" else "asked")
         folder.mkdir(exist_ok=True)
         done = draw(path, folder, "charts", model, "--out", f"{model}.pdf")
@@ -60,30 +68,30 @@ def test_a_figure_is_that_of_a_process_of_its_own(drawing, tmp_path):
         assert asked.read_bytes() == alone.read_bytes()
 
 
-def test_a_refusal_is_that_of_a_process_of_its_own(drawing, tmp_path):
+def test_a_refusal_is_that_of_a_process_of_its_own(warm, tmp_path):
     (tmp_path / "wrong.json").write_text("[]", encoding="utf-8")
     for words in (
         ["loci", "wrong.json", "--out", "loci.pdf"],
         ["nothing", "--out", "nothing.pdf"],
         ["growth", "--out", "growth.pdf"],
     ):
-        asked, alone = draw(drawing, tmp_path, *words), draw("nowhere", tmp_path, *words)
+        asked, alone = draw(warm, tmp_path, *words), draw("nowhere", tmp_path, *words)
         assert asked.returncode == alone.returncode == 2
         assert asked.stderr == alone.stderr
     assert not list(tmp_path.glob("*.pdf"))
 
 
-def test_an_error_is_told_and_is_none_of_the_next_figure(drawing, tmp_path):
+def test_an_error_is_told_and_is_none_of_the_next_figure(warm, tmp_path):
     wrong = ["charts", "B1", "--out", "B1.doc"]
-    asked, alone = draw(drawing, tmp_path, *wrong), draw("nowhere", tmp_path, *wrong)
+    asked, alone = draw(warm, tmp_path, *wrong), draw("nowhere", tmp_path, *wrong)
     assert asked.returncode == alone.returncode == 1
     assert asked.stderr.splitlines()[-1] == alone.stderr.splitlines()[-1]
-    assert draw(drawing, tmp_path, "charts", "B1", "--out", "B1.pdf").returncode == 0
+    assert draw(warm, tmp_path, "charts", "B1", "--out", "B1.pdf").returncode == 0
 
 
-def test_it_is_asked_where_it_answers_alone(drawing, tmp_path, monkeypatch):
+def test_it_is_asked_where_it_answers_alone(warm, tmp_path, monkeypatch):
     words = ["squeal.article.figures", "charts", "B1", "--out", str(tmp_path / "B1.pdf")]
-    monkeypatch.setenv(VARIABLE, drawing)
+    monkeypatch.setenv(VARIABLE, warm)
     assert ask(words) == 0
     monkeypatch.setenv(VARIABLE, str(tmp_path / "nobody"))
     assert ask(words) is None
@@ -91,24 +99,30 @@ def test_it_is_asked_where_it_answers_alone(drawing, tmp_path, monkeypatch):
     assert ask(words) is None
 
 
-def test_a_result_says_the_same_of_what_was_loaded(drawing, tmp_path):
+def test_a_result_says_the_same_of_what_was_loaded(warm, tmp_path):
     scene = ROOT / "tests/hammering/b3.yaml"
     made = [
         run(path, tmp_path, "squeal.article.studies", "quasi_static", str(scene))
-        for path in (drawing, "nowhere")
+        for path in (warm, "nowhere")
     ]
     assert [(one.returncode, one.stderr) for one in made] == [(0, "")] * 2
     assert made[0].stdout == made[1].stdout
+    simulated = [
+        json.loads(run(path, tmp_path, "squeal", "simulate", str(BEATS), "--json").stdout)
+        for path in (warm, "nowhere")
+    ]
+    assert all(one.pop("run_time") > 0.0 for one in simulated)
+    assert simulated[0] == simulated[1]
     # numpy and yaml, the others that a fork has loaded, every study loads itself
     for name in STUDIES:
         assert "matplotlib" not in packages(f"squeal.article.studies.{name}")
 
 
 @pytest.mark.parametrize("code", ["0", "3", "'a reason'", "None"])
-def test_exit_codes_and_children_are_those_of_a_process_of_its_own(drawing, tmp_path, code):
+def test_exit_codes_and_children_are_those_of_a_process_of_its_own(warm, tmp_path, code):
     statement = "import subprocess, sys; print(subprocess.run('exit 7', shell=True).returncode)"
     words = ["timeit", "-n1", "-r1", f"{statement}; sys.exit({code})"]
-    asked, alone = run(drawing, tmp_path, *words), run("nowhere", tmp_path, *words)
+    asked, alone = run(warm, tmp_path, *words), run("nowhere", tmp_path, *words)
     assert (asked.returncode, asked.stdout, asked.stderr) == (
         (alone.returncode, alone.stdout, alone.stderr)
     )
@@ -116,8 +130,9 @@ def test_exit_codes_and_children_are_those_of_a_process_of_its_own(drawing, tmp_
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read in /proc")
-def test_a_fork_ends_with_who_asked_for_it(process, tmp_path):
-    serving, path = process
+def test_a_fork_ends_with_who_asked_for_it(processes, tmp_path):
+    made, path = processes
+    serving = made[COMPUTING]
     children = Path(f"/proc/{serving.pid}/task/{serving.pid}/children")
     command = [sys.executable, "-m", "workflow.warm", "timeit", "import time; time.sleep(600)"]
     asking = subprocess.Popen(command, env=ENV | {VARIABLE: path}, cwd=tmp_path)

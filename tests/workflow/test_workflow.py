@@ -19,7 +19,7 @@ from squeal.article.report.captions import captions
 from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
 from squeal.files.sources import sources
 from tests.conftest import ROOT
-from workflow.warm import VARIABLE
+from workflow.warm import COMPUTING, VARIABLE
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 SHOWN_TABLES = {table for chapter in CHAPTERS for table in chapter.tables} - {"advice", "chapters"}
@@ -34,7 +34,7 @@ def reading(file):
 @pytest.fixture(scope="module", autouse=True)
 def loaded(tmp_path_factory):
     """A process that has loaded Snakemake, and nothing of this package: its forks are runs."""
-    path = tmp_path_factory.mktemp("loaded") / "socket"
+    path = tmp_path_factory.mktemp("loaded") / COMPUTING
     code = f"import snakemake.cli, workflow.warm; workflow.warm.serve({str(path)!r})"
     command = [sys.executable, "-c", code]
     with pytest.MonkeyPatch.context() as patch:
@@ -42,7 +42,7 @@ def loaded(tmp_path_factory):
         process = subprocess.Popen(command, stdin=subprocess.PIPE, cwd=path.parent)
         while not path.exists() and process.poll() is None:
             time.sleep(0.01)
-        patch.setenv(VARIABLE, str(path))
+        patch.setenv(VARIABLE, str(path.parent))
         yield
         process.communicate()
 

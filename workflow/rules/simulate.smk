@@ -10,7 +10,6 @@ rule simulate:
         "logs/simulate/{scene}.log",
     wildcard_constraints:
         scene="|".join(HISTORY_FIGURES),
-    # by no fork: its result names matplotlib if that is loaded
     shell:
-        "python -m squeal simulate {input.scene} --csv {output.history} --json "
+        "python -m workflow.warm squeal simulate {input.scene} --csv {output.history} --json "
         "> {output.summary} 2> {log}"

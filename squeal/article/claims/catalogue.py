@@ -6,6 +6,7 @@ each later time; its margin is taken from its first turning point on.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from squeal.article.cases import CASES, stem
@@ -62,7 +63,7 @@ class Claim:
         """Whether its verdict is no consequence of others, algebra, missing damping or a free V."""
         return self.follows is None
 
-    @property
+    @cached_property
     def case(self) -> str:
         """The cases it is about, "all" where it is about every one."""
         letters = sorted({scene[-1] for scene in self.scenes} & CASES.keys())

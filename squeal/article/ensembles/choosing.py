@@ -64,8 +64,18 @@ def failing(margins: np.ndarray) -> tuple[str, ...]:
 def over_windows(
     numbers: dict[str, np.ndarray], formulation: Formulation
 ) -> tuple[list[dict[str, Counts | None]], dict[int, Judgement]]:
-    """What each pad keeps over each of the windows, and the judgements."""
-    found = {w: judge(numbers, formulation, stop=w * STOP) for w in WINDOWS}
+    """What each pad keeps over each of the windows, and the judgements, in each of which motions
+    and steps are those of all windows."""
+    # all windows at once: the long motions of few pads leave most lanes of the processor idle
+    count = len(WINDOWS)
+    every = {name: np.tile(values, count) for name, values in numbers.items()}
+    stops = np.repeat(WINDOWS, len(numbers["h"])) * STOP
+    one = judge(every, formulation, stop=stops)
+    parts = zip(*(np.split(a, count) for a in (one.partial, one.whole, one.margins)), strict=True)
+    found = {
+        window: Judgement(partial, whole, margins, one.motions, one.steps)
+        for window, (partial, whole, margins) in zip(WINDOWS, parts, strict=True)
+    }
     rows: list[dict[str, Counts | None]] = [
         {
             str(w): Counts(*(int(n[0]) for n in counts(j.margins[i][None]))) if j.whole[i] else None

@@ -73,12 +73,12 @@ class _Judging:
         numbers: Numbers,
         formulation: Formulation,
         counted: Counted,
-        stop: float,
+        stop: float | np.ndarray,
         phase: float,
     ) -> None:
         self.numbers, self.formulation, self.counted = numbers, formulation, counted
-        self.stop, self.phase = stop, phase
         count = len(numbers["h"])
+        self.stop, self.phase = np.broadcast_to(stop, count), phase
         self.margins = np.full((count, len(CLAIMS)), np.nan)
         self.prices = np.zeros((count, len(CLAIMS)))
         self.measured: list[dict[str, Case | Linear]] = [{} for _ in range(count)]
@@ -118,7 +118,8 @@ class _Judging:
         self._simulated |= {(model, case): (pads[:0], {}) for case in cases}
         if not able.any():
             return
-        motions = (stacks[0].pad.replace(**columns), first[able], self.stop, SEARCH_TOLERANCE)
+        stop = np.tile(self.stop[pads], len(cases))[able]
+        motions = (stacks[0].pad.replace(**columns), first[able], stop, SEARCH_TOLERANCE)
         found = simulate_many(
             model, *motions, self.formulation, measured=True, phase=self.phase, calm=False
         )
@@ -169,13 +170,13 @@ def judge(
     formulation: Formulation,
     levels: np.ndarray = NO_LEVELS,
     models: tuple[Model, ...] = ("B1", "B2"),
-    stop: float = STOP,
+    stop: float | np.ndarray = STOP,
     phase: float = PHASE,
 ) -> Judgement:
-    """Judge n pads over one horizon; a pad is left as soon as a partial sum exceeds its level.
+    """Judge n pads over a horizon; a pad is left as soon as a partial sum exceeds its level.
 
-    levels (STEPS,): for the partial sums; stop: the horizon; phase: between samples. With one model
-    only, its scenes alone are simulated and its claims counted.
+    levels (STEPS,): for the partial sums; stop: the horizon, of all or of each (n,); phase: between
+    samples. With one model only, its scenes alone are simulated and its claims counted.
     """
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 CHUNK = 4096  # pads that one process works on at a time; bounds the memory
 KEPT = 1_000_000  # samples, 48 bytes each, that are kept at a time
-BLOCK = 32  # pads that are measured together: fewer calls, and arrays that stay in the cache
+BLOCK = 64  # pads that are measured together: fewer calls, and arrays that stay in the cache
 PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
 LEVELS = 8  # numbers of samples in each octave
 MOST_SAMPLES = 100_000
