@@ -25,6 +25,14 @@ def test_the_articles_figures_keep_their_numbers():
         assert FOUND[f"fig{number:02}"].place == f"Fig. {number}"
 
 
+def test_tables_are_counted_as_latex_counts_them():
+    """The first table has its rows in the text, and is counted like those that are generated."""
+    text = "".join((PAPER / f"{c.name}.tex").read_text(encoding="utf-8") for c in CHAPTERS)
+    tables = r"\\begin\{(?:table|longtable)\}|\\captionof\{table\}"
+    assert max(c.number for c in FOUND.values() if c.kind == "table") == len(re.findall(tables, text))
+    assert FOUND["table-1"].place == "Table 2"
+
+
 def test_titles_are_plain_and_hold_no_result():
     for caption in FOUND.values():
         assert not re.search(r"[\\$]|\.\.\.|Fig\. \.|  ", caption.title), caption.title

@@ -103,7 +103,7 @@ def test_equal_bytes_when_it_is_taken_again(build, figure, tmp_path):
 
 
 def test_a_table_as_tex_and_csv(build, tmp_path):
-    found = take("Table 1", build, tmp_path / "one")
+    found = take("Table 2", build, tmp_path / "one")
     assert found.name == "table-1"
     assert ALWAYS | {"table-1.tex", "table-1.csv", "caption.txt"} == set(found.files)
     assert (tmp_path / "one" / "table-1.tex").read_text() == table_1()

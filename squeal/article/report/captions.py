@@ -79,6 +79,7 @@ def captions(paper: Path) -> dict[str, Caption]:
     """All captions by the name of their file, in the report's order, from the folder paper/."""
     macros = _macros((paper / "report.tex").read_text(encoding="utf-8"))
     found: dict[str, Caption] = {}
+    number: dict[str, str] = {}
     count: dict[Kind, int] = {"figure": 0, "table": 0}
     for chapter in CHAPTERS:
         raw = (paper / f"{chapter.name}.tex").read_text(encoding="utf-8")
@@ -86,14 +87,16 @@ def captions(paper: Path) -> dict[str, Caption]:
         for block in (match[0] for match in _FLOAT.finditer(text)):
             start = re.search(r"\\caption(?:of\{table\})?(?=\{)", block)
             shown, label = _SHOWN.search(block), _LABEL.search(block)
-            if start is None or shown is None or label is None:
+            if start is None or label is None:
                 continue
-            kind: Kind = "figure" if "figurefile" in shown[0] else "table"
+            kind: Kind = "figure" if "\\figurefile" in block else "table"
             count[kind] += 1
+            number[label[1]] = str(count[kind])
+            if shown is None:  # a table whose rows stand in the text
+                continue
             tex = " ".join(_argument(block, start.end())[0].split())
             name = shown[1] or shown[2]
             found[name] = Caption(name, kind, count[kind], label[1], chapter.name, tex)
-    number = {one.label: str(one.number) for one in found.values()}
     for name, one in found.items():
         tex = re.sub(r"\\ref\{([^}]*)\}", lambda m: number.get(m[1], "..."), one.tex)
         found[name] = replace(one, tex=tex)
