@@ -171,7 +171,7 @@ def result(name: str) -> Result:
         given["starts"] = {n: (Compared(1, (2, 3, 4), (1, 0, 8)),) for n in CASES}
     elif name == "starts":
         share = dict.fromkeys(KINDS, 0.2)
-        some = Map(10, ("01", "23"), 3, share)
+        some = Map(10, ("01", "23"), 3, 4, share)
         given["scenes"] = dict.fromkeys(HISTORY_FIGURES, SceneStarts(1e-6, 1e-5, (some,)))
     elif name == "onset":
         both = ("b1-d", "b2-c-mean", "b2-c-integral")

@@ -66,6 +66,18 @@ def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
     assert np.mean(found[begins & np.any(most > 1.02 * gap, axis=0)] > 0) > 0.9
 
 
+@needs_heyoka
+def test_shares_of_a_map_leave_out_the_equilibrium():
+    """It stands in the middle of the map and loses no contact; that of B2 (c) is alone in this."""
+    own = hammering_scene("b2-c")
+    found = starts_study.maps(own, {1: 3})
+    assert isinstance(found, SceneStarts)
+    (one,) = found.maps
+    assert one.starts == 8
+    around = "".join(one.rows)[:4] + "".join(one.rows)[5:]
+    assert one.share == {name: around.count(str(i)) / 8 for i, name in enumerate(KINDS)}
+
+
 def test_the_plane_of_starts_holds_equilibrium_and_own_start():
     own = hammering_scene("b2-c")
     rest = np.array([1e-5, 2e-5, -3e-5])
@@ -109,7 +121,7 @@ def test_starts_that_hammer_are_those_whose_history_does():
 def scene_starts(own: int, lossless: float, hammering: float) -> SceneStarts:
     share = dict.fromkeys(KINDS, 0.0) | {KINDS[0]: lossless, KINDS[3]: hammering}
     return SceneStarts(
-        1.0, 1.0, (Map(1, ("0" * 100,), 1, share), Map(10, ("0" * 100,), own, share))
+        1.0, 1.0, (Map(1, ("0" * 100,), 1, 100, share), Map(10, ("0" * 100,), own, 100, share))
     )
 
 

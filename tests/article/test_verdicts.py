@@ -121,7 +121,7 @@ def test_what_the_rule_of_one_model_says_of_the_other():
 
 def test_starts_that_hammer_without_losing_contact_are_counted():
     def told(*counts: int, window: int = 1) -> str:
-        one = SceneStarts(1.0, 1.0, (Map(window, (), 0, {}),), Swinging(*counts))
+        one = SceneStarts(1.0, 1.0, (Map(window, (), 0, 0, {}),), Swinging(*counts))
         return touching(Starts(scenes={"b2-b": one, "b2-c": one, "b1-a": Missing("")}, reach=1.0))
 
     words = told(121, 42, 32, 40)

@@ -326,6 +326,7 @@ def sentences(found: Onset) -> dict[str, str]:
         "onset.law": _laws(found),
         "onset.beside": beside,
         "onset.others": str(_starts(found)),
+        "onset.among": ", the equilibrium among them," if _starts(found) % 2 else "",
         "onset.wider": number(found.wider),
         "onset.first": in_words(_spans(found)),
     }

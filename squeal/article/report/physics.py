@@ -258,7 +258,8 @@ SAME = 1e-3  # relative: thresholds that near are one
 NEAR_LINE = 0.01  # of the range: a motion that near follows the line's
 
 
-LOSSLESS, ALTERNATE = KINDS[0], KINDS[3]
+LOSSLESS, ALTERNATE, NEVER = KINDS[0], KINDS[3], KINDS[4]
+SHOWN = {"no loss": LOSSLESS, "alternate": ALTERNATE, "never full": NEVER}
 MOST = 0.5  # of a map
 CONFIDENCE = 0.95
 
@@ -266,7 +267,7 @@ CONFIDENCE = 0.95
 def starts_table(found: Starts) -> str:
     """What becomes of each scene's own start, and shares of the maps."""
     times = sorted({part.windows for one in _scenes(found).values() for part in one.maps})
-    head = ["", *(f"own start, {n}" for n in times), "no loss, \\%", "alternate, \\%"]
+    head = ["", *(f"own start, {n}" for n in times), *(f"{one}, \\%" for one in SHOWN)]
     groups: dict[str, list[list[str]]] = {}
     for name, one in found.scenes.items():
         model, _, case = name.partition("-")
@@ -275,10 +276,10 @@ def starts_table(found: Starts) -> str:
             row.append(rf"\multicolumn{{{len(head) - 1}}}{{l}}{{{typeset(one.reason)}}}")
         else:
             row += [KINDS[part.own] for part in one.maps]
-            for kind in (LOSSLESS, ALTERNATE):
+            for kind in SHOWN.values():
                 row.append(", ".join(f"{100 * part.share[kind]:.0f}" for part in one.maps))
         groups.setdefault(name[:2], []).append(row)
-    return tabular("l" * (1 + len(times)) + "rr", head, list(groups.values()))
+    return tabular("l" * (1 + len(times)) + "r" * len(SHOWN), head, list(groups.values()))
 
 
 def _scenes(found: Starts) -> dict[str, SceneStarts]:
@@ -295,9 +296,8 @@ class _Count(NamedTuple):
 
     @classmethod
     def on(cls, part: Map) -> Self:
-        starts = sum(map(len, part.rows))
-        alternate = round(starts * part.share[ALTERNATE])
-        return cls(alternate, starts, *wilson(alternate, starts, CONFIDENCE))
+        alternate = round(part.starts * part.share[ALTERNATE])
+        return cls(alternate, part.starts, *wilson(alternate, part.starts, CONFIDENCE))
 
     def __str__(self) -> str:
         return f"{self.of} of {self.starts}, {percent(self.low, 0)} to {percent(self.high, 0)}"
@@ -312,7 +312,7 @@ def _starts(found: Starts) -> dict[str, str]:
     if not scenes:
         why = next(one.reason for one in found.scenes.values() if isinstance(one, Missing))
         return {"starts.left-out": typeset(why)}
-    times = [str(part.windows) for part in next(iter(scenes.values())).maps]
+    maps = next(iter(scenes.values())).maps
     last = {name: one.maps[-1] for name, one in scenes.items()}
     calm = [
         name[-1]
@@ -374,7 +374,8 @@ def _starts(found: Starts) -> dict[str, str]:
         "physics.starts.keeps": keeps,
         "physics.starts.hammers": hammers,
         "physics.starts.later": later,
-        "physics.starts.times": in_words(times),
+        "physics.starts.times": in_words([str(part.windows) for part in maps]),
+        "physics.starts.counts": in_words([str(part.starts) for part in maps]),
     }
 
 

@@ -22,12 +22,14 @@ class Map(Record):
     """Kinds of motion until one time.
 
     windows: how many times the scene's time; rows: a row a tilt, from the least, a digit a height:
-    index into `KINDS`; own: of the scene's own start; share: of the map, by kind.
+    index into `KINDS`; own: of the scene's own start; starts: of the map but the equilibrium,
+    which cannot lose contact; share: of these, by kind.
     """
 
     windows: int
     rows: tuple[str, ...]
     own: int
+    starts: int
     share: dict[str, Share]
 
 

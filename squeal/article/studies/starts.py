@@ -119,10 +119,10 @@ def maps(scene: Scene, sides: dict[int, int]) -> SceneStarts | Missing:
         s, t = grid(side)
         starts = plane(scene, rest, np.append(s, 1.0), np.append(t, 0.0))
         for window, codes in zip(times, kinds(scene, starts, times), strict=True):
-            of_map = codes[:-1].reshape(side, side)
-            rows = tuple("".join(map(str, row)) for row in of_map.tolist())
-            share = {name: float(np.mean(of_map == i)) for i, name in enumerate(KINDS)}
-            made.append(Map(window, rows, int(codes[-1]), share))
+            rows = tuple("".join(map(str, row)) for row in codes[:-1].reshape(side, side).tolist())
+            beside = codes[:-1][(s != 0.0) | (t != 0.0)]
+            share = {name: float(np.mean(beside == i)) for i, name in enumerate(KINDS)}
+            made.append(Map(window, rows, int(codes[-1]), len(beside), share))
     first = plane(scene, rest, *grid(next(iter(sides.values()))))
     return SceneStarts(
         float(scene.initial[1] - rest[1]),
