@@ -1,8 +1,8 @@
 """The article's scenes read from their files."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from squeal.article.cases import CASES, stem
 from squeal.errors import InputError
@@ -26,3 +26,11 @@ def read_cases(files: Sequence[Path], model: str, purpose: Purpose = "query") ->
     """The four scenes of model B1 or B2 by case."""
     found = read_scenes(files, [stem(model, case) for case in CASES], purpose)
     return dict(zip(CASES, found.values(), strict=True))
+
+
+def alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
+    """The scenes in groups of one model and formulation, whose motions go in one batch."""
+    groups: dict[Any, dict[str, Scene]] = {}
+    for name, scene in scenes.items():
+        groups.setdefault((scene.model, scene.formulation), {})[name] = scene
+    return list(groups.values())

@@ -49,7 +49,7 @@ def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
     assert all(rest.state)
     s, t = starts_study.grid(9)
     starts = starts_study.plane(own, np.array(rest.q), s, t)
-    found = starts_study.kinds(own, starts, [10])[0]
+    found = starts_study.kinds([starts_study.Asked(own, starts, [10])])[0][0]
     matrices = linearise(own.pad_model, rest.q, rest.state)
     squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
     assert np.all(squares.real > 0.0)

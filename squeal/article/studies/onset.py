@@ -1,6 +1,6 @@
 """Onset of hammering and what it settles to, with modal damping."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
-from squeal.article.scenes import read_scenes
+from squeal.article.scenes import alike, read_scenes
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._late import EARLY, LATE, LONGER, RATIOS, SEEN, WIDER, Own, late
@@ -56,7 +56,7 @@ def study(files: Sequence[Path]) -> Onset:
         return without(why)
     motions = under_both_laws(scenes)
     came: dict[str, Own] = {}
-    for some in _alike(motions):
+    for some in alike(motions):
         came |= late(some)
     came = {name: came[name] for name in motions}
     own = {n: m for n, m in motions.items() if m.formulation == scenes[n[:4]].formulation}
@@ -76,7 +76,7 @@ def study(files: Sequence[Path]) -> Onset:
         if one.ratio in SWEPT and one.liveliest and one.beside
     }
     limits = {name: threshold(one) for name, one in own.items()}
-    for some in _alike(own):
+    for some in alike(own):
         ratios = {
             name: [
                 ratio
@@ -102,10 +102,3 @@ def study(files: Sequence[Path]) -> Onset:
     late_rows = {name: one.rows for name, one in came.items()}
     others = {name: one.others for name, one in came.items()}
     return Onset(late_rows, others, MU, swept, limits, found, periodic, **_SETTINGS)
-
-
-def _alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
-    groups: dict[Any, dict[str, Scene]] = {}
-    for name, scene in scenes.items():
-        groups.setdefault((scene.model, scene.formulation), {})[name] = scene
-    return list(groups.values())

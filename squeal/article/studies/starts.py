@@ -4,8 +4,9 @@ The starts are at rest on a plane through the sliding equilibrium and the scene'
 longer times have fewer points, `--fine` gives all many.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,13 +22,13 @@ from squeal.article.results.starts import (
     Starts,
     Swinging,
 )
-from squeal.article.scenes import read_scenes
+from squeal.article.scenes import alike, read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
 from squeal.model.states import FULL, NONE, State
 from squeal.scene import Scene
-from squeal.simulation.batch.many import DONE, simulate_starts
+from squeal.simulation.batch.many import DONE, simulate_many, simulate_starts, stack
 
 WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
@@ -70,18 +71,40 @@ def kind(first: State, points: np.ndarray) -> int:
     return _SEPARATION if np.any(before.any(axis=1) & ~after.any(axis=1)) else 1
 
 
-def kinds(scene: Scene, starts: np.ndarray, windows: Sequence[int]) -> np.ndarray:
-    """Kinds (times, n) of the motions from starts (n, 6) after times in that of the scene."""
-    assert scene.stop is not None
-    model = scene.pad_model
-    found = np.zeros((len(windows), len(starts)), dtype=int)
-    many = simulate_starts(scene, starts, max(windows) * scene.stop, TOLERANCE, events=True)
-    for i, start in enumerate(starts):
-        t, points = many["events"][i].T
-        first = model.state_at(start[:3])
-        for j, window in enumerate(windows):
-            until = window * scene.stop
-            ended = many["outcome"][i] != DONE and not many["ended"][i] > until
+class Asked(NamedTuple):
+    """Starts (n, 6) of a scene, and after which times, in its own, their motions are looked at."""
+
+    scene: Scene
+    starts: np.ndarray
+    windows: Sequence[int]
+
+
+def kinds(planes: Sequence[Asked]) -> list[np.ndarray]:
+    """Kinds (times, n) of the motions of each, of scenes of one model and formulation: all in one
+    batch, since wide ones cost less."""
+    if not planes:
+        return []
+    one = planes[0].scene
+    pads = stack([plane.scene.pad for plane in planes for _ in plane.starts])
+    stops = [max(plane.windows) * (plane.scene.stop or 0.0) for plane in planes]
+    each = np.repeat(stops, [len(plane.starts) for plane in planes])
+    starts = np.concatenate([plane.starts for plane in planes])
+    many = simulate_many(one.model, pads, starts, each, TOLERANCE, one.formulation, events=True)
+    motions = zip(many["events"], many["outcome"] == DONE, many["ended"], strict=True)
+    return [_kinds(plane, motions) for plane in planes]
+
+
+def _kinds(plane: Asked, motions: Iterator[tuple[np.ndarray, bool, float]]) -> np.ndarray:
+    """Kinds (times, n); motions: contact changes, whether it is whole, and its end, of its own and
+    then of others."""
+    found = np.zeros((len(plane.windows), len(plane.starts)), dtype=int)
+    for i, start in enumerate(plane.starts):
+        changes, whole, end = next(motions)
+        t, points = changes.T
+        first = plane.scene.pad_model.state_at(start[:3])
+        for j, window in enumerate(plane.windows):
+            until = window * (plane.scene.stop or 0.0)
+            ended = not whole and not end > until
             found[j, i] = _ENDED if ended else kind(first, points[t <= until])
     return found
 
@@ -107,29 +130,47 @@ def grid(side: int) -> tuple[np.ndarray, np.ndarray]:
     return s.ravel(), t.ravel()
 
 
-def maps(scene: Scene, sides: dict[int, int]) -> SceneStarts | Missing:
-    """The maps of a scene, with so many points a side for each time."""
-    found, how = sliding_equilibrium(scene.pad_model)
-    if found is None:
-        return Missing(how)
-    rest = np.array(found.q)
-    made = []
-    for side in dict.fromkeys(sides.values()):
-        times = [window for window, n in sides.items() if n == side]
-        s, t = grid(side)
-        starts = plane(scene, rest, np.append(s, 1.0), np.append(t, 0.0))
-        for window, codes in zip(times, kinds(scene, starts, times), strict=True):
-            rows = tuple("".join(map(str, row)) for row in codes[:-1].reshape(side, side).tolist())
-            beside = codes[:-1][(s != 0.0) | (t != 0.0)]
-            share = {name: float(np.mean(beside == i)) for i, name in enumerate(KINDS)}
-            made.append(Map(window, rows, int(codes[-1]), len(beside), share))
-    first = plane(scene, rest, *grid(next(iter(sides.values()))))
-    return SceneStarts(
-        float(scene.initial[1] - rest[1]),
-        lever(scene),
-        tuple(made),
-        swinging(scene, first) if scene.model == "B2" else None,
-    )
+def maps(scenes: Mapping[str, Scene], sides: dict[int, int]) -> dict[str, SceneStarts | Missing]:
+    """The maps of scenes of one model and formulation, with so many points a side for each time."""
+    rests = {name: sliding_equilibrium(scene.pad_model) for name, scene in scenes.items()}
+    places = {name: np.array(rest.q) for name, (rest, _) in rests.items() if rest is not None}
+    asked = {
+        (name, side): Asked(
+            scenes[name],
+            plane(scenes[name], rest, *map(np.append, grid(side), (1.0, 0.0))),  # the own one last
+            [window for window, n in sides.items() if n == side],
+        )
+        for name, rest in places.items()
+        for side in dict.fromkeys(sides.values())
+    }
+    made: dict[str, tuple[Map, ...]] = dict.fromkeys(places, ())
+    for (name, side), one, found in zip(
+        asked, asked.values(), kinds(list(asked.values())), strict=True
+    ):
+        made[name] += tuple(
+            _map(window, codes, side) for window, codes in zip(one.windows, found, strict=True)
+        )
+    fine = grid(next(iter(sides.values())))
+    return {
+        name: SceneStarts(
+            float(scene.initial[1] - places[name][1]),
+            lever(scene),
+            made[name],
+            swinging(scene, plane(scene, places[name], *fine)) if scene.model == "B2" else None,
+        )
+        if name in places
+        else Missing(rests[name][1])
+        for name, scene in scenes.items()
+    }
+
+
+def _map(window: int, codes: np.ndarray, side: int) -> Map:
+    """A map from its kinds (side^2 + 1,), the last one that of the own start."""
+    rows = tuple("".join(map(str, row)) for row in codes[:-1].reshape(side, side).tolist())
+    s, t = grid(side)
+    beside = codes[:-1][(s != 0.0) | (t != 0.0)]
+    share = {name: float(np.mean(beside == i)) for i, name in enumerate(KINDS)}
+    return Map(window, rows, int(codes[-1]), len(beside), share)
 
 
 def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
@@ -139,4 +180,5 @@ def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
         why = Missing(f"{WITHOUT_HEYOKA} nothing else simulates batches of pads.")
         return Starts(scenes=dict.fromkeys(scenes, why), reach=REACH)
     sides = dict.fromkeys(WINDOWS, FINE) if fine else WINDOWS
-    return Starts(scenes={name: maps(one, sides) for name, one in scenes.items()}, reach=REACH)
+    made = {name: one for some in alike(scenes) for name, one in maps(some, sides).items()}
+    return Starts(scenes={name: made[name] for name in scenes}, reach=REACH)
