@@ -70,7 +70,7 @@ def test_no_contact_is_lost_where_the_modes_are_too_small_for_it():
 def test_shares_of_a_map_leave_out_the_equilibrium():
     """It stands in the middle of the map and loses no contact; that of B2 (c) is alone in this."""
     own = hammering_scene("b2-c")
-    found = starts_study.maps(own, {1: 3})
+    found = starts_study.maps({"own": own}, {1: 3})["own"]
     assert isinstance(found, SceneStarts)
     (one,) = found.maps
     assert one.starts == 8
