@@ -58,7 +58,13 @@ def springs(lost: float, apart: float, off: float, mu: float) -> LineSprings:
     ("lost", "apart", "off", "mu", "words"),
     [
         (0.8, 0.4, 0.001, 0.4, ("longer in (c)", "longer in (c)", "within", "no threshold")),
-        (0.3, 0.4, 0.001, 0.3, ("a shorter time in", "longer in (c)", "within", "is $0.3$ on 2")),
+        (
+            0.3,
+            0.4,
+            0.001,
+            0.3,
+            ("a shorter time in", "longer in (c)", "within", "$0.4$ on the line, $0.3$ on 2"),
+        ),
         (0.3, 0.1, 0.2, 0.4, ("a shorter time in", "a shorter time in", "still", "no threshold")),
         (0.5, 0.2, 0.2, 0.4, ("as long in (c)", "as long in (c)", "still", "no threshold")),
     ],

@@ -24,7 +24,7 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import counted, number, plain_values, typeset
+from squeal.article.report.latex import at_most, counted, number, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows
 from squeal.article.report.statements import agreement, together
@@ -112,23 +112,23 @@ def test_penetrations_decide_table_2_as_eq_12_does():
 
 def test_agreement_counts_what_is_reproduced():
     claims = [
-        JudgedClaim(
-            name, verdict, measured, "Sec. 4", "words", "a", ("b1-a",), 0.1, "informative", ""
-        )
-        for name, verdict, measured in cast(
+        JudgedClaim(name, verdict, measured, "Sec. 4", "words", "a", scenes, 0.1, "informative", "")
+        for name, verdict, measured, scenes in cast(
             Any,
             (
-                ("B1-a-x", "reproduced", "1"),
-                ("B1-a-y", "not reproduced", "theta 2 %"),
-                ("B2-a-x", "reproduced", "3"),
+                ("B1-a-x", "reproduced", "1", ("b1-a",)),
+                ("B2-a-y", "not reproduced", "theta 2 %", ("b1-a", "b2-a")),
+                ("B2-a-x", "reproduced", "3", ("b2-a",)),
             ),
         )
     ]
-    text = agreement(claims, "B1", "a")
-    assert "Of 2 statements" in text
-    assert r"B1-a-y ($\theta$ 2\,\%)" in text
-    assert "is reproduced" in agreement(claims, "B2", "a")
-    assert agreement(claims, "B2", "b") == ""
+    claims.append(dataclasses.replace(claims[1], case="a, b"))  # about another case, too
+    for stem in ("b1-a", "b2-a"):
+        text = agreement(claims, stem)
+        assert "Of 2 statements" in text
+        assert r"B2-a-y ($\theta$ 2\,\%)" in text
+    assert "is reproduced" in agreement(claims[:1], "b1-a")
+    assert agreement(claims, "b2-b") == ""
 
 
 @pytest.mark.parametrize(
@@ -159,6 +159,21 @@ class Outer(Result, kw_only=True):
     mu: float
     n: int
     word: str
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "printed"),
+    [
+        (1.38e-13, 2, r"$1.4 \times 10^{-13}$"),
+        (1.32e-13, 2, r"$1.4 \times 10^{-13}$"),
+        (1.047e-15, 2, r"$1.1 \times 10^{-15}$"),
+        (0.25, 2, "$0.25$"),  # as it is
+        (0.999, 1, "$1$"),
+        (0.0, 2, "$0$"),
+    ],
+)
+def test_bounds_are_rounded_up(value, digits, printed):
+    assert at_most(value, digits) == printed
 
 
 def test_plain_values_of_a_result_by_dotted_name():

@@ -175,7 +175,7 @@ CLAIMS = (
           "edges are apart for more of the time in B1 than in B2", rules.more_loss_in_b1,
           ample=0.05, listed=False),
     Claim("B12-sliding", (*_ALL_B1, *_ALL_B2), "Sec. 5",
-          "sliding never stops: neither stiction nor sprag-slip (x_dot < V)",
+          "no sprag-slip: sliding never stops (by our measure, x_dot < V)",
           rules.keeps_sliding,
           follows=Consequence(
               "free", "V is not printed, and any bounded motion keeps it with V large enough"),

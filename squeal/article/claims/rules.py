@@ -179,8 +179,8 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 
 
 def keeps_sliding(*cases: Case) -> Outcome:
-    """The pad is never as fast as the surface, by x_dot as the article asks; its lower face, which
-    is what rubs, is told beside."""
+    """The pad is never as fast as the surface, by x_dot; its lower face, which is what rubs, is
+    told beside."""
     slip, face = (max(getattr(case, key) for case in cases) for key in ("slip", "face"))
     words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
     rubs = "" if math.isnan(face) else f", its lower face {100 * face:.2g} % while it touches"

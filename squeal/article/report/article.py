@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from squeal.article.report.contact_states import table_1, table_2
 from squeal.article.report.latex import (
     Generated,
+    at_most,
     counted,
     escape,
     number,
@@ -49,7 +50,7 @@ def eigenvalue_values(found: Eigenvalues) -> dict[str, str]:
         f"{verdict} in {'all cases' if len(several) == len(found.scenes) else ', '.join(several)}"
         for verdict, several in cases.items()
     ]
-    return {"eigenvalues.verdicts": "; ".join(words), "eigenvalues.apart": number(apart, 2)}
+    return {"eigenvalues.verdicts": "; ".join(words), "eigenvalues.apart": at_most(apart)}
 
 
 def eigenvalue_table(found: Mapping[str, EquilibriumPoles | Missing]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from squeal.article.cases import title
 from squeal.article.report.latex import (
     Generated,
+    at_most,
     cells,
     in_words,
     long_table,
@@ -102,13 +103,13 @@ def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
     tolerances = sorted({_tolerance(a) for a in scenes})
     tight, loose = math.log(found.lost / tolerances[0]), math.log(found.lost / TOLERANCE)
     return {
-        "accuracy.worst": number(max(a.error for a in scenes), 2),
+        "accuracy.worst": at_most(max(a.error for a in scenes)),
         "accuracy.longer": number(longer, 3),
         "accuracy.horizons": _horizons(found, onset),
         "accuracy.tolerances": in_words([number(one, 2) for one in tolerances]),
         "accuracy.loose": number(TOLERANCE, 2),
         "accuracy.looser": percent(loose / tight, 0) if tight > 0.0 else "--",
-        "accuracy.grown": number(grown, 1),
+        "accuracy.grown": at_most(grown, 1),
         "accuracy.within": "all are" if grown < found.lost and longer >= 2.0 else "not all are",
     }
 

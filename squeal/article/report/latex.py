@@ -5,6 +5,7 @@ import math
 import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import ROUND_CEILING, Decimal
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -78,6 +79,15 @@ def number(value: float | None, digits: int = 4) -> str:
     if value is None or math.isnan(value):
         return "--"
     return f"${number_text(f'{value:.{digits}g}')}$"
+
+
+def at_most(value: float, digits: int = 2) -> str:
+    """An upper bound with so many significant digits: rounded up, so that it is one as printed."""
+    if not math.isfinite(value) or value == 0.0:
+        return number(value, digits)
+    exact = Decimal(value)
+    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
+    return number(float(exact.quantize(step, ROUND_CEILING)), digits)
 
 
 def power(value: float) -> str:

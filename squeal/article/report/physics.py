@@ -3,10 +3,20 @@
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
+import numpy as np
+
 from squeal.article.cases import title
-from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
+from squeal.article.report.latex import (
+    Generated,
+    at_most,
+    in_words,
+    number,
+    percent,
+    tabular,
+    typeset,
+)
 from squeal.article.results.energy import Energy, Motion, motion_title
-from squeal.article.results.line_springs import ALIKE, LineSprings
+from squeal.article.results.line_springs import ALIKE, Case, LineSprings
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
 from squeal.files.records import Missing
@@ -79,7 +89,7 @@ def _energy(found: Energy) -> dict[str, str]:
         "physics.energy.law": law,
         "physics.energy.source": source,
         "physics.energy.start": start,
-        "physics.energy.residue": number(max(one.residue for one in whole.values()), 1),
+        "physics.energy.residue": at_most(max(one.residue for one in whole.values())),
     }
 
 
@@ -214,6 +224,26 @@ def _against_geometry(found: LineSprings) -> str:
     )
 
 
+def _moved(name: str, case: Case) -> str:
+    """The thresholds of a case that differ between the line and springs; none in most cases."""
+    every = case.thresholds.values()
+    apart, alike = [], []
+    for kind in dict.fromkeys(p.kind for points in every for p in points):
+        at = {n: [p.mu for p in points if p.kind == kind] for n, points in case.thresholds.items()}
+        line = at["0"]
+        if all(len(mu) == len(line) and np.allclose(mu, line, SAME, 0.0) for mu in at.values()):
+            alike.append(kind)
+            continue
+        values = [
+            f"{in_words([number(v, 4) for v in mu]) or 'nowhere'} on "
+            f"{'the line' if n == '0' else f'{n} springs'}"
+            for n, mu in at.items()
+        ]
+        apart.append(f"{kind} is {', '.join(values)}")
+    same = f" ({in_words(alike)} {'are' if alike[1:] else 'is'} the same)" if alike else ""
+    return f"in case ({name}) {in_words(apart)}{same}" if apart else ""
+
+
 def _springs(found: LineSprings) -> dict[str, str]:
     lost, apart = _compared(found, "lost"), _compared(found, "apart")
     begins = [c.springs[0] for c in found.cases.values() if not isinstance(c.springs[0], Missing)]
@@ -224,22 +254,7 @@ def _springs(found: LineSprings) -> dict[str, str]:
         if off < NEAR_LINE
         else f"is still {percent(off, 1)} of the range off the line's motion in one of the cases"
     )
-    moved = []
-    for name, case in found.cases.items():
-        line = case.thresholds["0"]
-        others = {n: points for n, points in case.thresholds.items() if n != "0"}
-        if any([p.kind for p in points] != [p.kind for p in line] for points in others.values()):
-            moved.append(f"case ({name}) has other thresholds on springs")
-        elif any(
-            abs(p.mu - q.mu) > SAME * q.mu
-            for points in others.values()
-            for p, q in zip(points, line, strict=True)
-        ):
-            values = [f"{number(points[0].mu, 4)} on {n} springs" for n, points in others.items()]
-            moved.append(
-                f"the first threshold of case ({name}), {number(line[0].mu, 4)} on the line "
-                f"({line[0].kind}), is {in_words(values)}"
-            )
+    moved = [words for name, case in found.cases.items() if (words := _moved(name, case))]
     starts = next(iter(found.starts.values()), ())
     return {
         "physics.springs.against": _against_geometry(found),

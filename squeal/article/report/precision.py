@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from squeal.article.report.latex import Generated, number, power, tabular, typeset
+from squeal.article.report.latex import Generated, at_most, number, power, tabular, typeset
 from squeal.article.results.precision import Check, Point, Precision, Timing, time_at
 
 ERROR = 1e-10  # at which the paths are compared
@@ -89,8 +89,8 @@ def check_values(checks: Sequence[Check]) -> dict[str, str]:
     """How well the reference is confirmed."""
     times = [c.times for c in checks if c.times is not None]
     return {
-        "precision.confirmed-place": number(max(c.place for c in checks), 2) if checks else "--",
-        "precision.confirmed-times": number(max(times), 2) if times else "--",
+        "precision.confirmed-place": at_most(max(c.place for c in checks)) if checks else "--",
+        "precision.confirmed-times": at_most(max(times)) if times else "--",
         "precision.changes": str(sum(c.changes for c in checks)),
     }
 

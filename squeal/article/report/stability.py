@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from squeal.article.cases import title
 from squeal.article.report.latex import (
     Generated,
+    at_most,
     cells,
     in_words,
     long_table,
@@ -15,7 +16,7 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
-from squeal.article.results.stability import Comparison, Stability, Thresholds
+from squeal.article.results.stability import DERIVED, MATRICES, Comparison, Stability, Thresholds
 from squeal.files.records import Missing
 
 
@@ -104,13 +105,14 @@ def values(found: Stability, loci: Loci) -> dict[str, str]:
         "stability.fluttering": "" if found.fluttering is None else other,
         "growth.growing": str(sum(real > 0.0 for g in found.growth for real, _ in g.predicted)),
         "growth.calm": alone,
-        "growth.apart": number(max(g.apart for g in found.growth), 2),
+        "growth.apart": at_most(max(g.apart for g in found.growth)),
         "growth.simulations": str(sum(len(g.mu) for g in found.growth)),
         "loop.rank-one": str(len(loops)),
         "loop.scenes": str(len(loci.scenes)),
-        "loop.locus-apart": number(max((one.locus_apart for one in loops), default=0.0), 2),
+        "loop.locus-apart": at_most(max((one.locus_apart for one in loops), default=0.0)),
         "literature.rows": str(len(found.literature)),
-        "literature.derived": str(sum(row.provenance == "derived" for row in found.literature)),
+        "literature.derived": str(sum(row.provenance == DERIVED for row in found.literature)),
+        "literature.matrices": str(sum(row.provenance == MATRICES for row in found.literature)),
         "literature.agree": str(sum(row.agrees for row in found.literature)),
     }
 

@@ -9,9 +9,9 @@ from squeal.article.results.claims import Claims, JudgedClaim
 from squeal.article.results.findings import Findings, MeasuredFinding
 
 
-def agreement(claims: Sequence[JudgedClaim], model: str, case: str) -> str:
-    """How far one case agrees with the article, told from the claims about that case alone."""
-    own = [c for c in claims if c.id.startswith(f"{model}-") and c.case == case]
+def agreement(claims: Sequence[JudgedClaim], stem: str) -> str:
+    """How far a scene agrees with the article, told from the claims about it and no other case."""
+    own = [c for c in claims if stem in c.scenes and c.case == stem[-1]]
     missed = [c for c in own if c.verdict != "reproduced"]
     if not own:
         return ""
@@ -54,7 +54,7 @@ def judged(claims: Sequence[JudgedClaim]) -> dict[str, str]:
         values[f"claim.{c.id}.verdict"] = c.verdict
         values[f"claim.{c.id}.measured"] = typeset(c.measured)
     for stem in HISTORY_FIGURES:
-        values[f"agreement.{stem}"] = agreement(claims, stem[:2].upper(), stem[-1])
+        values[f"agreement.{stem}"] = agreement(claims, stem)
     return values
 
 

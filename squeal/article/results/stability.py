@@ -3,6 +3,9 @@
 from squeal.article.results.loci import Branch, Loop, SingleLoop
 from squeal.files.records import Missing, Record, Result
 
+READ, DERIVED, MATRICES = "read in a copy", "derived", "from the matrices"
+"""How the expected numbers of the literature are known."""
+
 
 class Thresholds(Record):
     """Thresholds of a pad along its branch, and with the equilibrium held."""
