@@ -109,7 +109,7 @@ def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
         "accuracy.tolerances": in_words([number(one, 2) for one in tolerances]),
         "accuracy.loose": number(TOLERANCE, 2),
         "accuracy.looser": percent(loose / tight, 0) if tight > 0.0 else "--",
-        "accuracy.grown": at_most(grown, 1),
+        "accuracy.grown": at_most(grown),
         "accuracy.within": "all are" if grown < found.lost and longer >= 2.0 else "not all are",
     }
 

@@ -187,8 +187,8 @@ def perpetual(starts: Starts) -> tuple[str, str]:
     over = "one window" if windows == 1 else f"{windows} windows"
     return (
         verdict,
-        f"Over {over} B1 loses no contact from {words} of the starts of Fig.~\\ref{{fig:starts}} "
-        "other than the equilibrium",
+        f"Over {over} B1 loses no contact from {words} of the other starts of "
+        "Fig.~\\ref{fig:starts}",
     )
 
 
