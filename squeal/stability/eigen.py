@@ -21,6 +21,7 @@ from squeal.stability.matrices import (
 
 ComplexArray = NDArray[np.complex128]
 HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
+FAST = 1e70  # rad/s: fourth powers overflow
 MOST_SHOWN = 6  # frequencies in a representation
 
 
@@ -207,11 +208,16 @@ def hidden(reduced: Reduced, K: Array) -> bool:
 
 def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> list[float]:
     """Backward errors of roots (m,) with vectors (n, m)."""
-    B = np.zeros_like(reduced.A) if reduced.B is None else reduced.B
-    A_norm, B_norm = np.linalg.norm(reduced.A, 2), np.linalg.norm(B, 2)
+    A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    fastest = float(np.abs(values).max())
+    if fastest > FAST:
+        unit = math.frexp(fastest)[1]  # a power of two rounds nothing
+        A, B = np.ldexp(A, -2 * unit), np.ldexp(B, -unit)
+        values = values * 2.0**-unit
+    A_norm, B_norm = np.linalg.norm(A, 2), np.linalg.norm(B, 2)
     length = np.abs(values)
     size = (length**2 + length * B_norm + A_norm) * np.linalg.norm(x, axis=0)
-    rest = np.linalg.norm(values**2 * x + values * (B @ x) + reduced.A @ x, axis=0)
+    rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
     return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0).tolist()
 
 
@@ -229,7 +235,8 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
     M (n, n) symmetric positive definite, C (n, n) or None, K (n, n), any consistent units.
     Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
-    parts, and divergent ones imaginary parts, of exactly zero. Raises InputError.
+    parts, and divergent ones imaginary parts, of exactly zero. Raises InputError, and
+    OverflowError if roots are beyond double precision.
     """
     return spectrum_of(reduce(M, C, K))
 

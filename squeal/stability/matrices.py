@@ -34,6 +34,7 @@ class Batched:
 EPS = float(np.finfo(float).eps)
 SKEW = 1e-12  # of M, its diagonal scaled to 1, which is taken for rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
+FASTEST = 2.0**500  # rad/s: squares of roots are finite, and sums of them
 REQUIRED = "a well-conditioned matrix is required"
 
 
@@ -114,14 +115,20 @@ class Reduced:
         return len(self.A)
 
 
-def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
+def real_array(name: str, value: ArrayLike) -> Array:
+    """A matrix or a stack of them. Raises InputError for what is no number or has an imaginary
+    part."""
     try:
-        matrix = np.asarray(value)
-        if np.iscomplexobj(matrix) and matrix.imag.any():
+        found = np.asarray(value)
+        if np.iscomplexobj(found) and found.imag.any():
             raise ValueError
-        matrix = np.asarray(matrix.real, dtype=float)
+        return np.asarray(found.real, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name}: a square matrix of real numbers is required") from None
+
+
+def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
+    matrix = real_array(name, value)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
     if n is not None and len(matrix) != n:
@@ -147,12 +154,32 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     """The system in mass-normalised coordinates.
 
     The diagonal of M is scaled to 1 before its Cholesky factor is taken, so masses that differ
-    by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite.
+    by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite,
+    OverflowError if the roots are `beyond` double precision.
     """
     mass, damping, stiffness = checked(M, C, K)
-    T, rounding = factor(mass.tobytes(), len(mass))
-    B = None if damping is None else normalised(T, damping)
-    return Reduced(normalised(T, stiffness), B, T, rounding)
+    size = float(np.abs(mass).max())
+    # products of entries of T would overflow; a power of two rounds nothing
+    half = 0 if 1.0 / FASTEST < size < FASTEST else math.frexp(size)[1] // 2
+    with np.errstate(all="ignore"):
+        if half:
+            mass = np.ldexp(mass, -2 * half)
+            damping = None if damping is None else np.ldexp(damping, -2 * half)
+        T, rounding = factor(mass.tobytes(), len(mass))
+        B = None if damping is None else normalised(T, damping)
+        A = normalised(T, np.ldexp(stiffness, -2 * half) if half else stiffness)
+        if beyond(A, B, stiffness):
+            raise OverflowError("the eigenvalues are beyond double precision")
+    return Reduced(A, B, np.ldexp(T, -half) if half else T, rounding)
+
+
+def beyond(A: Array, B: Array | None, K: Array) -> bool:
+    """True if some of the systems z'' + B z' + A z = 0 (..., n, n) may have roots above `FASTEST`,
+    or if A has lost the stiffness K."""
+
+    size, held = (np.abs(X).max(axis=(-2, -1)) for X in (A, K))
+    within = (size <= FASTEST**2) & ((size >= np.finfo(float).tiny) | (held == 0.0))
+    return not (np.all(within) and (B is None or np.abs(B).max() <= FASTEST))
 
 
 def normalised(T: Array, X: Array) -> Array:
@@ -176,7 +203,7 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
         row = int(np.argmin(diagonal)) + 1
         raise LightMassError(f"M: row {row} has no mass; {REQUIRED}")
     scale = 1.0 / np.sqrt(diagonal)
-    unit = M * np.outer(scale, scale)
+    unit = M * scale[:, None] * scale  # one by one: the product of two may overflow
     if np.abs(unit - unit.T).max() > SKEW:
         raise InputError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
@@ -220,8 +247,8 @@ def first_order(A: Array, B: Array, rate: ArrayLike | None = None) -> tuple[Arra
     none is given.
     """
     if rate is None:
-        sizes = (np.sqrt(np.einsum("...ij,...ij->...", X, X)) for X in (A, B))
-        rate = np.asarray(np.maximum(np.sqrt(next(sizes)), next(sizes)))
+        a, b = map(_frobenius, (A, B))
+        rate = np.asarray(np.maximum(np.sqrt(a), b))
         # a power of two rounds nothing
         rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
     n, rate = A.shape[-1], np.asarray(rate)
@@ -231,6 +258,14 @@ def first_order(A: Array, B: Array, rate: ArrayLike | None = None) -> tuple[Arra
     np.multiply(A, -1.0 / turn**2, out=state[..., n:, :n])
     np.multiply(B, -1.0 / turn, out=state[..., n:, n:])
     return state, rate
+
+
+def _frobenius(X: Array) -> Array:
+    """Norms (...,) of matrices (..., n, n) whose squares may overflow."""
+    exponent = np.frexp(np.abs(X).max(axis=(-2, -1)))[1]
+    X = np.ldexp(X, -exponent[..., None, None])
+    with np.errstate(over="ignore"):
+        return np.asarray(np.ldexp(np.sqrt(np.einsum("...ij,...ij->...", X, X)), exponent))
 
 
 def noise_of(A: Any, rounding: float = 4 * EPS) -> float:

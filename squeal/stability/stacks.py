@@ -14,8 +14,10 @@ from squeal.stability.matrices import (
     Batched,
     Matrices,
     System,
+    beyond,
     factor,
     normalised,
+    real_array,
     reduce,
 )
 
@@ -31,10 +33,10 @@ def sweep(system: System, mus: Iterable[float]) -> ComplexArray:
         raise ValueError("mus: at least one value is required")
     M, C, K = zip(*matrices, strict=True)
     try:
-        mass = M[0] if all(m is M[0] for m in M) else np.array(M, dtype=float)
-        damping = None if all(c is None for c in C) else np.array(C, dtype=float)
-        stiffness = np.array(K, dtype=float)
-    except (TypeError, ValueError):  # no numbers, other shapes, damping at some mu only
+        mass = M[0] if all(m is M[0] for m in M) else real_array("M", M)
+        damping = None if all(c is None for c in C) else real_array("C", C)
+        stiffness = real_array("K", K)
+    except InputError:  # no numbers, other shapes, damping at some mu only
         return _one_by_one(matrices)
     return stack_eigenvalues(mass, damping, stiffness)
 
@@ -44,33 +46,40 @@ def stack_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Comple
 
     K has shape (m, n, n), M and C that or (n, n) for all; C is None without damping. Undamped, with
     real parts of exactly zero where nothing grows, only if every C is zero. Vectors and zero roots
-    told by rank are left to `complex_eigenvalues`. Raises InputError.
+    told by rank are left to `complex_eigenvalues`. Raises InputError, and OverflowError if roots
+    are beyond double precision.
     """
     K = _numbers("K", K, ())
     shape = K.shape
     M = _numbers("M", M, shape)
     C = None if C is None else _numbers("C", C, shape)
     try:
-        T = factor(M.tobytes(), len(M))[0] if M.ndim == 2 else _factors(M)
-        if C is None or not np.count_nonzero(C):
-            return _undamped(normalised(T, K))
-        return _damped(T @ T.swapaxes(-2, -1), C, K)
+        with np.errstate(all="ignore"):
+            T = factor(M.tobytes(), len(M))[0] if M.ndim == 2 else _factors(M)
+            if C is None or not np.count_nonzero(C):
+                A = normalised(T, K)
+                return _undamped(_within(A, None, K))
+            return _damped(T @ T.swapaxes(-2, -1), C, K)
     except np.linalg.LinAlgError:  # an M that has to be looked at, entries that are not finite
         each = [np.broadcast_to(X, shape) for X in (M, np.zeros(shape) if C is None else C)]
         return _one_by_one([*zip(*each, K, strict=True)])
 
 
 def _numbers(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    try:
-        stack = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: square matrices of real numbers are required") from None
+    stack = real_array(name, value)
     allowed = (shape, shape[1:])
     if shape and stack.shape not in allowed:
         raise InputError(f"{name}: shape {stack.shape}; K has shape {shape}")
     if not shape and (stack.ndim != 3 or stack.shape[1] != stack.shape[2] or not stack.size):
         raise InputError(f"{name}: shape {stack.shape}; a stack (m, n, n) is required")
     return stack
+
+
+def _within(A: Array, B: Array | None, K: Array) -> Array:
+    """A, if `reduce` would not refuse any of the systems. Raises LinAlgError."""
+    if beyond(A, B, K):
+        raise np.linalg.LinAlgError
+    return A
 
 
 def _one_by_one(matrices: Sequence[Matrices]) -> ComplexArray:
@@ -119,6 +128,7 @@ def _damped(inverse: Array, C: Array, K: Array) -> ComplexArray:
     state.reshape(m, -1)[:, n : 2 * n * n : 2 * n + 1] = -1.0  # of q and -q'
     np.matmul(inverse, K, out=state[:, n:, :n])
     np.matmul(inverse, C, out=state[:, n:, n:])
+    _within(state[:, n:, :n], state[:, n:, n:], K)
     values = np.linalg.eigvals(state)
     keys = np.empty(values.shape, dtype=complex)
     np.abs(values.imag, out=keys.real)
