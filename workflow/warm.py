@@ -16,14 +16,15 @@ from typing import Any
 VARIABLE = "SQUEAL_WARM"
 """The variable of the environment that names the folder of the sockets."""
 FOR_OTHERS = "--for-others"
-DRAWING, COMPUTING = "drawing", "computing"
-"""The sockets: of the process whose forks draw, and of that whose forks do all else, since results
-name the packages that were loaded."""
-# computing: no package that results name as loaded, since only some need it
+LIGHT, HEAVY = "light", "heavy"
+"""The sockets: of the process that has loaded what all need, and of that with packages that take
+long to load and that only some need: results name those of their own that were loaded."""
 LOADED = {
-    DRAWING: ("matplotlib.backends.backend_pdf", "squeal.article.results.ensembles"),
-    COMPUTING: ("squeal.article.studies.ensembles",),
+    LIGHT: ("squeal.article.studies.ensembles",),
+    HEAVY: ("matplotlib.backends.backend_pdf", "control", "squeal.article.studies.ensembles"),
 }
+NEED_CONTROL = ("eigenvalues", "loci", "precision")
+"""The studies that load it."""
 
 
 @cache  # which keeps the folder and the inputs' other ends as long as this process lives
@@ -37,10 +38,15 @@ def start() -> tuple[Any, list[Any]]:
     command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS]
     # in sessions of their own they are not interrupted together with this process, but end after it
     how: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "start_new_session": True}
-    return folder, [
-        subprocess.Popen([*command, f"{folder.name}/{name}"], **how)
-        for name in (COMPUTING, DRAWING)
-    ]
+    return folder, [subprocess.Popen([*command, f"{folder.name}/{name}"], **how) for name in LOADED]
+
+
+def kind(words: list[str]) -> str:
+    """Which process runs a program with its arguments."""
+    if words[0] == "squeal.article.figures":
+        return HEAVY
+    studies = words[0] == "squeal.article.studies"
+    return HEAVY if studies and words[1:2] and words[1] in NEED_CONTROL else LIGHT
 
 
 def ask(words: list[str]) -> int | None:
@@ -49,8 +55,7 @@ def ask(words: list[str]) -> int | None:
         return None
     with socket.socket(socket.AF_UNIX) as asking:
         try:
-            kind = DRAWING if words[0] == "squeal.article.figures" else COMPUTING
-            asking.connect(f"{os.environ[VARIABLE]}/{kind}")
+            asking.connect(f"{os.environ[VARIABLE]}/{kind(words)}")
         except OSError:  # it has not begun yet, or lives on another machine
             return None
         streams = [sys.stdout.fileno(), sys.stderr.fileno()]
@@ -58,15 +63,14 @@ def ask(words: list[str]) -> int | None:
         return next(iter(asking.recv(1)), 1)
 
 
-def load(kind: str) -> None:
-    """Import what most programs of a kind need; to draw once reads fonts and how formulas are
-    set."""
+def load(process: str) -> None:
+    """Import what its programs need; to draw once reads fonts and how formulas are set."""
     import io
     from importlib import import_module
 
-    for name in LOADED[kind]:
+    for name in LOADED[process]:
         import_module(name)
-    if kind != DRAWING:
+    if process == LIGHT:
         return
     from matplotlib.figure import Figure
 

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from squeal.article.cases import CASES
 from squeal.article.report.chapters import STUDIES
 from squeal.files.sources import packages
 from tests.conftest import ROOT
-from workflow.warm import COMPUTING, FOR_OTHERS, LOADED, VARIABLE, ask
+from workflow.warm import FOR_OTHERS, LIGHT, LOADED, NEED_CONTROL, VARIABLE, ask
 
 BEATS = ROOT / "workflow/scenes/b1-c.yaml"
 ENV = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -100,13 +101,17 @@ def test_it_is_asked_where_it_answers_alone(warm, tmp_path, monkeypatch):
 
 
 def test_a_result_says_the_same_of_what_was_loaded(warm, tmp_path):
-    scene = ROOT / "tests/hammering/b3.yaml"
-    made = [
-        run(path, tmp_path, "squeal.article.studies", "quasi_static", str(scene))
-        for path in (warm, "nowhere")
-    ]
-    assert [(one.returncode, one.stderr) for one in made] == [(0, "")] * 2
-    assert made[0].stdout == made[1].stdout
+    scenes = ROOT / "workflow/scenes"
+    b2 = [str(scenes / f"b2-{case}.yaml") for case in CASES]
+    for name, files in (("quasi_static", [str(scenes / "b3.yaml")]), ("eigenvalues", b2)):
+        made = [
+            run(path, tmp_path, "squeal.article.studies", name, *files)
+            for path in (warm, "nowhere")
+        ]
+        assert [(one.returncode, one.stderr) for one in made] == [(0, "")] * 2
+        assert made[0].stdout == made[1].stdout
+        loaded = json.loads(made[0].stdout)["provenance"]["loaded"]
+        assert ("control" in loaded) == (name in NEED_CONTROL)
     simulated = [
         json.loads(run(path, tmp_path, "squeal", "simulate", str(BEATS), "--json").stdout)
         for path in (warm, "nowhere")
@@ -115,7 +120,9 @@ def test_a_result_says_the_same_of_what_was_loaded(warm, tmp_path):
     assert simulated[0] == simulated[1]
     # numpy and yaml, the others that a fork has loaded, every study loads itself
     for name in STUDIES:
-        assert "matplotlib" not in packages(f"squeal.article.studies.{name}")
+        imported = packages(f"squeal.article.studies.{name}")
+        assert "matplotlib" not in imported
+        assert "control" in imported or name not in NEED_CONTROL
 
 
 @pytest.mark.parametrize("code", ["0", "3", "'a reason'", "None"])
@@ -132,7 +139,7 @@ def test_exit_codes_and_children_are_those_of_a_process_of_its_own(warm, tmp_pat
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read in /proc")
 def test_a_fork_ends_with_who_asked_for_it(processes, tmp_path):
     made, path = processes
-    serving = made[COMPUTING]
+    serving = made[LIGHT]
     children = Path(f"/proc/{serving.pid}/task/{serving.pid}/children")
     command = [sys.executable, "-m", "workflow.warm", "timeit", "import time; time.sleep(600)"]
     asking = subprocess.Popen(command, env=ENV | {VARIABLE: path}, cwd=tmp_path)

@@ -19,7 +19,7 @@ from squeal.article.report.captions import captions
 from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
 from squeal.files.sources import sources
 from tests.conftest import ROOT
-from workflow.warm import COMPUTING, VARIABLE
+from workflow.warm import LIGHT, VARIABLE
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 SHOWN_TABLES = {table for chapter in CHAPTERS for table in chapter.tables} - {"advice", "chapters"}
@@ -34,7 +34,7 @@ def reading(file):
 @pytest.fixture(scope="module", autouse=True)
 def loaded(tmp_path_factory):
     """A process that has loaded Snakemake, and nothing of this package: its forks are runs."""
-    path = tmp_path_factory.mktemp("loaded") / COMPUTING
+    path = tmp_path_factory.mktemp("loaded") / LIGHT
     code = f"import snakemake.cli, workflow.warm; workflow.warm.serve({str(path)!r})"
     command = [sys.executable, "-c", code]
     with pytest.MonkeyPatch.context() as patch:
