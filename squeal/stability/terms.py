@@ -20,6 +20,10 @@ Matrix = Any
 """A square NumPy array or SciPy sparse array (n, n)."""
 
 
+SQUARED = 1e150  # size of C or K over that of M, of which squares are finite
+WHOLE = 1e300  # the same of K without damping, where nothing is squared
+
+
 def is_sparse(matrix: Matrix) -> bool:
     """True for a SciPy sparse array or matrix."""
     return hasattr(matrix, "tocsc")
@@ -136,11 +140,37 @@ class TermSystem:
     def at(
         self, changes: Mapping[str, float] | None = None
     ) -> tuple[Matrix, Matrix | None, Matrix]:
-        """M, C, K (C None without terms) at the parameters, some of them changed."""
+        """M, C, K (C None without terms) at the parameters, some of them changed.
+
+        Raises InputError where their sizes are beyond what can be computed with.
+        """
         p = self.values(changes)
-        return tuple(
-            self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self._parts()
-        )  # type: ignore[return-value]
+        with np.errstate(over="ignore", invalid="ignore"):
+            M, C, K = (
+                self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self._parts()
+            )
+        self.check_sizes(p, *(None if X is None else _largest(X) for X in (M, C, K)))
+        return M, C, K
+
+    def check_sizes(
+        self, p: Mapping[str, float], mass: float | None, damping: float | None, stiffness: float
+    ) -> None:
+        """Refuse matrices of sizes whose roots cannot be computed at parameters p.
+
+        Raises InputError naming the parameters.
+        """
+        most = SQUARED if damping else WHOLE
+        for letter, size in (("M", mass), ("C", damping), ("K", stiffness)):
+            finite = size is None or np.isfinite(size)
+            if finite and not (size and mass and letter != "M" and size / most > mass):
+                continue
+            names = sorted(self.names) or sorted(self.parameters)
+            where = ", ".join(f"{name} = {p[name]:g}" for name in names)
+            allowed = f"at most {most:g} times that of M" if finite else "finite"
+            raise InputError(
+                f"{letter}: entries of size {size:.3g} at {where} are not allowed; their size must "
+                f"be {allowed}"
+            )
 
     def __call__(self, value: float) -> tuple[Matrix, Matrix | None, Matrix]:
         """M, C, K at a value of the free parameter."""
@@ -177,3 +207,9 @@ class TermSystem:
             if factor:
                 total = total + factor * csc_array(term.matrix)
         return total
+
+
+def _largest(X: Matrix) -> float:
+    """Size of the largest entry, NaN if one is."""
+    entries = X.data if is_sparse(X) else X
+    return float(np.abs(entries).max(initial=0.0))

@@ -14,9 +14,10 @@ import numpy as np
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import TIGHT, followed
+from squeal.stability.following.scale import divided
 from squeal.stability.growth import GROWING
 from squeal.stability.light import Slow
-from squeal.stability.matrices import LightMassError, System, check_range, check_system
+from squeal.stability.matrices import Batched, LightMassError, System, check_range, check_system
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -46,6 +47,8 @@ def thresholds(
 def _thresholds(
     system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
 ) -> Thresholds:
+    if not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
+        return followed(system, mu_max, breakpoints, mu_min)
     try:
         survey = Survey(system, mu_max, breakpoints, mu_min)
         return Thresholds(_verdict_changes(survey), _axis_crossings(survey))

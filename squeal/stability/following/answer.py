@@ -2,32 +2,29 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.stability.following.line import Line
+from squeal.stability.following.line import Line, State
 from squeal.stability.following.locate import Located
-from squeal.stability.following.search import Searched, Stretch, search
+from squeal.stability.following.rates import LineRates
+from squeal.stability.following.scale import divided
+from squeal.stability.following.search import SAME, Searched, explained, search
+from squeal.stability.following.verdicts import (
+    Mark,
+    Place,
+    VerdictChange,
+    marks_of,
+    verdict_changes,
+)
 from squeal.stability.growth import GROWING, Growth
 from squeal.stability.matrices import System
 
-HIDDEN = 1e-7  # of a step: how far rounding may shift what bisection finds
+LEVEL = 1e-6  # of a growth rate: pairs and real roots that grow alike
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
-
-
-@dataclass(frozen=True)
-class _Event:
-    """A place with what grows below and above it; `located` is empty at a jump or an exchange."""
-
-    mu: float
-    located: tuple[Located, ...]
-    below: Growth
-    above: Growth
-    interval: tuple[float, float]
-    line: Line
 
 
 def followed(
@@ -35,147 +32,158 @@ def followed(
 ) -> Thresholds:
     """All thresholds for mu_min <= mu <= mu_max, as `thresholds` gives them."""
     inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
-    edges = [mu_min, *inner, mu_max]
-    events: list[_Event] = []
-    before: Growth | None = None
+    points: list[CriticalPoint] = []
+    crossings: list[Crossing] = []
+    before: Mark | None = None
     certified = True
-    for a, b in itertools.pairwise(edges):
-        low = a if a == mu_min else float(np.nextafter(a, b))
-        high = b if b == mu_max else float(np.nextafter(b, a))
+    for a, b in itertools.pairwise(_edges(system, mu_min, inner, mu_max)):
+        low = float(np.nextafter(a, b)) if a in inner else a
+        high = float(np.nextafter(b, a)) if b in inner else b
         found = search(system, low, high)
+        marks = _marks(found)
+        first = marks[0][0]
         certified &= found.certified
-        first = _next_to(found.line, found.stretches[0], True)
-        if before is not None and before != first:
-            events.append(_Event(a, (), before, first, (a, a), found.line))
-        events += _events(found)
-        before = _next_to(found.line, found.stretches[-1], False)
-    points = [p for e in events if (p := _point(e)) is not None]
-    return Thresholds(points, [c for e in events for c in _crossings(e)], certified)
+        if before is not None and a not in inner:
+            certified &= before.growth.roots == first.growth.roots
+        elif before is not None:
+            jump = VerdictChange(a, 0.0, before.verdict, first.verdict, None)
+            if before.verdict != first.verdict:
+                points.append(_point(found.line, jump, ()))
+            rises = _rises(before.growth, first.growth)
+            crossings += _counted(found.line, a, (a, a), rises, before.verdict != first.verdict)
+        changes = list(_changes(found, marks))
+        points += [_point(found.line, c, _located(found, c)) for c in changes]
+        crossings += _crossings(found, {c.place for c in changes})
+        before = marks[-1][-1]
+    return Thresholds(points, crossings, certified)
 
 
-def _events(found: Searched) -> Iterator[_Event]:
-    line = found.line
-    for k, stretch in enumerate(found.stretches):
-        yield from _exchanges(line, stretch.low, stretch.high)
-        if k < len(found.places):
-            place = found.places[k]
-            low, high = (f(c.interval[i] for c in place) for i, f in ((0, min), (1, max)))
-            yield _Event(
-                float(place[0].value),
-                place,
-                _next_to(line, stretch, False),
-                _next_to(line, found.stretches[k + 1], True),
-                (float(low), float(high)),
-                line,
-            )
+def _edges(system: System, low: float, inner: list[float], high: float) -> list[float]:
+    """The ends of the range, breakpoints, and what divides a range far beyond its own scale."""
+    return [low, *inner, high] if inner else divided(system, low, high)
 
 
-def _next_to(line: Line, stretch: Stretch, first: bool) -> Growth:
-    """What grows at the end of a stretch, inside which growth rates may change hands and a growing
-    pair may become two real roots."""
-    inside = [s.value for s in line.states if stretch.low < s.value < stretch.high]
-    if not inside:
-        return stretch.growth
-    found = line.growth(inside[0] if first else inside[-1])
-    return found if found.roots == stretch.growth.roots else stretch.growth
+def _marks(found: Searched) -> list[list[Mark]]:
+    line, growths = found.line, [s.growth for s in found.stretches]
+    edges = [line.low, *(float(p[0].value) for p in found.places), line.high]
+    return marks_of(LineRates(line), edges, growths, [s.value for s in line.states])
 
 
-def _exchanges(line: Line, low: float, high: float) -> Iterator[_Event]:
-    """Places where the faster growth passes from a pair to a real root or back."""
-    inside = [s.value for s in line.states if low < s.value < high]
-    for a, b in itertools.pairwise(inside):
-        x, y = line.growth(a), line.growth(b)
-        if x.verdict == y.verdict or "quiet" in (x.verdict, y.verdict):
-            continue
-        if x.numbers == y.numbers:
-            from scipy.optimize import brentq
-
-            def lead(p: float) -> float:
-                g = line.growth(p)
-                return g.pair_rate - g.real_rate
-
-            mu = float(brentq(lead, a, b, xtol=1e-13 * abs(b), rtol=1e-13))
-            half = 1e-9 * abs(mu)
-        else:  # two divergent roots join to a growing pair, or come from one
-            mu, half = _joined(line, a, b, x.verdict)
-        yield _Event(mu, (), x, y, (mu - half, mu + half), line)
-
-
-def _joined(line: Line, a: float, b: float, verdict: str) -> tuple[float, float]:
-    """Where the verdict changes between a and b, bisected, and how far rounding may shift it."""
-    start = b - a
-    while b - a > 4 * np.spacing(max(abs(a), abs(b))):
-        middle = (a + b) / 2
-        if line.growth(middle).verdict == verdict:
-            a = middle
-        else:
-            b = middle
-    return (a + b) / 2, HIDDEN * start
+def _changes(found: Searched, marks: Sequence[Sequence[Mark]]) -> Iterator[VerdictChange]:
+    """Changes of verdict; an exchange at a place of crossings belongs to that."""
+    places = [
+        Place(
+            float(p[0].value),
+            frozenset(c.kind for c in p if c.direction > 0),
+            frozenset(c.kind for c in p if c.direction < 0),
+        )
+        for p in found.places
+    ]
+    near = 4 * SAME * (found.line.high - found.line.low)
+    for change in verdict_changes(LineRates(found.line), places, marks):
+        at = [
+            replace(change, value=p.value, place=k)
+            for k, p in enumerate(places)
+            if abs(p.value - change.value) <= near
+            and (change.below, change.above) in itertools.product(p.ends, p.begins)
+        ]
+        yield at[0] if at and change.place is None else change
 
 
-def _point(event: _Event) -> CriticalPoint | None:
-    below, above = event.below.verdict, event.above.verdict
-    if below == above:
-        return None
-    grows = above in GROWING
-    kind = above if grows else "restabilised"
-    concerned = above if grows else below
+def _located(found: Searched, change: VerdictChange) -> tuple[Located, ...]:
+    return () if change.place is None else found.places[change.place]
+
+
+def _point(line: Line, change: VerdictChange, located: tuple[Located, ...]) -> CriticalPoint:
+    grows = change.above in GROWING
+    kind = change.above if grows else "restabilised"
+    concerned = change.above if grows else change.below
     way = 1 if grows else -1
-    leading = [c for c in event.located if c.kind == concerned and c.direction == way]
-    omega = leading[0].omega if leading else _fastest(event, concerned, grows)
-    if concerned == "divergence":
-        omega = 0.0
-    settled = all(c.converged for c in event.located)
-    tight = event.interval[1] - event.interval[0] <= TIGHT * max(abs(event.mu), 1e-300)
+    leading = [c for c in located if c.kind == concerned and c.direction == way]
+    interval = _interval(located) or (change.value - change.half, change.value + change.half)
+    if leading:
+        omega = leading[0].omega
+    elif change.place is None and change.half:
+        omega = _level(line, change.value, concerned)
+    else:
+        omega = _fastest(line, interval, concerned, grows)
+    settled = all(c.converged for c in located)
+    tight = interval[1] - interval[0] <= TIGHT * max(abs(change.value), 1e-300)
     return CriticalPoint(
-        event.mu,
+        change.value,
         kind,
         omega / (2 * math.pi),
-        event.interval,
-        bool(settled and (tight or not event.located)),
+        interval,
+        bool(settled and (tight or not located)),
         _residual(leading[0]) if leading else None,
     )
+
+
+def _interval(located: Sequence[Located]) -> tuple[float, float] | None:
+    if not located:
+        return None
+    low, high = (f(c.interval[i] for c in located) for i, f in ((0, min), (1, max)))
+    return float(low), float(high)
 
 
 def _residual(one: Located) -> float | None:
     return one.residual if math.isfinite(one.residual) else None
 
 
-def _fastest(event: _Event, kind: str, above: bool) -> float:
-    """Angular frequency (rad/s) of the fastest growing pair beside an event, on one side of it."""
+def _fastest(line: Line, interval: tuple[float, float], kind: str, above: bool) -> float:
+    """Angular frequency (rad/s) of the fastest growing pair beside an interval, on one side."""
     if kind == "divergence":
         return 0.0
-    low, high = event.interval
-    beside = [s for s in event.line.states if (s.value > high if above else s.value < low)]
-    state = min(beside or event.line.states, key=lambda s: abs(s.value - event.mu))
+    low, high = interval
+    beside = [s for s in line.states if (s.value > high if above else s.value < low)]
+    return _leading(line, min(beside or line.states, key=lambda s: abs(s.value - (low + high) / 2)))
+
+
+def _level(line: Line, p: float, kind: str) -> float:
+    """The same where growth changes hands; 0 where a pair is about to be two real roots."""
+    at = line.growth(p)
+    level = abs(at.pair_rate - at.real_rate) <= LEVEL * at.real_rate
+    return _leading(line, line.at(p)) if level and kind == "flutter" else 0.0
+
+
+def _leading(line: Line, state: State) -> float:
+    """Angular frequency (rad/s) of the fastest pair."""
     z = state.roots
-    rates = z.real if event.line.damped else np.abs(np.sqrt(-z + 0j).real)
+    rates = z.real if line.damped else np.abs(np.sqrt(-z + 0j).real)
     pairs = np.abs(z.imag) > state.noise
-    k = int(np.argmax(np.where(pairs, rates, -np.inf)))
-    return event.line.omega(complex(z[k]))
+    return line.omega(complex(z[np.argmax(np.where(pairs, rates, -np.inf))]))
 
 
-def _crossings(event: _Event) -> Iterator[Crossing]:
-    changes = event.below.verdict != event.above.verdict
-    pairs = event.above.pairs - event.below.pairs
-    reals = event.above.reals - event.below.reals
-    # two divergent roots for a growing pair: nothing crosses
+def _crossings(found: Searched, changing: set[int | None]) -> Iterator[Crossing]:
+    for k, place in enumerate(found.places):
+        below, above = found.stretches[k].growth, found.stretches[k + 1].growth
+        if explained(place, below, above):
+            for c in place:
+                yield c.crossing(_mode(found.line, c), k in changing, _residual(c))
+        else:
+            rises, interval = _rises(below, above), _interval(place)
+            assert interval is not None
+            yield from _counted(found.line, float(place[0].value), interval, rises, k in changing)
+
+
+def _rises(below: Growth, above: Growth) -> dict[str, int]:
+    """How many more pairs and real roots grow above a place; of two divergent ones that join to a
+    growing pair nothing crosses."""
+    pairs, reals = above.pairs - below.pairs, above.reals - below.reals
     joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
-    rises = {"flutter": pairs - joined, "divergence": reals + 2 * joined}
-    located = dict.fromkeys(rises, 0)
-    for c in event.located:
-        located[c.kind] += int(c.direction)
-    if event.located and located == rises:
-        for c in event.located:
-            yield c.crossing(_mode(event.line, c), changes, _residual(c))
-        return
+    return {"flutter": pairs - joined, "divergence": reals + 2 * joined}
+
+
+def _counted(
+    line: Line, mu: float, interval: tuple[float, float], rises: dict[str, int], changes: bool
+) -> Iterator[Crossing]:
+    """Crossings of which only the number is known, as at a jump."""
     for kind, rise in rises.items():
-        omega = _fastest(event, kind, rise > 0)
-        for _ in range(abs(rise)):
+        if rise:
+            hertz = _fastest(line, interval, kind, rise > 0) / (2 * math.pi)
             way = "up" if rise > 0 else "down"
-            yield Crossing(
-                event.mu, kind, way, omega / (2 * math.pi), event.interval, 1, changes, None
-            )
+            for _ in range(abs(rise)):
+                yield Crossing(mu, kind, way, hertz, interval, 1, changes, None)
 
 
 def _mode(line: Line, c: Located) -> int:

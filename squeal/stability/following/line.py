@@ -29,6 +29,7 @@ from squeal.stability.matrices import (
     System,
     checked,
     first_order,
+    matrices_at,
     reduce,
     unit_diagonal,
 )
@@ -84,7 +85,7 @@ class Line:
         return [self._states[p] for p in sorted(self._states)]
 
     def _matrices(self, p: float) -> tuple[Array, Array | None, Array]:
-        M, C, K = (_full(X) for X in self.system(p))
+        M, C, K = (_full(X) for X in matrices_at(self.system, p))
         if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
             raise InputError(
                 "thresholds: complex matrices (structural damping) are not allowed; damping by "

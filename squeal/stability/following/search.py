@@ -8,7 +8,7 @@ that were looked at: such are foreseen (`windows`), and that none is overlooked 
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -60,7 +60,7 @@ class Searched:
         its middle, the crossings add up to that, and rounding hides no root, in no interval so
         wide either that others have room in it."""
         agrees = all(s.certified for s in self.stretches) and all(
-            _explained(place, a.growth, b.growth)
+            explained(place, a.growth, b.growth)
             for place, (a, b) in zip(self.places, itertools.pairwise(self.stretches), strict=True)
         )
         room = WIDE * (self.line.high - self.line.low)
@@ -92,7 +92,7 @@ def search(system: System, low: float, high: float) -> Searched:
         wrong = [
             (a, b)
             for place, a, b in _around(line, found)
-            if not _explained(place, line.growth(a), line.growth(b))
+            if not explained(place, line.growth(a), line.growth(b))
             or not _steady_beside(line, place, a, b)
         ]
         if not wrong:
@@ -105,7 +105,7 @@ def search(system: System, low: float, high: float) -> Searched:
     places = _cleaned(line, found)
     first = _middles(line, [list(p) for p in places])[0]
     # nothing was seen to cross below the first place, but what grows there may not at the start
-    if not _explained([], line.growth(low), line.growth(first)):
+    if not explained([], line.growth(low), line.growth(first)):
         places = _bisected(line, low, first, []) + places
     return Searched(tuple(places), tuple(_stretches(line, places)), line)
 
@@ -158,7 +158,7 @@ def _around(line: Line, found: list[Located]) -> Iterator[tuple[list[Located], f
         yield place, a, b
 
 
-def _explained(place: list[Located] | tuple[Located, ...], a: Growth, b: Growth) -> bool:
+def explained(place: Sequence[Located], a: Growth, b: Growth) -> bool:
     """True if the crossings of a place add up to the change of what grows."""
     pairs = sum(c.direction for c in place if c.kind == "flutter")
     reals = sum(c.direction for c in place if c.kind == "divergence")
@@ -187,7 +187,7 @@ def _cleaned(line: Line, found: list[Located]) -> list[tuple[Located, ...]]:
     most = 2 * _limit(BUDGET, line.n * (2 if line.damped else 1))
     result: list[tuple[Located, ...]] = []
     for place, a, b in _around(line, found):
-        if _explained(place, line.growth(a), line.growth(b)):
+        if explained(place, line.growth(a), line.growth(b)):
             result += [tuple(place)] if place else []
         elif place and (several := _several(line, place, a, b)):
             result.append(several)
@@ -204,24 +204,24 @@ def _several(line: Line, place: list[Located], a: float, b: float) -> tuple[Loca
     wide = max(10 * (first.interval[1] - first.interval[0]), CLOSE * (line.high - line.low))
     before = line.growth(max(a, first.value - wide))
     after = line.growth(min(b, place[-1].value + wide))
-    if (before.numbers, after.numbers) != (line.growth(a).numbers, line.growth(b).numbers):
+    if (before.roots, after.roots) != (line.growth(a).roots, line.growth(b).roots):
         return ()
     rise = after.pairs - before.pairs if first.omega else after.reals - before.reals
     if any(c.kind != first.kind for c in place) or rise * first.direction <= 0:
         return ()
     repeated = (first,) * abs(rise)
-    return repeated if _explained(repeated, before, after) else ()
+    return repeated if explained(repeated, before, after) else ()
 
 
 def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tuple[Located, ...]]:
     """Changes of the count between a and b, located where they are known and bisected if not."""
-    before, after = line.growth(a).numbers, line.growth(b).numbers
-    if before == after:
+    before, after = line.growth(a), line.growth(b)
+    if before.roots == after.roots:  # where a growing pair meets on the real axis nothing crosses
         return []
     low, high = a, b
     while high - low > max(1e-10 * (line.high - line.low), 4 * np.spacing(abs(high))):
         middle = (low + high) / 2
-        if line.growth(middle).numbers == before:
+        if line.growth(middle).roots == before.roots:
             low = middle
         else:
             high = middle
@@ -231,9 +231,9 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
         rest = [c for c in place if c is not near[0]]
         return [(near[0],), *(_bisected(line, beyond, b, rest) if beyond < b else [])]
     state, seen = line.at(high), line.growth(high)
-    rise = sum(seen.numbers) - sum(before)
-    if not line.damped and seen.pairs != before[0]:
-        state, k, hidden = _coalescing(line, low, high, a, b, seen.pairs > before[0])
+    rise = seen.roots - before.roots
+    if not line.damped and seen.pairs != before.pairs:
+        state, k, hidden = _coalescing(line, low, high, a, b, seen.pairs > before.pairs)
     else:
         k = int(np.argmin(np.abs(state.roots.real)))
         hidden = float(2 * state.noise[k] / max(abs(state.slopes[k].real), 1e-300))
@@ -250,7 +250,7 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
         False,
         converged=False,
     )
-    if high + margin >= b or line.growth(high).numbers == after:
+    if high + margin >= b or line.growth(high).roots == after.roots:
         return [(one,)]
     return [(one,), *_bisected(line, high + margin, b, place)]
 

@@ -49,7 +49,9 @@ class ScaledSystem:
         mass = norm_of(M)
         if not mass:
             raise InputError("M: is zero; a mass is required")
-        return Quadratic(M, C, K, self.scale, (mass, norm_of(C), norm_of(K)))
+        norms = mass, norm_of(C), norm_of(K)
+        self.system.check_sizes(p, *norms)
+        return Quadratic(M, C, K, self.scale, norms)
 
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
