@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from squeal.errors import InputError
 from squeal.files.journal import Checkpoint
 from squeal.files.writing import write_table
 from squeal.scene.terms import SystemFile
+from squeal.stability import CriticalPoint, Crossing
 from squeal.stability.terms import TermSystem
 
 SHOWN = 121  # values of the parameter in the figure
@@ -72,6 +74,7 @@ def data(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> dict[st
         "end": f"{system.parameter} = {found.high:g} is reached",
         "certified": found.certified,
         "unconfirmed": list(found.unconfirmed),
+        "left_out": list(found.left_out),
         "crossings_outside": found.crossings_outside,
         "basis": basis_row(found.reduction, wanted),
     }
@@ -81,20 +84,18 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
     """The same for people."""
     p = system.parameter
     parts = [f"{system.name}, {wanted.words()} roots; at {p} = {found.low:g}: {found.verdict}"]
-    if found.crossings:
-        rows = [(f"  {p}", "crossing", "frequency, Hz", "mode", "verdict", "error")]
-        for c in found.crossings:
-            change = next((q.kind for q in found.points if q.mu == c.mu), "-")
-            change = change if c.changes_verdict else "-"
-            kind, half = f"{c.kind} {c.direction}", (c.interval[1] - c.interval[0]) / 2
-            cells = (kind, number(c.frequency_hz), str(c.mode), change, number(half, 2))
-            rows.append((f"  {c.mu:.12g}", *cells))
-        parts.append(elided(rows, "--json"))
-    else:
+    rows: list[tuple[str, ...]] = [
+        (f"  {p}", "crossing", "frequency, Hz", "mode", "verdict", "error")
+    ]
+    rows += [row for _, row in sorted(_rows(found), key=lambda pair: pair[0])]
+    if not found.crossings:
         parts.append("no crossing of the imaginary axis")
+    if len(rows) > 1:
+        parts.append(elided(rows, "--json"))
     if found.crossings_outside:
         parts.append(f"crossings outside {wanted.words()}: {found.crossings_outside}")
     parts += [f"not confirmed on the full system: {words}" for words in found.unconfirmed]
+    parts += found.left_out
     if found.certified is not None:
         agrees = "agrees" if found.certified else "does NOT agree"
         parts.append(f"a count of growing roots between the crossings {agrees}")
@@ -104,6 +105,21 @@ def text(system: TermSystem, found: SystemThresholds, wanted: Wanted) -> str:
         parts.append(basis_text(found.reduction, wanted))
     parts.append(f"searched from {p} = {found.low:.9g} to {found.high:.9g}")
     return "\n".join(parts)
+
+
+def _rows(found: SystemThresholds) -> Iterator[tuple[float, tuple[str, ...]]]:
+    """Rows of the table: crossings, and changes of verdict where nothing crosses."""
+    at = {c.mu: c for c in found.crossings if c.changes_verdict}
+    verdicts = {point.mu: point.kind for point in found.points}
+    alone = [point for point in found.points if point.mu not in at]
+    every: list[Crossing | CriticalPoint] = [*found.crossings, *alone]
+    for c in every:
+        half = number((c.interval[1] - c.interval[0]) / 2, 2)
+        kind, mode, change = "-", "-", verdicts.get(c.mu, "-")
+        if isinstance(c, Crossing):
+            kind, mode = f"{c.kind} {c.direction}", str(c.mode)
+            change = change if c.changes_verdict else "-"
+        yield c.mu, (f"  {c.mu:.12g}", kind, number(c.frequency_hz), mode, change, half)
 
 
 def write_thresholds(path: Path, found: SystemThresholds) -> None:

@@ -20,8 +20,7 @@ Matrix = Any
 """A square NumPy array or SciPy sparse array (n, n)."""
 
 
-SQUARED = 1e150  # size of C or K over that of M, of which squares are finite
-WHOLE = 1e300  # the same of K without damping, where nothing is squared
+MOST = {"C": 1e150, "K": 1e300}  # sizes over that of M, of roots up to 1e150 rad/s
 
 
 def is_sparse(matrix: Matrix) -> bool:
@@ -149,20 +148,19 @@ class TermSystem:
             M, C, K = (
                 self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self._parts()
             )
-        self.check_sizes(p, *(None if X is None else _largest(X) for X in (M, C, K)))
+        self.check_sizes(p, *(0.0 if X is None else _largest(X) for X in (M, C, K)))
         return M, C, K
 
     def check_sizes(
-        self, p: Mapping[str, float], mass: float | None, damping: float | None, stiffness: float
+        self, p: Mapping[str, float], mass: float, damping: float, stiffness: float
     ) -> None:
         """Refuse matrices of sizes whose roots cannot be computed at parameters p.
 
         Raises InputError naming the parameters.
         """
-        most = SQUARED if damping else WHOLE
         for letter, size in (("M", mass), ("C", damping), ("K", stiffness)):
-            finite = size is None or np.isfinite(size)
-            if finite and not (size and mass and letter != "M" and size / most > mass):
+            finite, most = bool(np.isfinite(size)), MOST.get(letter, np.inf)
+            if finite and not (mass and size / most > mass):
                 continue
             names = sorted(self.names) or sorted(self.parameters)
             where = ", ".join(f"{name} = {p[name]:g}" for name in names)

@@ -1,12 +1,11 @@
 """Thresholds of a system in its parameter: all of a small one, those of a band of a large one."""
 
-import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from squeal.analysis.systems.band import BandRates, Placed, placed
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
@@ -29,8 +28,6 @@ from squeal.stability.terms import TermSystem
 STEPS = 13  # values at which a reduced system has to be good
 START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
-BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
-GROWING = ("flutter", "divergence")
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,8 @@ class SystemThresholds:
     `certified`: between neighbouring crossings a count of growing roots that needs no eigenvalue
     agrees, at one value each, and so do the roots at all values that were looked at; None if it
     was not made. It does not prove that no window lies between these values. `unconfirmed` names
-    what the full system did not confirm. With a band all is told of its roots;
+    what the full system did not confirm, `left_out` what leaves the band while it grows. With a
+    band all is told of its roots;
     `crossings_outside` it, None if they are not known.
     """
 
@@ -51,6 +49,7 @@ class SystemThresholds:
     crossings: tuple[Crossing, ...]
     certified: bool | None
     unconfirmed: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     reduction: Reduction | None = field(default=None, repr=False)
     crossings_outside: int | None = None
 
@@ -120,11 +119,16 @@ def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> Syste
     def roots(value: float) -> ComplexArray:
         return roots_of_all(system, wanted, {system.parameter: value})
 
-    crossings, states = _placed(roots, noise_of(system), rows, low, high)
-    points = _points(crossings, [verdict for _, verdict in states])
-    outside = len(found.crossings) - len(rows)
+    band = placed(BandRates(roots, noise_of(system)), rows, (low, high))
     return SystemThresholds(
-        low, high, verdict, points, crossings, found.certified, crossings_outside=outside
+        low,
+        high,
+        verdict,
+        band.points,
+        band.crossings,
+        found.certified,
+        left_out=_left_out(band, system.parameter, wanted),
+        crossings_outside=len(found.crossings) - len(rows),
     )
 
 
@@ -160,16 +164,40 @@ def _large(
     def roots(value: float) -> ComplexArray:
         return reduction.values(region, {name: value})
 
-    crossings, states = _placed(roots, noise, rows, low, high)
-    unconfirmed += tuple(_unexplained(reduction, region, crossings, states, values))
+    band = placed(BandRates(roots, noise), rows, values)
+    unconfirmed += tuple(
+        f"{verdict_of(roots(value), noise)} at {name} = {value:.6g} follows from no threshold that "
+        "was located"
+        for value in band.unexplained
+    )
     certified = None
     if system.n <= COUNTED_ROWS:
         certified = not unconfirmed and all(
-            _counted(reduction, region, p, progress) for p, _ in states
+            _counted(reduction, region, p, progress) for p in band.between
         )
-    points = _points(crossings, [verdict for _, verdict in states])
     start = verdict_of(roots(low), noise)
-    return SystemThresholds(low, high, start, points, crossings, certified, unconfirmed, reduction)
+    return SystemThresholds(
+        low,
+        high,
+        start,
+        band.points,
+        band.crossings,
+        certified,
+        unconfirmed,
+        _left_out(band, name, wanted),
+        reduction,
+    )
+
+
+def _left_out(band: Placed, name: str, wanted: Wanted) -> tuple[str, ...]:
+    """Sentences on roots that leave the band or region while they grow."""
+    region = wanted.rectangle
+    assert region is not None
+    return tuple(
+        f"what grows at {name} = {first:.6g} leaves {wanted.words()} by {name} = {value:.6g} and "
+        f"is left out there, as are roots that grow by more than {region.high_real:.4g} 1/s"
+        for first, value in band.left
+    )
 
 
 def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) -> list[Crossing]:
@@ -181,62 +209,6 @@ def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) 
         for c in place
         if region.low_imag <= c.omega <= region.high_imag
     ]
-
-
-def _placed(
-    roots: Callable[[float], ComplexArray],
-    noise: float,
-    rows: Sequence[Crossing],
-    low: float,
-    high: float,
-) -> tuple[tuple[Crossing, ...], list[tuple[float, str]]]:
-    """Crossings with mode numbers and whether they change the verdict; values and verdicts
-    between them. `roots` gives those of the band at a value of the parameter."""
-    edges = [low, *(c.mu for c in rows), high]
-    states = []
-    for a, b in itertools.pairwise(edges):
-        middle = (a + b) / 2
-        states.append((middle, verdict_of(roots(middle), noise)))
-    placed = []
-    for c, (before, after) in zip(rows, itertools.pairwise(states), strict=True):
-        at = roots(c.mu)
-        slower = (at.imag > 0) & (at.imag < 2 * math.pi * c.frequency_hz * (1 - 1e-6))
-        changes = _kind(before[1]) != _kind(after[1])
-        mode = 1 + int(np.sum(slower))
-        placed.append(replace(c, mode=mode, changes_verdict=changes))
-    return tuple(placed), states
-
-
-def _unexplained(
-    reduction: Reduction,
-    region: Rectangle,
-    crossings: Sequence[Crossing],
-    states: Sequence[tuple[float, str]],
-    values: Sequence[float],
-) -> Iterator[str]:
-    """Sentences on values at which something else grows than between the crossings around."""
-    name, noise = reduction.system.parameter, noise_of(reduction.system)
-    margin = BESIDE * (values[-1] - values[0])
-    for value in values:
-        if all(abs(value - c.mu) > margin for c in crossings):
-            place = sum(c.mu < value for c in crossings)
-            seen = verdict_of(reduction.values(region, {name: value}), noise)
-            if _kind(seen) != _kind(states[place][1]):
-                yield f"{seen} at {name} = {value:.6g} follows from no threshold that was located"
-
-
-def _kind(verdict: str) -> str:
-    return verdict if verdict in GROWING else "quiet"
-
-
-def _points(crossings: Sequence[Crossing], verdicts: Sequence[str]) -> tuple[CriticalPoint, ...]:
-    points = []
-    for c, (before, after) in zip(crossings, itertools.pairwise(verdicts), strict=True):
-        if _kind(before) != _kind(after):
-            kind = after if after in GROWING else "restabilised"
-            tight = c.interval[1] - c.interval[0] <= 1e-9 * abs(c.mu)
-            points.append(CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual))
-    return tuple(points)
 
 
 def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Progress) -> bool:

@@ -134,7 +134,7 @@ def _beside(line: Line, guess: Guess) -> Located | None:
             slope = complex(pair.mean_slope + (pair.d_slope + 2 * move * pair.d_bend) / (2 * half))
             size = norm(line.both(p)[0])
             noise = abs(pair.noise / (2 * half)) + EPS * size
-            real = bool(abs(z.imag) <= 1e-9 * float(np.abs(roots).max()))
+            real = bool(abs(z.imag) <= max(1e-9 * float(np.abs(roots).max()), noise))
             wide = 2 * noise / max(abs(slope.real), 1e-300) + abs(move) + 2 * EPS * abs(p)
             direction = 1 if slope.real > 0 else -1
             omega = 0.0 if real else line.omega(z)

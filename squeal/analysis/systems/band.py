@@ -1,0 +1,141 @@
+"""Crossings in a band: their mode numbers, the verdicts between them, and roots that leave it."""
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from squeal.stability import CriticalPoint, Crossing
+from squeal.stability.eigen import ComplexArray
+from squeal.stability.following.verdicts import (
+    Lead,
+    Place,
+    VerdictChange,
+    marks_of,
+    verdict_changes,
+)
+from squeal.stability.growth import GROWING, Growth, counted
+
+BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
+TIGHT = 1e-9  # of a value: an interval shorter than this has converged
+
+
+@dataclass
+class BandRates:
+    """What grows among the roots of a band, by more than `noise` |lambda|; `roots` gives them."""
+
+    roots: Callable[[float], ComplexArray]
+    noise: float
+    _known: dict[float, Growth] = field(default_factory=dict)
+
+    def growth(self, p: float) -> Growth:
+        """What grows at p, of pairs the upper roots."""
+        if p not in self._known:
+            z = self.roots(p)
+            noise = self.noise * np.abs(z)
+            grows, oscillates = z.real > noise, np.abs(z.imag) > noise
+            upper = grows & oscillates & (z.imag > 0)
+            self._known[p] = counted(upper, grows & ~oscillates, z.real)
+        return self._known[p]
+
+    def lead(self, p: float) -> Lead | None:
+        """Derivatives are not known."""
+
+    def meeting(self, low: float, high: float) -> tuple[float, float] | None:
+        """Nor are pairs that meet."""
+
+    @property
+    def known(self) -> list[float]:
+        """Values that were looked at, rising."""
+        return sorted(self._known)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Crossings with modes and verdicts, changes of verdict, and values between the crossings.
+
+    `unexplained` are values at which what grows follows from no crossing, by stretches between
+    crossings `left` values by which a root that grows has left the band, and one before.
+    """
+
+    crossings: tuple[Crossing, ...]
+    points: tuple[CriticalPoint, ...]
+    between: tuple[float, ...]
+    unexplained: tuple[float, ...]
+    left: tuple[tuple[float, float], ...]
+
+
+def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) -> Placed:
+    """Crossings of a band by rising value; `values` from the first to the last are looked at."""
+    low, high = values[0], values[-1]
+    edges = [low, *(c.mu for c in rows), high]
+    margin = BESIDE * (high - low)
+    inside = [v for v in values if all(abs(v - c.mu) > margin for c in rows)]
+    between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
+    number, stretches, first = rates.growth(between[0]).roots, [], []
+    for k, (a, b) in enumerate(itertools.pairwise(edges)):
+        number += _net(rows[k - 1]) if k else 0
+        tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
+        agrees = (v for v in tried if a < v < b and rates.growth(v).roots == number)
+        first.append(next(agrees, between[k]))
+        stretches.append(rates.growth(first[k]))
+    marks = marks_of(rates, edges, stretches, rates.known)
+    places = [Place(c.mu, *map(frozenset, _kinds(c))) for c in rows]
+    changes = list(verdict_changes(rates, places, marks))
+    unexplained: list[float] = []
+    left: dict[int, tuple[float, float]] = {}
+    for v in sorted({*inside, *between}):
+        k = sum(c.mu < v for c in rows)
+        seen = rates.growth(v)
+        if seen.roots < stretches[k].roots and seen.verdict != stretches[k].verdict:
+            left.setdefault(k, (first[k], v))
+        elif seen.roots > stretches[k].roots and seen.verdict != stretches[k].verdict:
+            unexplained.append(v)
+    return Placed(
+        tuple(
+            replace(
+                c,
+                mode=_mode(rates.roots(c.mu), c),
+                changes_verdict=any(change.place == k for change in changes),
+            )
+            for k, c in enumerate(rows)
+        ),
+        tuple(_point(rates, change, rows) for change in changes),
+        tuple(between),
+        tuple(unexplained),
+        tuple(left.values()),
+    )
+
+
+def _net(c: Crossing) -> int:
+    return (1 if c.direction == "up" else -1) * (2 if c.kind == "flutter" else 1)
+
+
+def _kinds(c: Crossing) -> tuple[list[str], list[str]]:
+    """What begins and what ends at a crossing."""
+    return ([c.kind], []) if c.direction == "up" else ([], [c.kind])
+
+
+def _mode(at: ComplexArray, c: Crossing) -> int:
+    omega = 2 * math.pi * c.frequency_hz
+    return 1 + int(np.sum((at.imag > 0) & (at.imag < omega * (1 - 1e-6))))
+
+
+def _point(rates: BandRates, change: VerdictChange, rows: Sequence[Crossing]) -> CriticalPoint:
+    """A change of verdict at a crossing, or where growth changes hands, with the pair's frequency
+    there."""
+    kind = change.above if change.above in GROWING else "restabilised"
+    if change.place is not None:
+        c = rows[change.place]
+        tight = c.interval[1] - c.interval[0] <= TIGHT * abs(c.mu)
+        return CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual)
+    hertz = 0.0
+    if kind == "flutter":
+        at = rates.roots(change.value)
+        pairs = at.imag > rates.noise * np.abs(at)
+        fastest = at[np.argmax(np.where(pairs, at.real, -np.inf))]
+        hertz = float(abs(fastest.imag)) / (2 * math.pi)
+    interval = (change.value - change.half, change.value + change.half)
+    return CriticalPoint(change.value, kind, hertz, interval, True)

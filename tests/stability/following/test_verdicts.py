@@ -1,0 +1,147 @@
+"""Where verdicts change, against closed forms: growth that changes hands, pairs that meet."""
+
+import numpy as np
+import pytest
+
+from squeal.numerics.formula import Formula
+from squeal.stability import thresholds
+from squeal.stability.following import verdicts
+from squeal.stability.terms import Term, TermSystem
+
+RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]
+
+
+def of(M, C, K0, K1):
+    terms = (Term(np.asarray(K0)), Term(np.asarray(K1), Formula("mu")))
+    return TermSystem((Term(np.asarray(M)),), (Term(np.asarray(C)),), terms)
+
+
+def mixed(rng, *matrices):
+    """The same roots under a transformation that leaves nothing symmetric."""
+    n = len(matrices[0])
+    L, R = (np.eye(n) + 0.3 * rng.normal(size=(n, n)) for _ in range(2))
+    return [L @ np.asarray(X, dtype=float) @ R for X in matrices]
+
+
+@pytest.mark.parametrize("high", [2.005, *RANGES])
+def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
+    """s^2 - 40 s + k: two real roots from k = 400 on, one of which passes zero at k = 0."""
+    system = of(np.eye(2), np.diag([-40, 1]), np.diag([4e4, 1e8]), np.diag([-1.97e4, 0]))
+    found = thresholds(system, high)
+    meets, passes = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+    beyond = high > passes
+    assert [(c.kind, c.direction) for c in found.crossings] == [("divergence", "down")] * beyond
+    assert [c.mu for c in found.crossings] == pytest.approx([passes] * beyond, rel=1e-12)
+    assert not any(c.changes_verdict for c in found.crossings)
+    assert [p.kind for p in found.points] == ["divergence"] * beyond
+    for at, one in zip((meets, passes), (*found.points, *found.crossings), strict=False):
+        assert one.mu == pytest.approx(at, rel=1e-11)
+        assert one.interval[0] <= at <= one.interval[1]
+        assert one.frequency_hz == 0.0
+    assert found.certified
+
+
+@pytest.mark.parametrize("high", RANGES)
+@pytest.mark.parametrize("back", [False, True])
+def test_verdicts_change_where_growth_changes_hands_and_not_where_a_root_passes(high, back, rng):
+    """A pair that grows at g beside r^2 + c r + k = 0: r passes zero at k = 0 and g at -g^2 - c g;
+    close to both a further pair of little damping starts to grow."""
+    g, c, w = 0.05, 0.3, 6.0
+    where = 0.7 if back else 0.2
+    sign = -1.0 if back else 1.0
+    K0, K1 = np.diag([w * w, sign * where, 2.0, 30.0]), np.diag([0.0, -sign, 0.0, 0.0])
+    C0 = np.diag([-2 * g, c, 0.4, 0.5])
+    M, C, K0, K1 = mixed(rng, np.eye(4), C0, K0, K1)
+    found = thresholds(of(M, C, K0, K1), high)
+    hands = where + sign * (g * g + c * g)
+    first, second = ("divergence", "flutter") if back else ("flutter", "divergence")
+    assert [(x.kind, x.direction) for x in found.crossings] == [
+        ("divergence", "down" if back else "up")
+    ]
+    (crossing,), (point,) = found.crossings, found.points
+    assert crossing.mu == pytest.approx(where, rel=1e-11)
+    assert not crossing.changes_verdict
+    assert (point.kind, point.converged) == (second, True)
+    assert point.mu == pytest.approx(hands, rel=1e-10)
+    assert point.interval[0] <= hands <= point.interval[1] <= point.interval[0] + 1e-8
+    omega = np.sqrt(w * w - g * g) if second == "flutter" else 0.0
+    assert 2 * np.pi * point.frequency_hz == pytest.approx(omega, rel=1e-8)
+    assert found.certified
+    assert first != second
+
+
+def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
+    """s^2 - 2 g s + k: real until k = g^2, beside a pair that grows less."""
+    g = 0.8
+    M, C, K0, K1 = mixed(
+        rng, np.eye(3), np.diag([-2 * g, -0.1, 0.5]), np.diag([0.2, 50.0, 9.0]), np.diag([1, 0, 0])
+    )
+    found = thresholds(of(M, C, K0, K1), 2.0)
+    assert found.crossings == []
+    (point,) = found.points
+    assert (point.kind, point.frequency_hz) == ("flutter", 0.0)
+    assert point.mu == pytest.approx(g * g - 0.2, rel=1e-9)
+
+
+@pytest.mark.parametrize("halvings", [verdicts.HALVINGS, 0])
+def test_growth_that_changes_hands_twice_within_a_step_is_seen(halvings, monkeypatch):
+    """r^2 + c r = (g + e)^2 + c (g + e), e = (width^2 - (mu - 0.5)^2) / 2."""
+    monkeypatch.setattr(verdicts, "HALVINGS", halvings)
+    g, c, width = 0.3, 0.2, 0.004
+
+    def system(mu):
+        r = g + 0.5 * (width**2 - (mu - 0.5) ** 2)
+        return np.eye(2), np.diag([-2 * g, c]), np.diag([25.0, -r * r - c * r])
+
+    found = thresholds(system, 0.8)
+    assert found.crossings == []
+    expected = [("divergence", 0.5 - width), ("flutter", 0.5 + width)] if halvings else []
+    assert [p.kind for p in found.points] == [kind for kind, _ in expected]
+    assert [p.mu for p in found.points] == pytest.approx([mu for _, mu in expected], rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
+    """And as NumPy's roots: their number and the verdict on both sides of each place."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 9))
+    k = 10 ** rng.uniform(-1, 3, n)
+    c = rng.uniform(0.01, 1.5, n) * np.where(rng.random(n) < 0.4, -1, 1)
+    K1 = 0.3 * rng.normal(size=(n, n)) - np.diag(rng.uniform(0, 1.5, n))
+    size = np.sqrt(np.outer(k, k))
+    M, C, K0, K1 = mixed(rng, np.eye(n), np.diag(c * np.sqrt(k)), np.diag(k), K1 * size)
+
+    def seen(mu):
+        A, B = (np.linalg.solve(M, X) for X in (K0 + mu * K1, C))
+        roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-A, -B]]))
+        first = roots[np.argmax(roots.real)]
+        grows = "divergence" if abs(first.imag) < 1e-6 * abs(first) else "flutter"
+        return int((roots.real > 0).sum()), grows if first.real > 0 else "restabilised"
+
+    answers = []
+    for high in (1.0, 2.7, 1e4, 1e8):
+        found = thresholds(of(M, C, K0, K1), high)
+        assert found.certified
+        crossed = [(x.mu, x.frequency_hz) for x in found.crossings if x.mu < 1.0]
+        points = [(x.mu, x.frequency_hz) for x in found.points if x.mu < 1.0]
+        kinds = [(x.kind, x.direction, x.changes_verdict) for x in found.crossings if x.mu < 1.0]
+        answers.append((crossed, points, (kinds, [p.kind for p in found.points if p.mu < 1.0])))
+    for crossed, points, kinds in answers:
+        assert kinds == answers[0][2]
+        assert np.allclose(np.ravel(crossed), np.ravel(answers[0][0]), rtol=1e-8, atol=1e-9)
+        assert np.allclose(np.ravel(points), np.ravel(answers[0][1]), rtol=1e-7, atol=1e-8)
+    crossed, points, (kinds, verdict) = answers[0]
+    beside = 1e-7
+    for (mu, _), (kind, direction, _) in zip(crossed, kinds, strict=True):
+        rise = (1 if direction == "up" else -1) * (2 if kind == "flutter" else 1)
+        assert seen(mu * (1 + beside))[0] - seen(mu * (1 - beside))[0] == rise
+    for (mu, _), kind in zip(points, verdict, strict=True):
+        before, after = (seen(mu * (1 + way * beside))[1] for way in (-1, 1))
+        assert before != after
+        assert after == kind
+    grid = np.linspace(1e-4, 1.0, 201)
+    names = [seen(mu)[1] for mu in grid]
+    changed = [
+        (a, b) for a, b, x, y in zip(grid, grid[1:], names, names[1:], strict=False) if x != y
+    ]
+    assert all(any(a <= mu <= b for mu, _ in points) for a, b in changed)
