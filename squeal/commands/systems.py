@@ -1,6 +1,7 @@
 """`squeal eigenvalues` of a system from matrices: roots with their proof, and sweeps."""
 
 import argparse
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,6 +39,7 @@ from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 
+SAME = 1e-6  # of |lambda|: one root, computed in two ways
 CHECKED = 25  # values of a sweep at which its basis is checked
 SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 
@@ -102,17 +104,29 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
-    """What grows; of a small system whose roots are all known with the onset of each."""
+    """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
     grow = growing(roots)
-    whole = len(roots.eigenvalues) == 2 * system.n <= 2 * ONSET_SIZE
-    if not (grow and system.real and at > 0.0 and whole):
+    if not (grow and system.real and at > 0.0 and system.n <= ONSET_SIZE):
         return grow
     own = plain_arrays(system)
     try:
-        return unstable_modes(own, at, crossings(own, at))
+        every = unstable_modes(own, at, crossings(own, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return grow
+    return [dataclasses.replace(mode, onset=_onset(mode, every)) for mode in grow]
+
+
+def _onset(mode: UnstableMode, every: Sequence[UnstableMode]) -> float | None:
+    """The onset of the same mode among all that grow."""
+
+    def apart(other: UnstableMode) -> float:
+        hertz, rate = mode.frequency_hz - other.frequency_hz, mode.growth_rate - other.growth_rate
+        return abs(complex(rate, 2 * np.pi * hertz))
+
+    found = min(every, key=apart, default=None)
+    size = abs(complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz))
+    return found.onset if found is not None and apart(found) <= SAME * size else None
 
 
 def _swept(

@@ -27,17 +27,21 @@ ROUNDS = 60
 CONDITION = 1e8  # of the light motions' stiffness: more leaves the slow roots too few digits
 REFUSED = (
     "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
-    "on each other; all thresholds can be given if nothing damps that motion and its stiffness "
-    "keeps it from growing, otherwise those of a band (--band)"
+    "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
+    "given that lie in a band (--band LOW:HIGH, in Hz)"
 )
+
+
+class FastMotionError(InputError):
+    """What has no mass, or hardly any, cannot be eliminated."""
 
 
 @dataclass
 class Slow:
     """The slow roots of `system`, which has to be like that at p, as a system of their own, M = 1.
 
-    Calls raise InputError if M varies, light motions are damped or may grow. `growth` is by how
-    much what was eliminated so far has increased rounding.
+    Calls raise FastMotionError if M varies, light motions are damped or may grow. `growth` is by
+    how much what was eliminated so far has increased rounding.
     """
 
     system: System
@@ -51,10 +55,10 @@ class Slow:
         self.light = int(np.argmax(gaps)) + 1
         self.fast, self.heavy = masses[: self.light], masses[self.light :]
         if gaps.max() * LIGHT < 1.0 or np.count_nonzero(self.fast) > 1:
-            raise InputError(REFUSED)
+            raise FastMotionError(REFUSED)
         self.sign = float(np.linalg.slogdet(self._turned(self._at(self.p)[2])[0])[0])
         if self.sign <= 0.0 and np.any(self.fast):
-            raise InputError(REFUSED)
+            raise FastMotionError(REFUSED)
 
     def _at(self, p: float) -> tuple[Array, Array | None, Array]:
         M, C, K = self.system(p)
@@ -73,17 +77,17 @@ class Slow:
             *light, C = self._turned(C)
             least = 4 * EPS * len(M) * np.abs(C).max(initial=0.0)
             if np.any(self.fast) or any(np.abs(X).max() > least for X in light):
-                raise InputError(REFUSED)
+                raise FastMotionError(REFUSED)
             C = C / unit
         if not np.array_equal(M, self.M):
-            raise InputError(REFUSED)
+            raise FastMotionError(REFUSED)
         return np.eye(len(unit)), C, self._condensed(*self._turned(K)) / unit
 
     def _condensed(self, K22: Array, K21: Array, K12: Array, K11: Array) -> Array:
         """D1 L (n1, n1)."""
         condition = float(np.linalg.cond(unit_diagonal(K22)))
         if not condition < CONDITION or np.linalg.slogdet(K22)[0] != self.sign:
-            raise InputError(REFUSED)
+            raise FastMotionError(REFUSED)
         X = np.linalg.solve(K22, K21)
         for _ in range(ROUNDS):
             inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
@@ -94,7 +98,7 @@ class Slow:
                 lost *= float(self.heavy[-1] / self.heavy[0])
                 self.growth = max(self.growth, len(self.M) * condition * lost)
                 return rest
-        raise InputError(REFUSED)
+        raise FastMotionError(REFUSED)
 
     def widened(self, found: Thresholds) -> Thresholds:
         """The thresholds with intervals for the rounding of the elimination."""

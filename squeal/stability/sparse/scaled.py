@@ -48,7 +48,9 @@ class ScaledSystem:
         )
         mass = norm_of(M)
         if not mass:
-            raise InputError("M: is zero; a mass is required")
+            there = any(norm_of(t.matrix) for t in self.system.M)
+            beside = " beside C and K in double precision" if there else ""
+            raise InputError(f"M: is zero{beside}; a mass is required")
         norms = mass, norm_of(C), norm_of(K)
         self.system.check_sizes(p, *norms)
         return Quadratic(M, C, K, self.scale, norms)
