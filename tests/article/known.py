@@ -12,6 +12,7 @@ import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS
+from squeal.article.claims.rules import TRIED
 from squeal.article.ensembles.choosing import names
 from squeal.article.ensembles.gather import COUNTS
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS
@@ -21,7 +22,16 @@ from squeal.article.report.chapters import IDENTIFIED, STUDIES
 from squeal.article.report.physics import generated as physics_chapter
 from squeal.article.results import record_of
 from squeal.article.results.claims import Hammering, Loaded
-from squeal.article.results.ensembles import Conclusion, Keeping, Kept, Pad, Range, Seed, Twins
+from squeal.article.results.ensembles import (
+    Alone,
+    Conclusion,
+    Keeping,
+    Kept,
+    Pad,
+    Range,
+    Seed,
+    Twins,
+)
 from squeal.article.results.line_springs import Compared
 from squeal.article.results.map_ranges import Upright
 from squeal.article.results.precision import Point, Timing
@@ -77,7 +87,8 @@ def conclusion(*statements: str) -> Conclusion:
     own, every = Keeping(40, 8, 5, 2), Keeping(320, 30, 40, 12)
     share = Share(0.1, (0.05, 0.2))
     random = {"consistent": share, "every": share}
-    return Conclusion(statements, own, every, 8, 8, 10, random, (1e-4, 0.02))
+    alone = Alone(statements[-1], own, every, random)
+    return Conclusion(statements, alone, own, every, 8, 8, 10, random, (1e-4, 0.02))
 
 
 def ensembles(entry: Any) -> dict[str, Any]:
@@ -129,8 +140,8 @@ def ensembles(entry: Any) -> dict[str, Any]:
         "taken": "consistent",
         "left_out": "",
         "conclusions": {
-            "hammering": conclusion("B2-c-hammer", "B2-only-c"),
-            "exaggeration": conclusion("B1-all-separate", "B2-d-trailing"),
+            "hammering": conclusion("B2-c-hammer", "B2-only-c", "B12-c-severe"),
+            "exaggeration": conclusion("B1-all-separate", "B12-more-loss"),
         },
         "twins": Twins(("B2-b-trailing", "B2-b-tilt"), 80, 80),
     }
@@ -162,7 +173,7 @@ def result(name: str) -> Result:
         given["findings"] = (filled(entry("findings"), id="E16", measured=sliding),)
     elif name == "map_ranges":
         small = {name: {"0.1": 2, "0.9": 8} for name in ("h/w", "k2/k1", "mu")}
-        full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90)
+        full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90, 2, 0.06)
         given = {"sweeps": by("sweeps", small), "members": by("members", CASES), "full": full}
     elif name == "line_springs":
         case = typing.get_args(types_of["cases"])[1]
@@ -192,7 +203,8 @@ def result(name: str) -> Result:
         given["claims"] = tuple(
             filled(entry("claims"), id=claim.id, case=claim.case) for claim in CLAIMS
         )
-        rows = (Loaded(0.5, -0.5, 0.25, 9), Loaded(1.0, None, None, 0))
+        swings = dict.fromkeys(map(str, TRIED), 9)
+        rows = (Loaded(0.5, -0.5, 0.25, swings), Loaded(1.0, None, None, dict.fromkeys(swings, 0)))
         given["hammering"] = Hammering({"B1": ("a", "c"), "B2": ("c",)}, ("c",), {"c": rows})
     elif name == "loci":
         given["scenes"] = tuple(filled(entry("scenes"), name=one) for one in HISTORY_FIGURES)

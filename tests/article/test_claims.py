@@ -10,7 +10,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import CLAIMS, Case, hammering, judge_claims, measure
 from squeal.article.claims.judging import loaded, under_load
 from squeal.article.claims.measures import Linear, Range
-from squeal.article.claims.rules import CALM, keeps_sliding
+from squeal.article.claims.rules import CALM, keeps_sliding, more_loss_in_b1
 from squeal.article.claims.settling import decaying, settled
 from squeal.article.results.claims import Loaded
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
@@ -193,6 +193,11 @@ def test_hammering_with_both_models():
 
 def test_losses_in_both_models():
     apart = case(shares={FULL: 0.8, LEAD: 0.2})
+    four, other = [QUIET] * 4, case(shares={FULL: 0.6, NONE: 0.4})
+    assert more_loss_in_b1(apart, *four[1:], other, *four[1:]).measured == (
+        "an edge apart for 5.0 % of the time in B1, 10.0 % in B2; all contact lost for 0.0 % and "
+        "10.0 %"
+    )
     assert verdict("B12-more-loss", b1_a=apart) == YES
     assert verdict("B12-more-loss", b1_a=apart, b2_d=case(shares={FULL: 0.7, NONE: 0.3})) == NO
 
@@ -278,15 +283,16 @@ def test_the_way_of_the_reaction_under_load():
     place = np.sin(t)
     one = under_load(1.0 - np.abs(place), place, 0.6)
     assert (one.low, one.high) == pytest.approx((-0.4, 0.4), abs=1e-4)
-    assert one.swings == 5
+    assert one.swings == {"0.1": 5, "0.25": 5, "0.5": 0, "0.9": 0}  # never so far under load
     high = under_load(np.where(np.abs(place) > 0.5, 1.0, 0.1), place, 0.6)
-    assert (one.swings, high.swings) == (5, 5)
+    assert set(high.swings.values()) == {5}
     pushed = under_load(np.where(place > 0.0, 1.0, 0.1), place, 0.6)
-    assert pushed.swings == 0
+    assert not any(pushed.swings.values())
     assert pushed.high == pytest.approx(1.0, abs=1e-6)
-    assert under_load(np.zeros(9), np.zeros(9), 0.6) == Loaded(0.6, None, None, 0)
+    none = dict.fromkeys(one.swings, 0)
+    assert under_load(np.zeros(9), np.zeros(9), 0.6) == Loaded(0.6, None, None, none)
     apart = under_load(np.array([1.0, 0.0, 1.0]), np.array([0.5, math.nan, -0.5]), 0.1)
-    assert apart.swings == 1
+    assert apart.swings == {"0.1": 1, "0.25": 1, "0.5": 0, "0.9": 0}
 
 
 @needs_heyoka

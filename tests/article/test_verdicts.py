@@ -7,6 +7,7 @@ from typing import Any, cast
 import pytest
 
 from squeal.article.claims import CLAIMS
+from squeal.article.claims.rules import TRIED
 from squeal.article.report import verdicts
 from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.identification import hardest
@@ -14,7 +15,7 @@ from squeal.article.report.pads import kept_briefly, kept_by, lasts, origin
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settled
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
-from squeal.article.results.map_ranges import Upright
+from squeal.article.results.map_ranges import MapRanges, Upright
 from squeal.article.results.onset import Onset, Others
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
@@ -27,7 +28,12 @@ def judged_pads(keep: int, lost: str) -> Ensembles:
     found = known.result("ensembles")
     assert isinstance(found, Ensembles)
     made = {
-        name: dataclasses.replace(one, every=dataclasses.replace(one.every, keep=keep))
+        name: dataclasses.replace(
+            one,
+            alone=dataclasses.replace(
+                one.alone, every=dataclasses.replace(one.alone.every, keep=keep)
+            ),
+        )
         for name, one in found.conclusions.items()
     }
     pad = found.chosen["consistent"]
@@ -44,31 +50,45 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
         (True, 0, 0.0): "holds for one pad fitted to it, no random ones",
         (True, 3, 0.9): "holds for pads fitted to it, most random ones",
         (False, 3, 0.1): "holds for other pads: some fitted to it, few random ones",
+        (False, 3, 0.3): "holds for other pads: some fitted to it, some random ones",
         (False, 0, 0.1): "holds for few random ones",
         (False, 0, 0.0): "not reproduced by any pad",
     }
     for (held, keep, share), verdict in words.items():
-        claims = dict.fromkeys(some.conclusions["hammering"].statements, held)
+        claims = {"B12-c-severe": held}  # as worded, whatever becomes of the other statements
         found = some if keep else none
         one = found.conclusions["hammering"]
         random = {"every": Share(share, (0.0, 1.0)), "consistent": Share(share, (0.0, 1.0))}
-        drawn = {"hammering": dataclasses.replace(one, random=random)}
+        alone = dataclasses.replace(one.alone, random=random)
+        drawn = {"hammering": dataclasses.replace(one, alone=alone)}
         found = dataclasses.replace(found, conclusions=drawn)
         assert verdicts.of_pads(claims, found, "hammering") == verdict
-    assert lasts(plausible, "hammering") == ["1", "10"]
-    assert lasts(none, "hammering") == []
+    statements = plausible.conclusions["hammering"].statements
+    assert lasts(plausible, statements) == ["1", "10"]
+    assert lasts(plausible, ["B12-c-severe"]) == ["1", "10", "40"]
+    assert lasts(none, statements) == []
     text = kept_briefly(plausible, "hammering")
     assert text.startswith(
-        "Kept over 1 and 10 windows by this pad, fitted to it, and by pads of 12"
+        "B12-c-severe is kept by this pad over 1, 10 and 40 windows from the start, by pads of 12 "
+        r"of 40 searches (2 of 5) and by 10\,\% (10\,\%) of random pads; with B2-c-hammer and "
+        r"B2-only-c by 12 (2) and 10\,\% (10\,\%)"
     )
-    assert "of 40 searches (consistent law: 2 of 5)" in text
-    chance = r". Of random pads, not fitted, 10.00\,\% keep it (consistent: 10.00\,\%)"
-    assert text.endswith("(consistent law: 2 of 5)" + chance)
-    assert ", not by this pad. Of random" in kept_briefly(some, "hammering")
-    alone = dataclasses.replace(some, chosen={})
-    assert kept_briefly(alone, "hammering").endswith("(consistent law: 2 of 5)" + chance)
-    assert "keeps it over 1 and 10 windows; it is" in kept_by(plausible, "hammering")
-    assert "does not keep it; it is kept by pads of 2 of the 5" in kept_by(some, "hammering")
+    pad = plausible.chosen["consistent"]
+    pad = dataclasses.replace(pad, failing=dict.fromkeys(pad.failing, ("B2-b-twice",)))
+    always = dataclasses.replace(plausible, chosen={"consistent": pad})
+    assert "by this pad over 1 to 40 windows from" in kept_briefly(always, "hammering")
+    lost = judged_pads(3, "B12-c-severe")
+    pad = dataclasses.replace(pad, failing=dict.fromkeys(pad.failing, ("B12-c-severe",)))
+    lost = dataclasses.replace(lost, chosen={"consistent": pad})
+    assert "of random pads, not by this; with" in kept_briefly(lost, "hammering")
+    unjudged = dataclasses.replace(some, chosen={})
+    assert "of random pads; with" in kept_briefly(unjudged, "hammering")
+    assert (
+        "All 3 together the pad of this report keeps over 1 and 10 windows; pads of 2"
+        in kept_by(plausible, "hammering")
+    )
+    assert "the pad of this report does not keep; pads of 2 of the 5" in kept_by(some, "hammering")
+    assert "; B12-c-severe alone by pads of 2 and 12 of them" in kept_by(some, "hammering")
 
 
 def test_a_pad_is_said_to_be_sought_where_it_was():
@@ -96,16 +116,19 @@ def test_hammering_under_load_is_told_from_the_way_of_delta():
     def told(*rows: Loaded) -> str:
         return under_load(Hammering({"B1": ("c",), "B2": ("c",)}, (), {"c": rows}))
 
-    far, near, still = Loaded(0.5, -0.9, 0.6, 9), Loaded(1.0, -0.9, 0.2, 9), Loaded(1.0, -1, 1, 3)
-    assert r"met at $0.1$\,$w$ under each of them, at $0.25$" in told(far, near)
+    def row(share: float, *counts: int) -> Loaded:
+        return Loaded(share, -0.9, 0.6, dict(zip(map(str, TRIED), counts, strict=True)))
+
+    far, near, still = row(0.5, 9, 9, 9, 1), row(1.0, 9, 3, 0, 0), row(1.0, 3, 3, 3, 3)
+    assert r"asks at $0.1$\,$w$ under each of them, at $0.25$" in told(far, near)
     assert r"at $0.25$\,$w$ up to $0.5$\,$F_n$, at $0.5$\,$w$ up to $0.5$\,$F_n$ and" in told(
         far, near
     )
     assert told(far, near).endswith(r"at $0.9$\,$w$ under none")
-    assert r"met at $0.1$\,$w$ up to $0.5$\,$F_n$, at" in told(far, still)  # seldom
-    assert r"met at $0.1$\,$w$ under none" in told(still, far)  # under a light load already
+    assert r"asks at $0.1$\,$w$ up to $0.5$\,$F_n$, at" in told(far, still)  # seldom
+    assert r"asks at $0.1$\,$w$ under none" in told(still, far)  # under a light load already
     assert r"$-0.9$ to $0.6$ while $R_n$ exceeds $0.5$\,$F_n$" in told(
-        far, Loaded(2, None, None, 0)
+        far, Loaded(2, None, None, dict.fromkeys(far.swings, 0))
     )
     assert under_load(Hammering({"B1": (), "B2": ()}, (), {})) == "Model B2 hammers in no case"
 
@@ -140,24 +163,26 @@ def test_a_motion_that_settles_is_told_by_the_rule():
 
 def test_what_the_article_argues_with_is_told_apart_from_our_reading():
     names = ("B1-all-separate", "B2-only-c", "B12-more-loss")
-    assert "but not our reading" in verdicts.argued(
+    assert "this pad keeps; the former is our reading" in verdicts.argued(
         dict(zip(names, (True, True, False), strict=True))
     )
-    assert "reproduces it" in verdicts.argued(dict.fromkeys(names, True))
-    assert "does not" in verdicts.argued(dict(zip(names, (True, False, True), strict=True)))
+    assert "keeps all three" in verdicts.argued(dict.fromkeys(names, True))
+    assert "this pad does not keep" in verdicts.argued(
+        dict(zip(names, (True, False, True), strict=True))
+    )
 
 
 def test_a_verdict_turns_with_the_results_behind_it():
     def maps(printed, small, exists=0.7):
         share = SimpleNamespace(exists=exists)
-        full = Upright(10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90)
+        full = Upright(10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0.06)
         printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
         return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
 
     assert verdicts.region(*maps(0.1, 0)[:2]) == "does not hold"
     assert verdicts.region(*maps(0.1, 10)[:2]) == "holds"
-    assert verdicts.region(*maps(0.1, 3)[:2]) == "depends on height"
-    assert verdicts.region(*maps(0.1, 1)[:2]) == "depends on the pad"  # on nothing alone
+    assert verdicts.region(*maps(0.1, 3)[:2]) == "by full contact, depends on height"
+    assert verdicts.region(*maps(0.1, 1)[:2]).endswith("depends on the pad")
     assert verdicts.region(*maps(0.4, 3)[:2]) == "not reproduced"
     held = {"B3-singular": True}
     assert verdicts.singular(held, maps(0.1, 0)[2]) == "does not follow"
@@ -190,12 +215,28 @@ def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
         return verdicts.influence(dataclasses.replace(found, ensembles=tuple(many)))
 
     verdict, words = influence(60, 30, 10)
-    assert verdict == "holds for most random pads that part"
-    assert "Of 500 random pads (consistent law) 100 run" in words
-    assert r"of 30\,\% part in some cases of B2, of 10\,\% in all, of 60\,\% in none" in words
-    assert r"differ in 75\,\% of those that part" in words
-    assert influence(60, 10, 30)[0] == "holds for some random pads that part"
+    assert verdict == "mostly holds"
+    assert "Of 100 random pads that run (consistent law) the surfaces" in words
+    assert r"of 30\,\% part in some cases of B2, of 10\,\% in all" in words
+    assert r"differ in 75\,\% of those that part (75 to 75\,\% by formulation)" in words
+    assert influence(60, 10, 30)[0] == "seldom holds"
     assert influence(60, 0, 30)[0] == "not supported"
+    some = (dataclasses.replace(e, parting=(60, 30, *(0,) * 13, 10)) for e in found.ensembles[:6])
+    few = (dataclasses.replace(e, parting=(60, 10, *(0,) * 13, 30)) for e in found.ensembles[6:])
+    verdict, words = verdicts.influence(dataclasses.replace(found, ensembles=(*some, *few)))
+    assert verdict == "mostly holds, by 6 of 8 formulations"
+    assert r"(25 to 75\,\% by formulation)" in words
+
+
+def test_an_equilibrium_in_any_contact_is_told_beside_one_in_full_contact():
+    ranges = known.of(MapRanges)
+
+    def told(*kept: float) -> str:
+        sweeps = {n: dataclasses.replace(one, kept=kept) for n, one in ranges.sweeps.items()}
+        return verdicts.touching_at_rest(dataclasses.replace(ranges, sweeps=sweeps))
+
+    assert told(0.5, 0.99).startswith(r"never small: 50\,\% to 99\,\% in")
+    assert told(0.2, 0.99).startswith(r"small for some: 20\,\% to")
 
 
 def test_cases_that_hammer_are_told_apart_by_what_holding_the_rotation_does():

@@ -8,7 +8,7 @@ import numpy as np
 from squeal.article.cases import CASES, stem
 from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
-from squeal.article.claims.rules import LOADS, by_turns, hammering_margins
+from squeal.article.claims.rules import LOADS, TRIED, by_turns, hammering_margins
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Verdict
 from squeal.scene import Scene
 from squeal.simulation import simulate
@@ -79,6 +79,7 @@ def under_load(force: np.ndarray, place: np.ndarray, share: float) -> Loaded:
     """Where a reaction (n,) over F_n acts, its place (n,) over w, while it exceeds a share."""
     there = place[force > share]
     if not there.size:
-        return Loaded(share, None, None, 0)
-    swings = int(np.sum(np.diff(np.sign(there[there != 0.0])) != 0.0))
+        return Loaded(share, None, None, dict.fromkeys(map(str, TRIED), 0))
+    far = {str(swing): np.sign(there[np.abs(there) > swing]) for swing in TRIED}
+    swings = {swing: int(np.count_nonzero(np.diff(sides))) for swing, sides in far.items()}
     return Loaded(share, float(there.min()), float(there.max()), swings)

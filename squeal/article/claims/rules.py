@@ -18,6 +18,7 @@ CALM = 0.01  # accelerations below this share of the greatest count as settled
 SMALL = 0.25  # of the map
 ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
 HAMMER = 0.1  # of w, how far delta must go to each side
+TRIED = (HAMMER, 0.25, 0.5, 0.9)  # of w: swings that are asked for under load
 LOADS = (0.05, 0.2, 0.5, 1.0)  # of F_n: reactions above which the way of delta is told apart
 SWINGS = 4  # changes of side that make a motion repeated
 
@@ -173,8 +174,13 @@ def only_c_hammers(*cases: Case) -> Outcome:
 
 def more_loss_in_b1(*cases: Case) -> Outcome:
     """Edges are apart for more of the time in B1 than in B2, on average over the cases."""
-    b1, b2 = (1.0 - sum(_share(c, FULL) for c in four) / 4 for four in (cases[:4], cases[4:]))
-    words = f"an edge apart for {100 * b1:.1f} % of the time in B1, {100 * b2:.1f} % in B2"
+    models = cases[:4], cases[4:]
+    b1, b2 = (1.0 - sum(_share(c, FULL) for c in four) / 4 for four in models)
+    both = [sum(_share(c, NONE) for c in four) / 4 for four in models]
+    words = (
+        f"an edge apart for {100 * b1:.1f} % of the time in B1, {100 * b2:.1f} % in B2; all "
+        f"contact lost for {100 * both[0]:.1f} % and {100 * both[1]:.1f} %"
+    )
     return Outcome(b1 - b2, words)
 
 

@@ -33,6 +33,8 @@ CONCLUSIONS = {
     "exaggeration": ("B1-all-separate", "B2-only-c", "B12-more-loss"),
 }
 """Conclusions of the article about its motions, as statements that must hold together."""
+WORDED = {"hammering": "B12-c-severe", "exaggeration": "B12-more-loss"}
+"""Which of these statements says the conclusion by itself."""
 B2 = np.array([all(s.startswith("b2") for s in c.scenes) for c in CLAIMS])
 """Claims on the scenes of model B2 alone."""
 

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from itertools import takewhile
 
-from squeal.article.claims.rules import CALM, HAMMER, SWINGS
+from squeal.article.claims.rules import CALM, SWINGS, TRIED
 from squeal.article.report.latex import in_words, number, percent
 from squeal.article.results.claims import Hammering, Loaded, Settled
 from squeal.article.results.starts import SceneStarts, Starts
-
-TRIED = (HAMMER, 0.25, 0.5, 0.9)  # of w: swings at which the rule is asked for under load
 
 
 def _cases(names: Sequence[str]) -> str:
@@ -18,7 +16,7 @@ def _cases(names: Sequence[str]) -> str:
 def by_model(found: Hammering) -> str:
     """Which cases hammer with either model from the scenes' starts, and which tells them apart."""
     one, two = (set(found.cases[model]) for model in ("B1", "B2"))
-    words = f"from the scenes' own starts B1 hammers in {_cases(found.cases['B1'])}, B2 in "
+    words = f"from the scenes' starts B1 hammers in {_cases(found.cases['B1'])}, B2 in "
     words += _cases(found.cases["B2"])
     if one == two or not one or not two:
         return words
@@ -83,13 +81,7 @@ def settles(found: Settled | None) -> str:
 
 def _reached(rows: Sequence[Loaded], swing: float) -> list[Loaded]:
     """The loads, from the least on, under which delta goes so far to both sides repeatedly."""
-
-    def met(one: Loaded) -> bool:
-        if one.low is None or one.high is None:
-            return False
-        return min(one.high, -one.low) > swing and one.swings >= SWINGS
-
-    return list(takewhile(met, rows))
+    return list(takewhile(lambda one: one.swings[str(swing)] >= SWINGS, rows))
 
 
 def under_load(found: Hammering) -> str:
@@ -118,6 +110,6 @@ def under_load(found: Hammering) -> str:
         ]
         parts.append(
             f"In ({name}) $\\delta/w$ goes from {in_words(ends)} while $R_n$ exceeds {shares}; "
-            + f"the rule is met {in_words(at)}"
+            + f"it goes to each side as often as the rule asks {in_words(at)}"
         )
     return ". ".join(parts) or "Model B2 hammers in no case"

@@ -172,8 +172,7 @@ def _other_law(found: Onset, case: str) -> str:
     for name, law in names.items():
         if name != own and ratios[name] != ratios[own]:
             every = sorted(set().union(*ratios[name]))
-            none = f"from none of {_starts(found)} other starts"
-            at = f"at {dampings(every)} only" if every else none
+            at = f"at {dampings(every)} only" if every else "from none"
             parts.append(f" (B2 under the {LAWS[law]} {at})")
     return "".join(parts)
 

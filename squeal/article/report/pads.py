@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from squeal.article.ensembles.balance import flattest
-from squeal.article.report.latex import in_words, number, percent, typeset
+from squeal.article.report.latex import in_words, number, typeset
 from squeal.article.results.ensembles import ELSEWHERE, SYMBOLS, Ensemble, Ensembles, Pad
 from squeal.article.results.findings import Findings
+from squeal.article.results.robustness import Share
 
 LITTLE = 0.01  # of a ratio of peaks
 LEFT = "--"  # where the motion of a pad leaves the model
@@ -26,12 +27,12 @@ def consistent(found: Ensembles) -> Ensemble:
     )
 
 
-def lasts(found: Ensembles, name: str) -> list[str]:
-    """Over how many windows the pad of the report keeps a conclusion."""
+def lasts(found: Ensembles, statements: Sequence[str]) -> list[str]:
+    """Over how many windows the pad of the report keeps some statements at once."""
     if not found.chosen:
         return []
     failing = found.chosen[found.taken].failing
-    wanted = set(found.conclusions[name].statements)
+    wanted = set(statements)
     return [
         window
         for window in map(str, found.windows)
@@ -47,20 +48,32 @@ def origin(words: str) -> str:
 
 
 def kept_briefly(found: Ensembles, name: str) -> str:
-    """Whether the pad of the report keeps a conclusion, how many searches do, and random pads."""
-    one, over = found.conclusions[name], lasts(found, name)
-    others = (
-        f"pads of {one.every.keeping} of {one.every.searches} searches "
-        f"(consistent law: {one.consistent.keeping} of {one.consistent.searches})"
+    """Who keeps a conclusion as worded, and with the other statements of it: the pad of the report,
+    searches and random pads."""
+    one = found.conclusions[name]
+    alone, over = one.alone, lasts(found, [one.alone.id])
+    every, own = alone.every, alone.consistent
+    who = f"by this pad over {_windows(found, over)} from the start, " if over else ""
+    but = "" if over or not found.chosen else ", not by this"
+    others = in_words([name for name in one.statements if name != alone.id])
+    return (
+        f"{alone.id} is kept {who}by pads of {every.keeping} of {every.searches} searches "
+        f"({own.keeping} of {own.searches}) and by {_both(alone.random)} of random pads{but}; with "
+        f"{others} by {one.every.keeping} ({one.consistent.keeping}) and {_both(one.random)}"
     )
-    chance = (
-        f". Of random pads, not fitted, {percent(one.random['every'].share, 2)} keep it "
-        f"(consistent: {percent(one.random['consistent'].share, 2)})"
-    )
-    if over:
-        windows = f"{in_words(over)} window{'s' if over != ['1'] else ''}"
-        return f"Kept over {windows} by this pad, fitted to it, and by {others}{chance}"
-    return f"Kept by {others}{', not by this pad' if found.chosen else ''}{chance}"
+
+
+def _windows(found: Ensembles, over: Sequence[str]) -> str:
+    """Windows in a sentence; all of them by the first and the last."""
+    every = [str(window) for window in found.windows]
+    words = f"{over[0]} to {over[-1]}" if over[2:] and list(over) == every else in_words(over)
+    return f"{words} window{'s' if over != ['1'] else ''}"
+
+
+def _both(random: dict[str, Share]) -> str:
+    """A share of random pads over all laws, and in brackets over those of the consistent one."""
+    every, own = (rf"{100.0 * random[law].share:.2g}\,\%" for law in ("every", "consistent"))
+    return f"{every} ({own})"
 
 
 def _span(ends: Sequence[float]) -> str:
@@ -69,24 +82,27 @@ def _span(ends: Sequence[float]) -> str:
 
 def kept_by(found: Ensembles, name: str) -> str:
     """How many stored pads keep a conclusion, and whether the pad of the report does."""
-    one, over = found.conclusions[name], lasts(found, name)
+    one = found.conclusions[name]
+    over = lasts(found, one.statements)
     own, every = one.consistent, one.every
     pad = (
-        "The pad of this report keeps it over "
-        f"{in_words(over)} window{'s' if over != ['1'] else ''}"
+        f"the pad of this report keeps over {in_words(over)} window{'s' if over != ['1'] else ''}"
         if over
-        else "The pad of this report does not keep it"
+        else "the pad of this report does not keep"
         if found.chosen
-        else "No pad is judged afresh here"
+        else "are not judged afresh here"
     )
     lasting = (
         f", {one.lasting} of {one.tried} tried also over {one.over} windows" if one.tried else ""
     )
     narrow = f", B2-only-c by {_span(one.only_c)}" if one.only_c else ""
+    stored = f"{own.keep} of {own.pads} pads stored{lasting}"
     return (
-        f"{pad}; it is kept by pads of {own.keeping} of the {own.searches} searches of the "
-        f"consistent law ({own.keep} of {own.pads} pads stored{lasting}) and of {every.keeping} of "
-        f"the {every.searches} of all laws ({every.keep} of {thousands(every.pads)}{narrow})"
+        f"All {len(one.statements)} together {pad}; pads of {own.keeping} of the {own.searches} "
+        f"searches of the consistent law keep them ({stored}) and of {every.keeping} of the "
+        f"{every.searches} of all laws ({every.keep} of {thousands(every.pads)}{narrow}); "
+        f"{one.alone.id} alone by pads of {one.alone.consistent.keeping} and "
+        f"{one.alone.every.keeping} of them"
     )
 
 

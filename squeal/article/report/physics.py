@@ -6,92 +6,21 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from squeal.article.cases import title
+from squeal.article.report import works
 from squeal.article.report.latex import (
     Generated,
-    at_most,
     in_words,
     number,
     percent,
     tabular,
     typeset,
 )
-from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.article.results.energy import Energy
 from squeal.article.results.line_springs import ALIKE, Case, LineSprings
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
 from squeal.files.records import Missing
 from squeal.numerics.shares import wilson
-
-MULTIPLE = 2.0  # times more or less is far
-
-
-def energy_table(found: Energy) -> str:
-    """Works of friction, brake force and contact law, and the stays in partial contact."""
-    head = ["", "friction", "brake force", "law gives", "in stays", "law takes", "in stays"]
-    head.append("kinetic energy")
-    groups: dict[str, list[list[str]]] = {}
-    for name, one in found.motions.items():
-        row = [motion_title(name)]
-        if isinstance(one, Missing):
-            row.append(rf"\multicolumn{{7}}{{l}}{{{typeset(one.reason)}}}")
-        else:
-            row += [number(1e3 * one.friction, 3), number(1e3 * one.load, 3)]
-            for part in (one.fed(1), one.fed(-1)):
-                row += [number(1e3 * sum(part), 3) if part else "0", str(len(part))]
-            row.append(number(1e3 * one.kinetic, 3))
-        groups.setdefault(name[:2], []).append(row)
-    return tabular("lrrrrrrr", head, list(groups.values()))
-
-
-def _energy(found: Energy) -> dict[str, str]:
-    whole = {name: one for name, one in found.motions.items() if isinstance(one, Motion)}
-    printed = {
-        motion_title(name.removesuffix("-mean")): (one, whole.get(name.replace("mean", "integral")))
-        for name, one in whole.items()
-        if name.endswith("mean")
-    }
-    gives, takes = ([n for n, (one, _) in printed.items() if one.fed(sign)] for sign in (1, -1))
-    both = [name for name in gives if name in takes]
-    if both:
-        law = (
-            "The printed law does work in partial contact, and with either sign: in "
-            f"{in_words(both)} some stays give energy and others take it."
-        )
-    elif gives or takes:
-        way = "gives" if gives else "takes"
-        law = f"The printed law only {way} energy, in {in_words(gives or takes)}."
-    else:
-        law = "No motion shown here visits partial contact, so that the printed law does no work."
-    beyond = [name for name, (one, _) in printed.items() if abs(one.law) > abs(one.friction)]
-    source = (
-        f"By the end the contact law has done more work than friction in {in_words(beyond)}."
-        if beyond
-        else "In no motion has the contact law done more work than friction by the end."
-    )
-    ratios = {
-        name: one.kinetic / other.kinetic
-        for name, (one, other) in printed.items()
-        if other is not None and one.law != 0.0
-    }
-    more = [f"{n} ({number(r, 2)} times)" for n, r in ratios.items() if r > MULTIPLE]
-    less = [f"{n} ({number(r, 2)} times)" for n, r in ratios.items() if r * MULTIPLE < 1.0]
-    parts = [f"far greater in {in_words(more)}"] if more else []
-    parts += [f"far smaller in {in_words(less)}"] if less else []
-    start = (
-        "From the same start the greatest kinetic energy under the printed law, over that under "
-        f"the integral law, is {' and '.join(parts)}"
-        + (": the law decides, and in either direction." if more and less else ".")
-        if parts
-        else "From the same start the greatest kinetic energy differs by less than "
-        f"{number(MULTIPLE, 2)} times under both laws."
-    )
-    return {
-        "physics.energy.law": law,
-        "physics.energy.source": source,
-        "physics.energy.start": start,
-        "physics.energy.residue": at_most(max(one.residue for one in whole.values())),
-    }
-
 
 HAMMERS = "c"
 """The case that hammers severely with both models, as the article says."""
@@ -396,14 +325,14 @@ def _starts(found: Starts) -> dict[str, str]:
 
 def generated(energy: Energy, ranges: MapRanges, springs: LineSprings, starts: Starts) -> Generated:
     """Values and tables of the chapter."""
-    values = _energy(energy) | _ranges(ranges) | _springs(springs) | _starts(starts)
+    values = works.values(energy) | _ranges(ranges) | _springs(springs) | _starts(starts)
     values["physics.starts.turns"] = str(TURNS)
     values["physics.starts.tolerance"] = number(TOLERANCE, 1)
     values["physics.starts.confidence"] = percent(CONFIDENCE, 0)
     friction = ranges.sweeps["mu"].values
     values["physics.map.mu"] = f"{number(min(friction), 2)} to {number(max(friction), 2)}"
     return values, {
-        "works": energy_table(energy),
+        "works": works.energy_table(energy),
         "members": members_table(ranges),
         "own-starts": starts_table(starts),
         "springs-starts": springs_table(springs),

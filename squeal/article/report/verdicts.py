@@ -23,22 +23,23 @@ from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.files.records import Missing
 
 SMALL = 0.25  # of the map, as in the statement B3-small-region
-MOST = 0.5  # of random pads
+MOST, FEW = 0.5, 0.1  # of random pads
 APART = 0.25  # of the pads with one value: counts that differ by more depend on the parameter
 NAMES = {"mu": "friction", "h/w": "height", "k2/k1": "springs"}
 CLOSED = 0.01  # how far a closed form for small tilts may be from what is measured
 
 
 def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
-    """A conclusion about motions: for which pads its statements hold together.
+    """A conclusion about motions: for which pads it holds as worded.
 
     The pad of the report and those stored of all searches were sought for the statements; random
     pads were not.
     """
-    one = found.conclusions[name]
-    own, others = all(held[s] for s in one.statements), one.every.keep
+    one = found.conclusions[name].alone
+    own, others = held[one.id], one.every.keep
     share = one.random["every"].share
-    random = "no random ones" if not share else f"{'most' if share > MOST else 'few'} random ones"
+    many = "most" if share > MOST else "some" if share > FEW else "few"
+    random = f"{many if share else 'no'} random ones"
     if own:
         return f"holds for {'pads' if others else 'one pad'} fitted to it, {random}"
     if others:
@@ -48,14 +49,14 @@ def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
 
 def argued(held: dict[str, bool]) -> str:
     """How much of the exaggeration rests on the reading of it as a share of time."""
-    if held["B1-all-separate"] and held["B2-only-c"] and not held["B12-more-loss"]:
-        return (
-            "This pad keeps what the article argues with, a loss in each case of B1 and of the "
-            "whole contact in (c) only of B2, but not our reading of it as a share of time"
-        )
-    if held["B1-all-separate"] and held["B2-only-c"]:
-        return "This pad reproduces it"
-    return "This pad does not reproduce what the article argues with"
+    if not (held["B1-all-separate"] and held["B2-only-c"]):
+        return "The latter two, with which the article argues, this pad does not keep"
+    if held["B12-more-loss"]:
+        return "This pad keeps all three"
+    return (
+        "The latter two, with which the article argues, this pad keeps; the former is our reading "
+        "as a share of time"
+    )
 
 
 def region(full: Upright, printed: QuasiStatic) -> str:
@@ -66,7 +67,14 @@ def region(full: Upright, printed: QuasiStatic) -> str:
         return "does not hold"
     if full.small == full.pads:
         return "holds"
-    return f"depends on {in_words(deciding(full)) or 'the pad'}"
+    return f"by full contact, depends on {in_words(deciding(full)) or 'the pad'}"
+
+
+def touching_at_rest(ranges: MapRanges) -> str:
+    """The share of the map on which an equilibrium is kept in any contact, along all sweeps."""
+    kept = [share for sweep in ranges.sweeps.values() for share in sweep.kept]
+    words = f"{percent(min(kept), 0)} to {percent(max(kept), 0)} in Fig.~\\ref{{fig:map-ranges}}"
+    return f"{'never small' if min(kept) >= SMALL else 'small for some'}: {words}"
 
 
 def deciding(full: Upright) -> list[str]:
@@ -92,21 +100,25 @@ def influence(found: Ensembles) -> tuple[str, str]:
     A pad of which no case parts does not tell.
     """
     own = consistent(found)
-    none, *some, every = own.parting
+    _, *some, every = own.parting
     ran = sum(own.parting)
-    shares = (percent(n / ran, 0) for n in (sum(some), every, none))
     words = (
-        f"Of {thousands(own.random)} random pads (consistent law) {thousands(ran)} run; the "
-        "surfaces of {} part in some cases of B2, of {} in all, of {} in none"
-    ).format(*shares)
+        f"Of {thousands(ran)} random pads that run (consistent law) "
+        f"the surfaces of {percent(sum(some) / ran, 0)} part in some cases of B2, of "
+        f"{percent(every / ran, 0)} in all"
+    )
     parting = sum(some) + every
     if not sum(some):
         return "not supported", words
-    share = sum(some) / parting
+    shares = [sum(e.parting[1:-1]) / max(sum(e.parting[1:]), 1) for e in found.ensembles]
+    most = sum(share > MOST for share in shares)
     told = (
-        f"{words}: cases differ in {percent(share, 0)} of those that part. Parting is not hammering"
+        f"{words}: cases differ in {percent(sum(some) / parting, 0)} of those that part "
+        f"({100 * min(shares):.0f} to {percent(max(shares), 0)} by formulation). Parting is not "
+        "hammering"
     )
-    return f"holds for {'most' if share > MOST else 'some'} random pads that part", told
+    by = "" if most in (0, len(shares)) else f", by {most} of {len(shares)} formulations"
+    return f"{'mostly' if most else 'seldom'} holds{by}", told
 
 
 def raised(claim: JudgedClaim, numbers: dict[str, float]) -> tuple[str, float]:
@@ -223,6 +235,7 @@ def generated(
         "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration"),
         "verdict.argued": argued(held),
         "verdict.region": region(ranges.full, printed),
+        "verdict.region.touching": touching_at_rest(ranges),
         "verdict.region.by": (in_words(deciding(ranges.full)) or "the pad").capitalize(),
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,

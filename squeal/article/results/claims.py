@@ -36,12 +36,13 @@ class JudgedClaim(Record):
 
 class Loaded(Record):
     """Where the reaction of a case of B2 acts while it exceeds a share of F_n: the least and the
-    greatest delta/w (None where it never does), and the changes of side between such times."""
+    greatest delta/w (None where it never does), and by swing (of w) the changes of side between
+    such times at which it acts farther out."""
 
     share: float
     low: float | None
     high: float | None
-    swings: int
+    swings: dict[str, int]
 
 
 class Hammering(Record):

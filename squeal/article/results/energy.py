@@ -25,13 +25,34 @@ class Stay(Record):
     fed: float
 
 
+class Span(Record):
+    """A motion from its start over so many times the time of its scene.
+
+    friction, law: works at the end; most: the greatest of friction so far; kinetic: the greatest;
+    peak: of the first signal over F_n (F3 or Rn); apart: share of the time without any contact;
+    calm: greatest late acceleration over the greatest; pause: longest time between two changes of
+    contact, over that of the scene.
+    """
+
+    windows: int
+    friction: float
+    most: float
+    law: float
+    kinetic: float
+    peak: float
+    apart: float
+    calm: float
+    pause: float
+
+
 class Motion(Record):
     """A motion under one contact law.
 
     friction, load, law: works at the end, that of the law beyond what its potential gives back;
     kinetic: the greatest kinetic energy; residue: how far the balance of all works is from closing,
     over it; stays: all in partial contact; curves: t (ms) and kinetic and elastic energy (of
-    springs and contact) and works so far, for the motions that are drawn.
+    springs and contact) and works so far, for the motions that are drawn; spans: the motion over
+    the time of the scene and longer.
     """
 
     friction: float
@@ -41,6 +62,7 @@ class Motion(Record):
     residue: Annotated[float, ".1g"]
     stays: tuple[Stay, ...]
     curves: dict[str, tuple[float, ...]]
+    spans: tuple[Span, ...]
 
     def fed(self, sign: int) -> list[float]:
         """What was fed in during the stays that gain (sign 1) or lose (-1), without rounding."""
@@ -49,9 +71,13 @@ class Motion(Record):
 
 
 class Energy(Result):
-    """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral."""
+    """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral.
+
+    own: the names of those under the scenes' own laws.
+    """
 
     motions: dict[str, Motion | Missing]
+    own: tuple[str, ...]
 
     @property
     def wrong(self) -> str:

@@ -143,16 +143,27 @@ class Keeping(Record):
     keeping: int
 
 
+class Alone(Record):
+    """The statement that says a conclusion by itself, with the pads that keep it as in
+    `Conclusion`."""
+
+    id: str
+    consistent: Keeping
+    every: Keeping
+    random: dict[str, Share]
+
+
 class Conclusion(Record):
     """A conclusion of the article as statements that must hold together.
 
     consistent, every: pads of the consistent law and of all formulations; lasting: those of the
     consistent law that still keep it over `over` windows, of `tried`; random: of random pads, by
     law ("consistent", "every"), one whose motion leaves the model keeping none; only_c: least and
-    greatest margin of B2-only-c of the stored pads that keep it.
+    greatest margin of B2-only-c of the stored pads that keep it; alone: its statement as worded.
     """
 
     statements: tuple[str, ...]
+    alone: Alone
     consistent: Keeping
     every: Keeping
     lasting: int

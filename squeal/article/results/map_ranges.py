@@ -74,7 +74,8 @@ class Upright(Record):
     pads: every other value of each parameter; low, high: least and greatest share of the map;
     small: on how many pads it is below `below`, which counts as small; small_at: of these by
     parameter and its values, each of which equally many pads have; cells: points of the grid of
-    angles that a share rests on.
+    angles that a share rests on; near: how many pads are within `margin` of `below`, on either
+    side, which a finer grid may turn.
     """
 
     pads: int
@@ -84,6 +85,8 @@ class Upright(Record):
     below: Share
     small_at: dict[str, dict[str, int]]
     cells: int
+    near: int
+    margin: Share
 
 
 class MapRanges(Result):

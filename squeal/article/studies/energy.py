@@ -4,27 +4,53 @@ Those of line contact run under both laws, the printed one and the integral one.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from squeal.analysis.work import contact_work
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.energy import LAWS, Energy, Motion, Stay
+from squeal.article.claims import measure
+from squeal.article.results.energy import LAWS, Energy, Motion, Span, Stay
 from squeal.article.scenes import read_scenes
 from squeal.errors import ComputationError
 from squeal.files.records import Missing
+from squeal.model.states import NONE
 from squeal.scene import Scene
 
 SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")
 MOST = 800  # points of a curve
+WINDOWS, LONG = (1, 3), 10  # times in that of the scene; the last of motions that are drawn
 
 
 def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
     count = len(course["t"])
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(int))
     return {key: tuple(values[chosen].tolist()) for key, values in course.items()}
+
+
+def spans(scene: Scene, windows: Sequence[int]) -> Iterator[Span]:
+    """A motion over some times in that of its scene, up to that in which the model ends."""
+    assert scene.stop is not None
+    for count in windows:
+        longer = dataclasses.replace(scene, stop=count * scene.stop)
+        try:
+            works, case = contact_work(longer), measure(longer)
+        except ComputationError:
+            return
+        changes = np.unique([t for stay in works.excursions for t in (stay.start, stay.stop)])
+        yield Span(
+            windows=count,
+            friction=works.friction,
+            most=float(works.course.friction.max()),
+            law=works.fed,
+            kinetic=works.kinetic,
+            peak=case.first.high,
+            apart=case.shares.get(NONE, 0.0),
+            calm=case.calm,
+            pause=float(np.diff(changes).max(initial=0.0)) / scene.stop,
+        )
 
 
 def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
@@ -45,6 +71,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         residue=float(np.ptp(rest)) / works.kinetic,
         stays=tuple(Stay(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
         curves=_curves(curves) if shown else {},
+        spans=tuple(spans(scene, (*WINDOWS, LONG) if shown and scene.model == "B2" else WINDOWS)),
     )
 
 
@@ -63,5 +90,12 @@ def under_both_laws(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 def study(files: Sequence[Path]) -> Energy:
     """The motions of the eight scenes of models B1 and B2."""
-    scenes = under_both_laws(read_scenes(files, HISTORY_FIGURES, "simulate"))
-    return Energy(motions={name: motion(scene, name in SHOWN) for name, scene in scenes.items()})
+    given = read_scenes(files, HISTORY_FIGURES, "simulate")
+    scenes = under_both_laws(given)
+    return Energy(
+        motions={name: motion(scene, name in SHOWN) for name, scene in scenes.items()},
+        own=tuple(
+            name if one.model == "B1" else f"{name}-{one.formulation.line_force}"
+            for name, one in given.items()
+        ),
+    )

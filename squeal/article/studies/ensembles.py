@@ -105,6 +105,15 @@ def contrasts(kept: gather.Kept) -> tuple[results.Contrast, ...]:
     )
 
 
+def _random(kept: gather.Kept, number: int, keep: np.ndarray) -> dict[str, Share]:
+    """Shares of random pads, by law, of which so many of each formulation (F,) keep something."""
+    pads = kept.random[..., 0].sum(axis=1)
+    return {
+        "consistent": share(int(keep[number]), int(pads[number])),
+        "every": share(int(keep.sum()), int(pads.sum())),
+    }
+
+
 def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclusion:
     """How many of the stored pads keep a conclusion, and with judging for how long."""
     number, statements = FORMULATIONS.index(CONSISTENT), gather.CONCLUSIONS[name]
@@ -115,16 +124,18 @@ def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclu
         lasting = int((margins[:, [INDEX[s] for s in statements]] > 0.0).all(axis=1).sum())
     every = keeping(kept, range(len(FORMULATIONS)), statements)
     own = keeping(kept, [number], statements)
-    random = (
-        kept.random_together[:, list(gather.CONCLUSIONS).index(name)],
-        kept.random[..., 0].sum(1),
-    )
+    worded = gather.WORDED[name]
+    drawn = kept.random_together[:, list(gather.CONCLUSIONS).index(name)]
+    alone = kept.random_holds[:, :, INDEX[worded]].sum(axis=1)
+    shares, shares_alone = (_random(kept, number, keep) for keep in (drawn, alone))
     narrow = kept.sampled[gather.keep_all(kept.sampled, statements)][:, INDEX["B2-only-c"]]
-    shares = {
-        "consistent": share(*(int(n[number]) for n in random)),
-        "every": share(*(int(n.sum()) for n in random)),
-    }
-    kept_to = (statements, own, every, lasting, len(points), LASTING, shares)
+    by_itself = results.Alone(
+        worded,
+        keeping(kept, [number], (worded,)),
+        keeping(kept, range(len(FORMULATIONS)), (worded,)),
+        shares_alone,
+    )
+    kept_to = (statements, by_itself, own, every, lasting, len(points), LASTING, shares)
     span = (float(narrow.min()), float(narrow.max())) if len(narrow) else None
     return results.Conclusion(*kept_to, span)
 

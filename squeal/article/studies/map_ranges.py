@@ -36,6 +36,7 @@ CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined
 COARSE = 16  # a side of the maps of equilibria
 COARSEST = 9  # the same for many pads
+MARGIN = 0.06  # of the map: a grid three times as fine moves a share by less
 SPARSE = 5  # values of a parameter at which equilibria are sought
 GRID = 20  # a side of the map on which equilibria off the branch are sought
 NEAR = 0.02  # rad: a case is on the edge if the conditions change within
@@ -140,9 +141,9 @@ def _full(scene: Scene) -> results.Upright:
         for counts in (small.sum(axis=tuple({0, 1, 2} - {i})),)
     }
     cells = COARSEST * (COARSEST + 1)
-    return results.Upright(
-        full.size, float(full.min()), float(full.max()), int(small.sum()), SMALL, at, cells
-    )
+    near = int(np.count_nonzero(np.abs(full - SMALL) <= MARGIN))
+    span = float(full.min()), float(full.max())
+    return results.Upright(full.size, *span, int(small.sum()), SMALL, at, cells, near, MARGIN)
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:
