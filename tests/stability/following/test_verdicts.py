@@ -6,6 +6,8 @@ import pytest
 from squeal.numerics.formula import Formula
 from squeal.stability import thresholds
 from squeal.stability.following import verdicts
+from squeal.stability.following.line import Line
+from squeal.stability.following.search import _bisected
 from squeal.stability.terms import Term, TermSystem
 
 RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]
@@ -83,6 +85,44 @@ def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
     (point,) = found.points
     assert (point.kind, point.frequency_hz) == ("flutter", 0.0)
     assert point.mu == pytest.approx(g * g - 0.2, rel=1e-9)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-3])
+def test_growth_that_begins_where_other_growth_ends(apart, rng):
+    """A pair's damping 2 a (mu - 0.7) turns positive where another root passes zero, or before."""
+    M, C0, C1, K0, K1 = mixed(
+        rng,
+        np.eye(3),
+        np.diag([-0.14, 0.3, 0.2]),
+        np.diag([0.2, 0.0, 0.0]),
+        np.diag([9.0, 0.7 + apart, 20.0]),
+        np.diag([0.0, -1.0, 0.0]),
+    )
+    mu = Formula("mu")
+    terms = (Term(C0), Term(C1, mu)), (Term(K0), Term(K1, mu))
+    for high in (1.5, 40.0, 1e6):
+        found = thresholds(TermSystem((Term(M),), *terms), high)
+        ways = {(c.kind, c.direction, c.changes_verdict) for c in found.crossings}
+        assert ways == {("flutter", "down", True), ("divergence", "up", True)}
+        crossed = sorted(c.mu for c in found.crossings)
+        assert crossed == pytest.approx([0.7, 0.7 + apart], rel=1e-10)
+        kinds = ["restabilised", "divergence"] if apart else ["divergence"]
+        assert [p.kind for p in found.points] == kinds
+        assert found.points[-1].mu == pytest.approx(0.7 + apart, rel=1e-10)
+
+
+@pytest.mark.parametrize("damping", [2.0, 0.0])
+def test_bisection_by_the_count_passes_over_a_pair_that_meets(damping):
+    """s^2 - 40 s + k meets at k = 400; s^2 + d s + 1 - mu passes zero at mu = 1."""
+
+    def system(mu):
+        C = np.diag([-40.0, damping])
+        return np.eye(2), C, np.diag([600.0 - 500 * mu, 1 - mu if damping else 1.0])
+
+    line = Line(system, 0.0, 1.1)
+    places = _bisected(line, 0.0, 1.1, [])
+    assert line.growth(0.0).numbers != line.growth(1.1).numbers
+    assert [one.value for (one,) in places] == pytest.approx([1.0] * bool(damping), abs=1e-6)
 
 
 @pytest.mark.parametrize("halvings", [verdicts.HALVINGS, 0])
