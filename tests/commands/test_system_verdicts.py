@@ -93,21 +93,29 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
 
 
 @pytest.mark.parametrize(
-    ("options", "listed"),
-    [((), 1), (("--band", "0.1:1"), 1), (("--modes", "1"), 1), (("--band", "1:2"), 0)],
+    ("options", "onsets"),
+    [
+        ((), [0.5, 0.75]),
+        (("--band", "0.1:1"), [0.75]),
+        (("--band", "1:5"), [0.5]),
+        (("--band", "6:7"), []),
+        (("--modes", "1"), [0.5, 0.75]),
+        (("--region", "-1:1:1:2"), [0.75]),
+    ],
 )
-def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, listed, tmp_path, capsys):
-    """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
+def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, tmp_path, capsys):
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3), flutter from 3/4 on, and 200 +- 100 sqrt(1 - 2 mu)."""
     path = tmp_path / "coupled.yaml"
     path.write_text(
-        "M: [[1, 0], [0, 1]]\nparameters: {mu: 1}\n"
-        "K: [{matrix: [[2, -1], [-1, 2]]}, {matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}]"
-        "\n"
+        "M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nparameters: {mu: 1}\nK:\n"
+        "- {matrix: [[2, -1, 0, 0], [-1, 2, 0, 0], [0, 0, 200, -100], [0, 0, -100, 200]]}\n"
+        "- {matrix: [[0, 1.3333333333333333, 0, 0], [0, 0, 0, 0], [0, 0, 0, 200], [0, 0, 0, 0]], "
+        "factor: mu}\n"
     )
     code, out, err = run(capsys, "eigenvalues", path, *options, "--json")
     assert (code, err) == (0, "")
-    onsets = [mode["onset"] for mode in json.loads(out)["unstable"]]
-    assert onsets == pytest.approx([0.75] * listed, rel=1e-12)
+    found = sorted(mode["onset"] for mode in json.loads(out)["unstable"])
+    assert found == pytest.approx(onsets, rel=1e-12)
 
 
 @pytest.mark.parametrize("form", [(), ("--json",), ("--csv", "t.csv"), ("--band", "1:100")])

@@ -40,7 +40,7 @@ def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
     where += [(c.mu, *c.interval, c.frequency_hz) for c in found.crossings]
     for at, (mu, low, high, hertz) in zip((meets, passes), where, strict=False):
         assert mu == pytest.approx(at, rel=1e-11)
-        assert low <= at <= high
+        assert low <= at <= high <= low + 1e-10
         assert hertz == 0.0
     assert found.certified
 
@@ -72,6 +72,17 @@ def test_verdicts_change_where_growth_changes_hands_and_not_where_a_root_passes(
     assert 2 * np.pi * point.frequency_hz == pytest.approx(omega, rel=1e-8)
     assert found.certified
     assert first != second
+
+
+@pytest.mark.parametrize("k", [1e-4, 1e-8])
+def test_a_pair_that_meets_soon_after_it_began_to_grow_is_flutter_first(k):
+    """s^2 - 2 (mu - 0.2) s + k: a pair until mu = 0.2 + sqrt(k)."""
+    C1, one = np.diag([-2.0, 0.0]), Formula("mu")
+    terms = (Term(np.diag([0.4, 0.3])), Term(C1, one)), (Term(np.diag([k, 4.0])),)
+    found = thresholds(TermSystem((Term(np.eye(2)),), *terms), 2.0)
+    assert [(c.kind, c.direction) for c in found.crossings] == [("flutter", "up")]
+    assert [p.kind for p in found.points] == ["flutter", "divergence"]
+    assert [p.mu for p in found.points] == pytest.approx([0.2, 0.2 + np.sqrt(k)], rel=1e-8)
 
 
 def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
