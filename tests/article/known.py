@@ -27,6 +27,7 @@ from squeal.article.results.ensembles import (
     Conclusion,
     Keeping,
     Kept,
+    Lasted,
     Pad,
     Range,
     Seed,
@@ -88,7 +89,8 @@ def conclusion(*statements: str) -> Conclusion:
     share = Share(0.1, (0.05, 0.2))
     random = {"consistent": share, "every": share}
     alone = Alone(statements[-1], own, every, random)
-    return Conclusion(statements, alone, own, every, 8, 8, 10, random, (1e-4, 0.02))
+    lasting = (Lasted(2, 8, 7),)
+    return Conclusion(statements, alone, own, every, lasting, 10, random, (1e-4, 0.02))
 
 
 def ensembles(entry: Any) -> dict[str, Any]:
@@ -102,7 +104,7 @@ def ensembles(entry: Any) -> dict[str, Any]:
     failing: dict[str, tuple[str, ...] | None] = dict.fromkeys(windows, ("B2-d-trailing",))
     numbers = {d.name: d.low for d in DIMENSIONS}
     pads = {
-        name: Pad(numbers, horizons, failing, 3.0 + i, 1.5, 0.5)
+        name: Pad(numbers, horizons, failing, 3.0 + i, 1.5, share)
         for i, name in enumerate(("consistent", "printed force"))
     }
     spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
@@ -125,6 +127,10 @@ def ensembles(entry: Any) -> dict[str, Any]:
                 levels={a: 9.0, b: 9.5},
                 unslid={a: 9.0, b: 9.5},
                 p=p,
+                random={a: 90, b: 90},
+                ran={a: 70, b: 60},
+                keep={key: {a: 9, b: 3} for key in ("hammering", "exaggeration")},
+                p_keep={"hammering": 0.01, "exaggeration": 0.2},
             )
             for (switch, (a, b)), p in zip(
                 FORMULATION_CHOICES.items(), (0.9, 0.5, 1e-4), strict=True

@@ -72,7 +72,7 @@ def counted(informative: int) -> Kept:
 )
 def test_the_report_takes_the_law_under_which_its_pad_keeps_more(consistent, printed, law):
     pads = {
-        name: Judged(dict(RIVAL), {"10": counted(n)}, {}, 1.0, 2.0, 0.5)
+        name: Judged(dict(RIVAL), {"10": counted(n)}, {}, 1.0, 2.0)
         for name, n in zip(LAWS, (consistent, printed), strict=True)
     }
     assert choosing.choice(pads, "here").law == LAWS[law]

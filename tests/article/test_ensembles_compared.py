@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles import choosing
 from squeal.article.ensembles.comparison import (
+    by_choice,
     corrected,
     distances,
     exchanged,
@@ -17,11 +19,11 @@ from squeal.article.ensembles.comparison import (
     sampled_distances,
 )
 from squeal.article.ensembles.distance import INDEX, judge
-from squeal.article.ensembles.gather import read_kept
+from squeal.article.ensembles.gather import CONCLUSIONS, read_kept
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.report.chapters import ENSEMBLES
+from squeal.article.report.contrasts import of_levels, of_random
 from squeal.article.report.ensembles import (
-    _contrast,
     at_least,
     generated,
     half_by_chance,
@@ -34,7 +36,7 @@ from squeal.article.results.findings import Findings
 from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
-from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES, Formulation
 from tests.article import known
 from tests.conftest import ROOT, needs_heyoka
 
@@ -54,8 +56,8 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     values, tables = generated(found, known.of(Findings))
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
-    assert kept_briefly(found, "hammering").startswith("Kept by ")
-    assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
+    assert "is kept by pads of" in kept_briefly(found, "hammering")
+    assert "are not judged afresh here" in values["ensembles.hammering.kept"]
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
 
 
@@ -114,10 +116,15 @@ def test_equal_pads_count_once_and_searches_are_counted(tmp_path):
     assert (found.searches, found.keeping) == (sample.shape[1], 1)
 
 
+def contrast(**given: Any) -> Contrast:
+    (one,) = (c for c in stored().contrasts if c.switch == "delta_from")
+    return replace(one, better=1, pairs=4, **given)
+
+
 def judged_contrast(p: float, p_unslid: float, other: bool = False) -> str:
     unslid = {"centre": 9.0, "frame": 8.0} if other else {"centre": 8.0, "frame": 9.0}
     levels = {"centre": 8.0, "frame": 9.0}
-    return _contrast(Contrast("delta_from", levels, p, 1, 4, unslid, p_unslid))
+    return of_levels(contrast(levels=levels, p=p, unslid=unslid, p_unslid=p_unslid))
 
 
 @pytest.mark.parametrize(
@@ -126,13 +133,70 @@ def judged_contrast(p: float, p_unslid: float, other: bool = False) -> str:
         ((0.01, 0.01), "also without the statement on sliding"),
         ((0.01, 0.01, True), "with the assumed speed of the surface only"),
         ((0.01, 0.4), "with the assumed speed of the surface only"),
-        ((0.4, 0.4), "no difference is shown"),
+        ((0.4, 0.4), "no difference of the levels is shown"),
         ((0.4, 0.01, True), r"without the statement on sliding one is, $\delta$ in the fixed"),
     ],
 )
 def test_what_a_switch_does_is_told_with_and_without_sliding(given, words):
     assert words in judged_contrast(*given)
     assert "nearer in 3 of the 4 pairs" in judged_contrast(*given)
+
+
+def test_what_random_pads_keep_with_either_choice_is_told_beside_the_levels():
+    conclusions = stored().conclusions
+    words = of_random(contrast(), conclusions)
+    assert (
+        "90 each, of which 70 and 60 run, 9 and 3 keep all statements on hammering ($p = 0.01$)"
+        in words
+    )
+    assert "exaggerate" not in words
+    assert words.endswith("whatever the speed of the surface.")
+    slid = {n: replace(c, statements=("B12-sliding",)) for n, c in conclusions.items()}
+    assert "whatever" not in of_random(contrast(), slid)
+    same = contrast(p_keep={"hammering": 0.3, "exaggeration": 0.2})
+    assert "not shown to differ ($p = 0.2$ or more)" in of_random(same, conclusions)
+
+
+def test_random_pads_are_split_by_the_choices_of_a_switch():
+    kept = read_kept(ROOT / ENSEMBLES)
+    for switch, choices in FORMULATION_CHOICES.items():
+        found = by_choice(kept, switch)
+        for at, name in enumerate(CONCLUSIONS):
+            each = dict.fromkeys(choices, 0)
+            for f, n in zip(FORMULATIONS, kept.random_together[:, at].tolist(), strict=True):
+                each[getattr(f, switch)] += n
+            assert found.keep[name] == each
+        assert sum(found.random.values()) == kept.random[..., 0].sum()
+        assert sum(found.ran.values()) == kept.random[..., 1].sum()
+        assert set(found.p) == set(CONCLUSIONS)
+
+
+def fake_judge(numbers: Any, *_: Any, **__: Any) -> Any:
+    """All statements hold for a pad that is flat."""
+    flat = numbers["h"] < np.median(numbers["h"])
+    return SimpleNamespace(margins=np.where(flat[:, None], 1.0, -1.0) * np.ones(len(CLAIMS)))
+
+
+def test_pads_judged_for_longer_are_drawn_from_each_search_that_keeps_a_conclusion(monkeypatch):
+    """Search 2 has ten pads that do, search 4 two; equal ones count once."""
+    kept = read_kept(ROOT / ENSEMBLES)
+    number = FORMULATIONS.index(CONSISTENT)
+    sample, sampled = kept.sample.copy(), np.full_like(kept.sampled, -1.0)
+    for search, count in ((1, 10), (3, 2)):
+        sampled[number, search, :count] = 1.0
+        sample[number, search] = 0.5
+        sample[number, search, :count, 0] = np.linspace(0.1, 0.8, count)
+    made = replace(kept, sample=sample, sampled=sampled)
+    monkeypatch.setattr(studied, "TRIED", 8)
+    monkeypatch.setattr(studied, "judge", fake_judge)
+    long = studied.longer(made)
+    assert long is not None
+    assert long.searches.tolist() == [1] * 4 + [3] * 2
+    found = studied.conclusion(made, "hammering", long)
+    assert [(one.search, one.tried) for one in found.lasting] == [(2, 4), (4, 2)]
+    assert sum(one.keep for one in found.lasting) == 3
+    assert studied.conclusion(made, "hammering", None).lasting == ()
+    assert studied.longer(replace(made, sampled=np.full_like(sampled, -1.0))) is None
 
 
 def stored(**given: Any) -> Ensembles:
@@ -216,6 +280,11 @@ def test_sentences_on_ensembles_follow_the_file():
         assert "not judged" not in text
     assert "that (c) alone hammers was sought" in told(stored(chosen_from=ELSEWHERE), "sought")
     assert "It is that of here" in told(stored(chosen_from="here"), "sought")
+    tied = {"equal": 3, "first_equal": 1, "least": 12}
+    assert "compared: it keeps" in told(stored(equal=1, first_equal=1), "sought")
+    assert "(of 3 that tie for the last place, this pad, listed" in told(stored(**tied), "sought")
+    others = stored(**{**tied, "least": 11, "first_equal": 2})
+    assert "(of 3 that tie for the last 2 places, those listed first)" in told(others, "sought")
     few = stored()
     narrow = {
         law: {
@@ -230,6 +299,10 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "is not shown" in told(few, "confined")
     every = {law: {n: replace(v, width=0.1) for n, v in r.items()} for law, r in few.ranges.items()}
     assert "confine all numbers" in told(stored(ranges=every), "confined")
+    assert told(stored(ranges=narrow), "corner").endswith("of the confined ones not $L/w$")
+    assert told(few, "corner") == "Shown are 8 of the 16 numbers"
+    flat = {law: replace(p, numbers=p.numbers | {"tilt": 0.0}) for law, p in pads.items()}
+    assert told(stored(chosen=flat), "zero") == r"B2 preload, $\theta_0$ and B1 preload stay zero"
 
 
 def test_what_keeps_three_statements_is_counted_by_formulation():

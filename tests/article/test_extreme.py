@@ -143,6 +143,9 @@ def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, ends, wo
     assert values["accuracy.within"] == "all are"
     # exp(0.3/ms 15 ms) = 90
     assert values["accuracy.grown"] == r"$9.1 \times 10^{-14}$"
+    # ln(0.01/1e-8) = 13.8, over 0.4/ms and 0.2/ms of 3 ms: below 40 windows
+    late = "in B1, case (a) (12 to 23 windows)" if rate > half and not ends else "in no case"
+    assert values["accuracy.beyond"].startswith(late)
     lost = dataclasses.replace(found, lost=1e-14)
     assert accuracy_values(lost, onset)["accuracy.within"] == "not all are"
     nothing = dataclasses.replace(found, lost=1e-15)  # the tolerance itself

@@ -24,9 +24,16 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import at_most, counted, number, plain_values, typeset
+from squeal.article.report.latex import (
+    at_most,
+    counted,
+    number,
+    percent,
+    plain_values,
+    typeset,
+)
 from squeal.article.report.making import origin_table, versions
-from squeal.article.report.parameters import angle, parameter_rows
+from squeal.article.report.parameters import angle, parameter_rows, start
 from squeal.article.report.statements import agreement, together
 from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.eigenvalues import EquilibriumPoles
@@ -194,6 +201,11 @@ def test_plain_values_of_a_result_by_dotted_name():
 def test_numbers_in_math():
     assert number(1234567.0, 3) == r"$1.23 \times 10^{6}$"
     assert number(float("nan")) == "--"
+    assert percent(0.99874, 0) == r"99.9\,\%"
+    assert percent(0.99999, 1) == r"99.999\,\%"
+    assert percent(0.99, 0) == r"99\,\%"
+    assert percent(1.0, 0) == percent(1.0 - 1e-16, 0) == r"100\,\%"
+    assert plain_values("x", 0.9996, Annotated[float, ".1%"]) == {"x": r"99.96\,\%"}
     assert angle(math.pi) == r"\pi"
     assert angle(0.75 * math.pi) == r"0.75\,\pi"
 
@@ -204,6 +216,14 @@ def test_parameter_table_has_every_parameter(scenes):
     assert all(len(row) == 6 and row[5] for row in found)
     angles = [row for row in found if row[0].startswith(r"$\alpha")]
     assert [row[3:5] for row in angles] == [["by case", "by case"]] * 2
+
+
+def test_how_the_scenes_start_is_told(scenes):
+    own = [*scenes["b1"], *scenes["b2"]]
+    at_rest = r"All scenes start at rest, with $x(0)$ and $\theta(0)$ zero, and last $3.162$\,ms."
+    assert start(own) == at_rest
+    moving = dataclasses.replace(own[0], initial=(1e-6, 0.0, 0.0, 0.0, 0.1, 0.0), stop=1.0)
+    assert start([moving]).startswith(r"All scenes start as given, with $y(0)$ and $\theta(0)$")
 
 
 def test_poles_of_a_pad_on_springs_alone():

@@ -7,7 +7,9 @@ with `--scenes FOLDER` it also writes its scenes.
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +23,12 @@ from squeal.article.identify.space import MODELS, STOP, arrays, stacked
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.results.ensembles import ELSEWHERE, Pad
 from squeal.article.results.ensembles import Kept as Counts
+from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.errors import InputError
 from squeal.files.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
+from squeal.numerics.shares import wilson
 
 WINDOWS = (1, 3, 10, 40)
 LAWS = {"consistent": CONSISTENT, "printed force": Formulation("mean", "centre", "+")}
@@ -47,7 +51,7 @@ PLAUSIBLE = {"mu": (0.2, 0.5), "L": (0.5, 4.0), "F_n": (1e-4, 3e-3), "h": (0.1, 
 """What an engineer would take: linings, supports of 20 to 160 mm, 2 kN on a stiff caliper, and a
 pad longer than high."""
 LONGER = 3  # candidates that are judged over longer times
-SCATTER, SCATTERED = 0.01, 32  # relative, and how many pads
+SCATTER, SCATTERED = 0.01, 192  # relative, and how many pads
 DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair
 
 
@@ -93,7 +97,8 @@ def _least_speed(margins: np.ndarray) -> float:
 
 
 def _around(numbers: dict[str, float]) -> dict[str, np.ndarray]:
-    """Pads whose numbers are all off a little; the kind of the start stays."""
+    """Pads whose numbers are all off a little, in proportion, so that zeros stay; so does the kind
+    of the start."""
     random = np.random.default_rng(1)
     return {
         d.name: numbers[d.name]
@@ -109,12 +114,8 @@ def side_by_side(
     found: list[dict[str, Pad]] = [{} for _ in pads]
     for name, f in laws.items():
         rows, judged = over_windows(arrays(pads), f)
-        around = [_around(numbers) for numbers in pads]
-        near = judge({n: np.concatenate([one[n] for one in around]) for n in around[0]}, f)
-        counted = np.where(near.whole, counts(near.margins)[2], -1).reshape(len(pads), -1)
         for i, numbers in enumerate(pads):
             first = judged[1]
-            wanted = counts(first.margins)[2, i]
             found[i][name] = Pad(
                 numbers=numbers,
                 horizons=rows[i],
@@ -124,8 +125,19 @@ def side_by_side(
                 },
                 distance=float(first.partial[i, -1]),
                 least_speed=_least_speed(first.margins[i]),
-                steady=float(np.mean(counted[i] >= wanted)),
             )
+    return found
+
+
+def steadied(pads: Mapping[str, Pad]) -> dict[str, Pad]:
+    """A pad by law with the share of those around it that keep as many counted statements."""
+    found = {}
+    for name, pad in pads.items():
+        near = judge(_around(pad.numbers), LAWS[name])
+        counted = np.where(near.whole, counts(near.margins)[2], -1)
+        first = pad.horizons[str(WINDOWS[0])]
+        count = 0 if first is None else int(np.count_nonzero(counted >= first.counted))
+        found[name] = replace(pad, steady=Share(count / SCATTERED, wilson(count, SCATTERED)))
     return found
 
 
@@ -134,12 +146,28 @@ def plausible(numbers: dict[str, float]) -> bool:
     return all(low <= numbers[n] <= high for n, (low, high) in PLAUSIBLE.items())
 
 
-def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
-    """The pad that an engineer would take, where it is from, and of how many candidates.
+class Chosen(NamedTuple):
+    """A pad by law, where it is from, and of how many candidates.
 
-    Of plausible ones, and of these the few that keep most over one window, that which keeps the
-    most informative statements over ten windows under the worse of the two laws, of equals the
-    steadiest, then that with the least speed of the surface.
+    least: counted statements that the last of those compared over longer times keeps over one
+    window under the worse law; equal, taken: how many candidates keep so many, and how many of
+    these, the first ones, were compared.
+    """
+
+    pads: dict[str, Pad]
+    origin: str
+    candidates: int
+    least: int
+    equal: int
+    taken: int
+
+
+def chosen(kept: Kept) -> Chosen:
+    """The pad that an engineer would take.
+
+    Of plausible ones, and of these the few that keep most over one window under the worse of the
+    two laws, that which keeps the most counted statements over ten windows under the worse of the
+    two laws, of equals the steadiest, then that with the least speed of the surface.
     """
     candidates = [(dict(RIVAL), ELSEWHERE)]
     for name, f in LAWS.items():
@@ -149,16 +177,26 @@ def chosen(kept: Kept) -> tuple[dict[str, Pad], str, int]:
     candidates = [(numbers, origin) for numbers, origin in candidates if plausible(numbers)]
     every = arrays([numbers for numbers, _ in candidates])
     short = [counts(judge(every, f).margins)[2] for f in LAWS.values()]
-    best = [candidates[i] for i in np.argsort(-np.min(short, axis=0), kind="stable")[:LONGER]]
-    rows = []
-    for pads, (_, origin) in zip(side_by_side([n for n, _ in best]), best, strict=True):
-        long = [pad.horizons["10"] for pad in pads.values()]
-        worst = min(0 if k is None else k.counted for k in long)
-        steady = min(pad.steady for pad in pads.values())
-        speed = max(pad.least_speed for pad in pads.values())
-        rows.append(((worst, steady, -speed), pads, origin))
-    _, pads, origin = max(rows, key=lambda row: row[0])
-    return pads, origin, len(candidates)
+    worse = np.min(short, axis=0)
+    order = np.argsort(-worse, kind="stable")[:LONGER]
+    rows = list(zip(side_by_side([candidates[i][0] for i in order]), order, strict=True))
+    longest = max(_worse_long(pads) for pads, _ in rows)
+    rows = [(steadied(pads), i) for pads, i in rows if _worse_long(pads) == longest]
+    pads, i = max(rows, key=lambda row: _steadiness(row[0]))
+    least = worse[order[-1]]
+    equal, taken = (int(np.count_nonzero(some == least)) for some in (worse, worse[order]))
+    return Chosen(pads, candidates[i][1], len(candidates), int(least), equal, taken)
+
+
+def _worse_long(pads: Mapping[str, Pad]) -> int:
+    """Counted statements that a pad keeps over ten windows under the worse law."""
+    long = [pad.horizons["10"] for pad in pads.values()]
+    return min(0 if kept is None else kept.counted for kept in long)
+
+
+def _steadiness(pads: Mapping[str, Pad]) -> tuple[float, float]:
+    steady = min(pad.steady.share if pad.steady else 0.0 for pad in pads.values())
+    return steady, -max(pad.least_speed for pad in pads.values())
 
 
 def law_of(pads: dict[str, Pad]) -> str:
@@ -191,8 +229,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scenes", type=Path, help="folder whose scenes are replaced")
     given = parser.parse_args(arguments)
     try:
-        pads, origin, _ = chosen(read_kept(given.ensembles))
-        found = choice(pads, origin)
+        picked = chosen(read_kept(given.ensembles))
+        found = choice(picked.pads, picked.origin)
         if given.scenes is not None:
             check_folder(given.scenes, overwrite=True)
             states = first_states(found)

@@ -1,14 +1,16 @@
 """Comparing searches and formulations by what is stored of them: distances, exchanges, counts."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from squeal.article.ensembles.distance import COUNTED, INDEX, PAIR, price
-from squeal.article.ensembles.gather import Kept, keep_all
+from squeal.article.ensembles.gather import CONCLUSIONS, Kept, keep_all
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.results.ensembles import Keeping
 from squeal.model.contact import FORMULATION_CHOICES
+from squeal.numerics.shares import fisher_exact
 
 EXCHANGES = 20_000  # of searches between two choices
 
@@ -54,6 +56,30 @@ def exchanged(values: np.ndarray, name: str) -> tuple[dict[str, float], float, i
     beyond = int((np.abs(differences) >= abs(own) - 1e-12).sum())
     means = {c: float(g.mean()) for c, g in zip(choices, (one, two), strict=True)}
     return means, (beyond + 1) / (EXCHANGES + 1), int((two.mean(1) < one.mean(1)).sum())
+
+
+class ByChoice(NamedTuple):
+    """Random pads by the choice of a switch: random: drawn; ran: those that run; keep: those that
+    keep each conclusion, by name; p: that shares as far apart keep it by chance (Fisher)."""
+
+    random: dict[str, int]
+    ran: dict[str, int]
+    keep: dict[str, dict[str, int]]
+    p: dict[str, float]
+
+
+def by_choice(kept: Kept, name: str) -> ByChoice:
+    """What random pads keep with either choice of a switch."""
+    one, other = FORMULATION_CHOICES[name]
+    first = np.array([getattr(f, name) == one for f in FORMULATIONS])
+
+    def split(counts: np.ndarray) -> dict[str, int]:
+        return {one: int(counts[first].sum()), other: int(counts[~first].sum())}
+
+    random, ran = (split(column) for column in kept.random.sum(axis=1).T)
+    keep = {c: split(kept.random_together[:, at]) for at, c in enumerate(CONCLUSIONS)}
+    p = {c: fisher_exact((n[one], n[other]), (random[one], random[other])) for c, n in keep.items()}
+    return ByChoice(random, ran, keep, p)
 
 
 def corrected(p: Sequence[float]) -> list[float]:

@@ -3,10 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.results.ensembles import SYMBOLS, Ensembles
+from squeal.article.ensembles.space import DIMENSIONS
+from squeal.article.results.ensembles import CORNER, SYMBOLS, Ensembles
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-SHOWN = ("h", "k2", "k3", "k4", "k_c", "mu", "preload", "lift")
+LABELS = {d.name: SYMBOLS[d.name] + " (log)" * d.log for d in DIMENSIONS}
 COLOURS = ("#3498DB", "#C8380E")
 
 
@@ -16,15 +17,15 @@ def draw(found: Ensembles) -> Drawing:
     names = list(searched)
     ends = {
         name: [f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in searched[name].searched]
-        for name in SHOWN
+        for name in CORNER
     }
     points = {law: np.array(rows) for law, rows in found.samples.items()}
-    size = len(SHOWN)
+    size = len(CORNER)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.9 * DOUBLE))
         grid = figure.subplots(size, size, squeeze=False)
-        for row, below in enumerate(SHOWN):
-            for column, across in enumerate(SHOWN):
+        for row, below in enumerate(CORNER):
+            for column, across in enumerate(CORNER):
                 axes = grid[row, column]
                 x, y = names.index(across), names.index(below)
                 for side, (law, values) in zip((-1, 1), points.items(), strict=True):
@@ -39,13 +40,13 @@ def draw(found: Ensembles) -> Drawing:
                 axes.set_yticks([])
                 axes.set_xticks([0.0, 1.0], ends[across] if row == size - 1 else ["", ""])
                 if row == size - 1:
-                    axes.set_xlabel(SYMBOLS[across], labelpad=1.0)
+                    axes.set_xlabel(LABELS[across], labelpad=1.0)
                 if column == 0 and row:
                     axes.set_yticks([0.0, 1.0], ends[below])
-                    axes.set_ylabel(SYMBOLS[below], labelpad=1.0)
+                    axes.set_ylabel(LABELS[below], labelpad=1.0)
         figure.legend(loc="outside upper center", ncols=2)
     widths = {
-        law: ", ".join(f"{name} {100 * ranges[name].width:.0f} %" for name in SHOWN)
+        law: ", ".join(f"{name} {100 * ranges[name].width:.0f} %" for name in CORNER)
         for law, ranges in found.ranges.items()
     }
     words = "; ".join(f"{law}: {text}" for law, text in widths.items())

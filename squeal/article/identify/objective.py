@@ -42,9 +42,16 @@ class Outcome(NamedTuple):
 
 
 def judge_many(
-    many: Sequence[Numbers], formulation: Formulation, stop: float = STOP, workers: int = 1
+    many: Sequence[Numbers],
+    formulation: Formulation,
+    stop: float = STOP,
+    workers: int = 1,
+    speed: float = SPEED_LIMIT,
 ) -> list[Outcome | None]:
-    """Judge all claims on each of the dimensionless pads; None where a motion leaves the model."""
+    """Judge all claims on each of the dimensionless pads; None where a motion leaves the model.
+
+    speed: of the surface (w sqrt(k1/m)).
+    """
     if not many:
         return []
     numbers = arrays(many)
@@ -65,7 +72,7 @@ def judge_many(
             outcomes.append(None)
             continue
         measured: dict[str, Case | Linear] = {
-            stem(model, case): case_of(found, row, SPEED_LIMIT, float(raised[i]))
+            stem(model, case): case_of(found, row, speed, float(raised[i]))
             for model, found in results.items()
             for case, row in zip(CASES, rows, strict=True)
         }

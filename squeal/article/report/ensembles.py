@@ -3,31 +3,28 @@
 import math
 from collections.abc import Sequence
 
+from squeal.article.ensembles import beyond
 from squeal.article.ensembles.choosing import LAWS
+from squeal.article.ensembles.space import DIMENSIONS
 from squeal.article.report import pads
+from squeal.article.report.contrasts import CHOICES, SURE, of_levels, of_random
 from squeal.article.report.latex import Generated, in_words, number, percent, tabular, typeset
-from squeal.article.results.ensembles import SYMBOLS, Contrast, Ensemble, Ensembles, Kept
+from squeal.article.results.ensembles import (
+    CORNER,
+    IDLE,
+    SYMBOLS,
+    Ensemble,
+    Ensembles,
+    Kept,
+)
 from squeal.article.results.findings import Findings
+from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.model.contact import CONSISTENT
 
-SURE = 0.05  # probability by chance below which a switch is said to matter
+PERCENT = percent(0.0, 0)[1:]  # the sign with its space
 NARROW = 0.5  # of the searched range: a number that lies within is said to be confined
 SWITCHED = ("tilt", "start")  # numbers of which only the side of a threshold matters much
-IDLE = "x0"  # without effect with delta from the centre
-SWITCHES = {
-    "line_force": "the line force (as printed or consistent)",
-    "delta_from": r"the point from which $\delta$ is counted",
-    "delta_moment": "the sign of the reaction's moment",
-}
-CHOICES = {
-    "integral": "the consistent force",
-    "mean": r"the printed force",
-    "centre": r"$\delta$ from the mass centre",
-    "frame": r"$\delta$ in the fixed frame",
-    "+": "the sign of \\aeq{10}",
-    "-": "the sign of \\aeq{21}",
-}
 
 
 def _name(e: Ensemble) -> list[str]:
@@ -75,6 +72,12 @@ def range_table(found: Ensembles) -> str:
     return tabular("llrrrrrr", head, [rows])
 
 
+def _within(share: Share) -> str:
+    """A share with its interval."""
+    low, high = (percent(end, 0) for end in share.interval)
+    return f"{percent(share.share, 0)} ({low.removesuffix(PERCENT)} to {high})"
+
+
 def pad_table(found: Ensembles, findings: Findings) -> str:
     """The chosen pad under both laws; the speed of the face is known under that of the scenes."""
     face = pads.face_speed(found.chosen[found.taken], findings) if found.chosen else None
@@ -91,42 +94,11 @@ def pad_table(found: Ensembles, findings: Findings) -> str:
             typeset(", ".join(n for n in pad.failing["1"] or () if n in found.counted)),
             rf"{number(pad.least_speed, 2)}\,m/s",
             rubs.get(law, pads.LEFT),
-            percent(pad.steady, 0),
+            pads.LEFT if pad.steady is None else _within(pad.steady),
         ]
         for law, pad in found.chosen.items()
     ]
     return tabular(r"llr>{\raggedright}p{1.6in}rrr", head, [rows])
-
-
-def _contrast(c: Contrast) -> str:
-    levels = in_words([f"{number(v, 3)} with {CHOICES[name]}" for name, v in c.levels.items()])
-    nearer = min(c.levels, key=lambda name: c.levels[name])
-    pairs = c.better if nearer == list(c.levels)[1] else c.pairs - c.better
-    told = (
-        f"mean level {levels}, nearer in {pairs} of the {c.pairs} pairs of formulations that "
-        f"differ in this alone, $p = {number(c.p, 2).strip('$')}$"
-    )
-    name = SWITCHES[c.switch].capitalize()
-    sure, still = c.p < SURE, c.p_unslid < SURE
-    p = f"$p = {number(c.p_unslid, 2).strip('$')}$"
-    other = min(c.unslid, key=lambda name: c.unslid[name])
-    if sure and still and other == nearer:
-        return (
-            f"{name} makes a difference: searches come nearer with {CHOICES[nearer]} ({told}), "
-            f"also without the statement on sliding ({p})."
-        )
-    if sure:
-        return (
-            f"{name} makes a difference with the assumed speed of the surface only: searches come "
-            f"nearer with {CHOICES[nearer]} ({told}), but without the statement on sliding this is "
-            f"not shown ({p})."
-        )
-    without = (
-        f"without the statement on sliding one is, {CHOICES[other]} being nearer ({p})"
-        if still
-        else f"nor is one without the statement on sliding ({p})"
-    )
-    return f"{name}: no difference is shown ({told}); {without}."
 
 
 def _long(found: Ensembles) -> str:
@@ -160,7 +132,11 @@ def _islands(found: Ensembles) -> str:
     seeds = [s for e in found.ensembles for s in e.seeds]
     count = len(found.ensembles[0].seeds)
     widths = [percent(f([s.width for s in seeds]), 0) for f in (min, max)]
-    pooled = [sum(r.width for r in law.values()) / len(law) for law in found.ranges.values()]
+    acting = [
+        [r.width for n, r in law.items() if n != IDLE or LAWS[name].delta_from != "centre"]
+        for name, law in found.ranges.items()
+    ]
+    pooled = [sum(some) / len(some) for some in acting]
     within = sum(s.width for s in seeds) / len(seeds)
     few = sum(s.distinct < s.stored for s in seeds)
     poorest = min(s.distinct for s in seeds)
@@ -175,7 +151,7 @@ def _islands(found: Ensembles) -> str:
         return (
             f"Each search ends on an island: the middle nine tenths of a number take "
             f"{widths[0]} to {widths[1]} of its range in the last population of one search (mean "
-            f"over the numbers), {wide} over the searches of the two laws of "
+            f"over the numbers that have an effect), {wide} over the searches of the two laws of "
             f"Table~\\ref{{ensemble-ranges}}.{repeats} An ensemble is thus no fair sample of the "
             f"pads within its level: what counts are its {count} searches."
         )
@@ -224,18 +200,33 @@ def _standing(found: Ensembles) -> str:
     return f"The last populations of {left} of {len(shares)} searches have standing starts"
 
 
-def _confined(found: Ensembles) -> str:
-    laws = list(found.ranges.values())
+def _narrow(found: Ensembles) -> tuple[list[str], list[str]]:
+    """Numbers that have an effect and are no switches, and those of them that are confined."""
+    laws = found.ranges.values()
     idle = [IDLE] if all(LAWS[name].delta_from == "centre" for name in found.ranges) else []
     kinds = [name for name in SYMBOLS if name not in (*SWITCHED, *idle)]
-    names = [n for n in kinds if all(law[n].width < NARROW for law in laws)]
+    return kinds, [n for n in kinds if all(law[n].width < NARROW for law in laws)]
+
+
+def _corner(found: Ensembles) -> str:
+    """Which numbers are shown pair by pair, and which of those that are confined are not."""
+    left = [SYMBOLS[name] for name in _narrow(found)[1] if name not in CORNER]
+    count = len(next(iter(found.ranges.values())))
+    rest = f", of the confined ones not {in_words(left)}" if left else ""
+    return f"Shown are {len(CORNER)} of the {count} numbers{rest}"
+
+
+def _confined(found: Ensembles) -> str:
+    laws = found.ranges
+    kinds, names = _narrow(found)
     searches = len(pads.consistent(found).seeds)
     both = half_by_chance(searches) ** len(laws)
     words = in_words([SYMBOLS[n] for n in names]) or "None"
     p = at_least(len(names), len(kinds), both)
     told = (
         f"Of {len(kinds)} numbers that have an effect and are no switches {len(names)} lie within "
-        f"half of the searched range under both laws ({words}); of {searches} uniform points "
+        f"half of the searched range, of logarithms where these are uniform, under both laws "
+        f"({words}); of {searches} uniform points "
         f"{number(len(kinds) * both, 2)} would, and as many with a probability of {number(p, 2)}"
     )
     if p < SURE:
@@ -271,8 +262,10 @@ def _front(found: Ensembles) -> str:
     )
     return (
         f"Of {pads.thousands(seen)} pads judged on {names}, {pads.thousands(all_three)} keep all "
-        f"three, {rest}. By formulation they are {in_words(own)}{none}. Pads of one population "
-        "descend from each other, so that such a count is no share of what is possible."
+        f"three, {rest}. By formulation they are {in_words(own)}{none}. Counted with them is a "
+        f"further search of {_law(Switches.of(beyond.LAW))} on model B2, which set out from pads "
+        "that keep all three, so that the effort is unequal; and pads of one population descend "
+        "from each other, so that such a count is no share of what is possible."
     )
 
 
@@ -303,7 +296,9 @@ def _by_search(ensembles: Sequence[Ensemble]) -> str:
 
 def generated(found: Ensembles, findings: Findings) -> Generated:
     """Values and tables, from the study of the same name and the findings."""
-    switches = {c.switch: _contrast(c) for c in found.contrasts}
+    switches = {
+        c.switch: f"{of_levels(c)} {of_random(c, found.conclusions)}" for c in found.contrasts
+    }
     count = sum(e.pads for e in found.ensembles)
     centre = [e for e in found.ensembles if e.formulation.delta_from == "centre"]
     values = {
@@ -328,6 +323,8 @@ def generated(found: Ensembles, findings: Findings) -> Generated:
         "ensembles.added": str(found.total.everything - found.total.listed),
         "ensembles.twins": pads.twins(found),
         "ensembles.islands": _islands(found),
+        "ensembles.corner": _corner(found),
+        "ensembles.logarithmic": in_words([SYMBOLS[d.name] for d in DIMENSIONS if d.log]),
         **{f"ensembles.{name}.kept": pads.kept_by(found, name) for name in found.conclusions},
         **{f"ensembles.switch.{name}": words for name, words in switches.items()},
     }
@@ -343,6 +340,7 @@ def generated(found: Ensembles, findings: Findings) -> Generated:
             "ensembles.balance": pads.balance(found),
             "ensembles.sought": pads.sought(found),
             "ensembles.together": pads.most(found),
+            "ensembles.zero": pads.zero(found),
         }
     tables = {
         "ensemble-searches": ensemble_table(found),

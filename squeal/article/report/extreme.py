@@ -1,11 +1,13 @@
 """Tables and values of the section on accuracy, stiff and extreme cases."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from squeal.article.cases import title
+from squeal.article.ensembles.choosing import WINDOWS
+from squeal.article.identify.objective import SEARCH_TOLERANCE
 from squeal.article.report.latex import (
     Generated,
     at_most,
@@ -20,8 +22,11 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.extreme import Extreme, Outcome
+from squeal.article.results.line_springs import TOLERANCE as OF_SPRINGS
+from squeal.article.results.onset import TOLERANCE as OF_ONSET
 from squeal.article.results.onset import Exponent, Onset
 from squeal.article.results.starts import TOLERANCE
+from squeal.article.results.verify import TOLERANCE as OF_VERIFY
 
 
 def extreme_table(cases: Sequence[Outcome]) -> str:
@@ -71,6 +76,29 @@ def _tolerance(scene: SceneAccuracy) -> float:
     return max(scene.tolerance, float(np.finfo(float).eps))
 
 
+def _windows(found: Accuracy, scene: SceneAccuracy, one: Exponent, tolerance: float) -> list[float]:
+    """The time in which a tolerance grows to the share that counts as lost, in windows of the
+    scene: from one end of the interval of the own motion's rate to the other."""
+    grown, rate, half = math.log(found.lost / tolerance), one.rates[0], one.half_widths[0]
+    return [1e-3 * grown / (rate + sign * half) / scene.stop for sign in (1.0, -1.0)]
+
+
+def _words(ends: Iterable[float]) -> str:
+    return " to ".join(f"{float(f'{end:.2g}'):g}" for end in ends)
+
+
+def _beyond(found: Accuracy, onset: Onset) -> str:
+    """Of which motions verdicts on the report's pad go beyond what can be predicted."""
+    late = []
+    for name, scene in found.scenes.items():
+        one = onset.exponents.get(f"{name}, undamped")
+        if isinstance(one, Exponent) and not one.ends and one.signs[0] == "chaotic":
+            ends = _windows(found, scene, one, SEARCH_TOLERANCE)
+            if ends[0] < WINDOWS[-1]:
+                late.append(f"{title(name)} ({_words(ends)} windows)")
+    return f"in {in_words(late)}" if late else "in no case that is seen to be chaotic"
+
+
 def _horizons(found: Accuracy, onset: Onset) -> str:
     """The times in which the tolerance grows to the share that counts as lost, where the scene's
     own motion is chaotic: from one end of the interval of its rate to the other."""
@@ -81,18 +109,25 @@ def _horizons(found: Accuracy, onset: Onset) -> str:
             continue
         longest = max(longest, one.windows)
         if one.signs[0] == "chaotic":
-            tolerance = _tolerance(scene)
-            grown, rate, half = math.log(found.lost / tolerance), one.rates[0], one.half_widths[0]
-            ends = [1e-3 * grown / (rate + sign * half) for sign in (1.0, -1.0)]
-            time, windows = (
-                " to ".join(f"{float(f'{end / unit:.2g}'):g}" for end in ends)
-                for unit in (1.0, scene.stop)
-            )
+            ends = _windows(found, scene, one, _tolerance(scene))
+            time, windows = _words(end * scene.stop for end in ends), _words(ends)
             words.append(f"{title(name)} {time}\\,s, {windows} times that of the scene")
     if not longest:
         return "no exponents were measured, so that none is given"
     seen = f"in {longest} times the time of the scenes no other own motion is seen to be chaotic"
     return f"for {'; '.join(words)}; {seen}" if words else seen
+
+
+def batches() -> str:
+    """The tolerances of motions that are not the scenes' own, and where they stand."""
+    places = {
+        TOLERANCE: r"Fig.~\ref{fig:starts}",
+        SEARCH_TOLERANCE: r"Secs.~\ref{sec:identification} and~\ref{sec:ensembles}",
+        OF_SPRINGS: r"Sec.~\ref{sec:physics} (springs)",
+        OF_ONSET: r"Sec.~\ref{sec:onset}",
+        OF_VERIFY: r"Table~\ref{formulations}",
+    }
+    return in_words([f"{number(one, 2)} in {place}" for one, place in places.items()])
 
 
 def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
@@ -110,6 +145,10 @@ def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
         "accuracy.loose": number(TOLERANCE, 2),
         "accuracy.looser": percent(loose / tight, 0) if tight > 0.0 else "--",
         "accuracy.grown": at_most(grown),
+        "accuracy.batches": batches(),
+        "accuracy.beyond": _beyond(found, onset),
+        "accuracy.search": number(SEARCH_TOLERANCE, 2),
+        "accuracy.most-windows": str(WINDOWS[-1]),
         "accuracy.within": "all are" if grown < found.lost and longer >= 2.0 else "not all are",
     }
 

@@ -5,17 +5,19 @@ from pathlib import Path
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import read_choice
-from squeal.article.identify.space import DIMENSIONS, Dimension
+from squeal.article.ensembles.space import SPEED as SCENES_SPEED
+from squeal.article.identify.space import DIMENSIONS, SPEED, Dimension
 from squeal.article.report.latex import (
     Generated,
     cells,
     in_words,
     long_table,
     number,
+    percent,
     tabular,
     typeset,
 )
-from squeal.article.results.robustness import SYMBOLS, Robustness, Share
+from squeal.article.results.robustness import LEAST, STEPS, SYMBOLS, Robustness, Share
 from squeal.article.results.verify import VerifiedPad, Verify
 from squeal.model.contact import FORMULATION_CHOICES
 
@@ -74,6 +76,13 @@ def values(checked: Verify, robust: Robustness) -> dict[str, str]:
         choices = (getattr(entry.formulation, name) for name in FORMULATION_CHOICES)
         key = f"identified.{'-'.join(choices)}"
         told[key] = str(entry.reproduced)
+    told |= {
+        "identified.speed": number(SPEED),
+        "robustness.tried": str(STEPS),
+        "robustness.least": percent(LEAST),
+        "robustness.step": number(LEAST ** (-1.0 / (STEPS - 1)), 3),
+        "robustness.speed": number(SCENES_SPEED),
+    }
     told |= {f"ranges.{claim.id}": "--" for claim in CLAIMS}
     told |= {"ranges.pads": "--", "ranges.hardest": "--"}
     told["robustness.left-out"] = typeset(robust.left_out)

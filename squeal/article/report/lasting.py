@@ -36,7 +36,7 @@ def titles(names: Iterable[str]) -> str:
 
 
 def dampings(ratios: Iterable[float]) -> str:
-    return in_words([f"{100.0 * ratio:g}" for ratio in ratios]) + r"\,\%"
+    return in_words([f"{100.0 * ratio:g}" for ratio in ratios] or ["no"]) + r"\,\%"
 
 
 class Lasting(NamedTuple):

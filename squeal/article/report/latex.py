@@ -95,9 +95,15 @@ def power(value: float) -> str:
     return f"$10^{{{round(math.log10(value))}}}$"
 
 
+ALL = 1.0 - 1e-9  # what is nearer to one is one but for rounding
+
+
 def percent(share: float, digits: int = 1) -> str:
-    """A share as a percentage with its sign."""
-    return rf"{100 * share:.{digits}f}\,\%"
+    """A share as a percentage with its sign; more digits where less than all would read 100 %."""
+    text = f"{100 * share:.{digits}f}"
+    if share < ALL and float(text) >= 100.0:
+        return percent(share, digits + 1)
+    return rf"{text}\,\%"
 
 
 def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
@@ -119,7 +125,7 @@ def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
         if form == "power":
             return {key: power(value)}
         if form.endswith("%"):
-            return {key: format(value, form).replace("%", r"\,\%")}
+            return {key: percent(value, int(form[1:-1]))}
         return {key: number(value, int(form[1:-1]))}
     elif isinstance(value, (int, str)):
         return {key: typeset(str(value))}

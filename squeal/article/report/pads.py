@@ -92,9 +92,8 @@ def kept_by(found: Ensembles, name: str) -> str:
         if found.chosen
         else "are not judged afresh here"
     )
-    lasting = (
-        f", {one.lasting} of {one.tried} tried also over {one.over} windows" if one.tried else ""
-    )
+    each = [f"{some.keep} of {some.tried} tried of search {some.search}" for some in one.lasting]
+    lasting = f", over {one.over} windows also {in_words(each)}" if each else ""
     narrow = f", B2-only-c by {_span(one.only_c)}" if one.only_c else ""
     stored = f"{own.keep} of {own.pads} pads stored{lasting}"
     return (
@@ -114,13 +113,13 @@ def twins(found: Ensembles) -> str:
         so = f"{left[0]} is not counted" if left else "one of them should not be counted"
         return (
             f"With $\\delta$ counted from the centre, {one} and {two} agree on all "
-            f"{thousands(found.twins.pads)} pads stored of the ensembles "
+            f"{thousands(found.twins.pads)} different pads stored of the ensembles "
             f"(Sec.~\\ref{{sec:ensembles}}), so that {so}"
         )
     return (
         f"{one} and {two} agree on {thousands(found.twins.agree)} of the "
-        f"{thousands(found.twins.pads)} pads stored of the ensembles with $\\delta$ from the "
-        "centre, and nearly are one statement"
+        f"{thousands(found.twins.pads)} different pads stored of the ensembles with $\\delta$ from "
+        "the centre, and nearly are one statement"
         if found.twins.agree > 0.9 * found.twins.pads
         else f"{one} and {two} are told apart by the stored pads"
     )
@@ -181,6 +180,13 @@ def outside(found: Ensembles, pad: Pad) -> str:
     return "The pad of this report lies within them."
 
 
+def zero(found: Ensembles) -> str:
+    """Which numbers of the pad of the report are zero, so that no factor changes them."""
+    numbers = found.chosen[found.taken].numbers
+    still = [SYMBOLS[name] for name in SYMBOLS if name != "start" and numbers[name] == 0.0]
+    return f"{in_words(still)} stay zero" if still else "none is zero"
+
+
 def balance(found: Ensembles) -> str:
     """Whether the balances let the pad of the report keep that delta is positive in case (d)."""
     limit, own = flattest("d"), found.chosen[found.taken].numbers["h"]
@@ -237,13 +243,20 @@ def sought(found: Ensembles) -> str:
         else f"It is that of {found.chosen_from}, and like all pads of the searches was fitted to "
         "the statements"
     )
+    ties = ""
+    if found.equal > found.first_equal:
+        kept = [one.horizons[str(found.windows[0])] for one in found.chosen.values()]
+        own = min(0 if k is None else k.counted for k in kept) == found.least
+        places = "place" if found.first_equal == 1 else f"{found.first_equal} places"
+        which = "this pad, listed first" if own and found.first_equal == 1 else "those listed first"
+        ties = f" (of {found.equal} that tie for the last {places}, {which})"
     return (
         f"{begun}. Of {found.candidates} plausible pads (friction of linings, supports of a few "
         "centimetres, a load that a stiff caliper bears, longer than high), it and the best of "
-        f"searches of two laws, the {found.compared} that keep most over one window were compared: "
-        "it keeps most over ten under the worse of two laws; of equals the steadiest when all "
-        "numbers are off by one per cent would be taken, and then the one with the least speed of "
-        "the surface that exceeds its $\\dot x$"
+        f"searches of two laws, the {found.compared} that keep most over one window under the "
+        f"worse of two laws were compared{ties}: it keeps most over ten under the worse; of equals "
+        "the steadiest when all numbers that are not zero are off by one per cent would be taken, "
+        "and then the one with the least speed of the surface that exceeds its $\\dot x$"
     )
 
 

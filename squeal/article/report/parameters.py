@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from squeal.article.cases import CASES
-from squeal.article.report.latex import Generated, escape, long_table, number, typeset
+from squeal.article.report.latex import Generated, escape, in_words, long_table, number, typeset
 from squeal.model.contact import models_with
 from squeal.model.pad import PARAMETERS
 from squeal.scene import COORDINATES, Scene, read_scene
@@ -61,11 +61,26 @@ def parameter_rows(b1: Sequence[Scene], b2: Sequence[Scene]) -> list[list[str]]:
     for index, (key, unit) in enumerate(zip(COORDINATES, units, strict=True)):
         shown = [_common(scene.initial[index] for scene in scenes) for scenes in (b1, b2)]
         if set(shown) != {"$0$"}:
-            symbol = typeset(key.removesuffix("_dot"))
-            dot = key.endswith("_dot")
-            symbol = rf"$\dot {symbol.strip('$')}(0)$" if dot else rf"${symbol.strip('$')}(0)$"
-            rows.append([symbol, "initial value", unit, *shown, _origin(key, shown, ratio)])
+            rows.append([_initial(key), "initial value", unit, *shown, _origin(key, shown, ratio)])
     return rows
+
+
+def _initial(key: str) -> str:
+    symbol = typeset(key.removesuffix("_dot")).strip("$")
+    return rf"$\dot {symbol}(0)$" if key.endswith("_dot") else f"${symbol}(0)$"
+
+
+def start(scenes: Sequence[Scene]) -> str:
+    """Which initial values are zero in all scenes, so that no row has them, and how long these
+    last."""
+    places, rates = COORDINATES[:3], COORDINATES[3:]
+    zero = [key for i, key in enumerate(COORDINATES) if not any(one.initial[i] for one in scenes)]
+    still = [_initial(key) for key in places if key in zero]
+    rest = "at rest" if set(rates) <= set(zero) else "as given"
+    at = rf", with {in_words(still)} zero" if still else ""
+    stops = sorted({one.stop or 0.0 for one in scenes})
+    spans = in_words([rf"{number(1e3 * stop)}\,ms" for stop in stops])
+    return f"All scenes start {rest}{at}, and last {spans}."
 
 
 def angle(value: float) -> str:
@@ -94,4 +109,5 @@ def generated(*files: Path) -> Generated:
     scenes = [read_scene(file) for file in files]
     b1, b2 = scenes[: len(CASES)], scenes[len(CASES) :]
     head = ["symbol", "meaning", "unit", "B1", "B2", "origin"]
-    return values(b1, b2), {"parameters": long_table(head, parameter_rows(b1, b2))}
+    told = values(b1, b2) | {"parameters.start": start(scenes)}
+    return told, {"parameters": long_table(head, parameter_rows(b1, b2))}

@@ -225,5 +225,6 @@ def swept(found: Onset) -> dict[str, str]:
         "onset.hysteresis": begin or "No motion changes its contact.",
         "onset.beyond": _beyond(found),
         "onset.both": _both(found),
+        "onset.swept": dampings(sorted({o.ratio for row in found.sweeps.values() for o in row})),
         "onset.caption": _caption(found),
     }

@@ -1,5 +1,7 @@
 """Ensembles of pads for all formulations: what their pads keep, and what that tells."""
 
+from typing import Annotated
+
 from squeal.article.results.robustness import SYMBOLS as ROBUSTNESS
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
@@ -24,7 +26,8 @@ class Seed(Record):
     its last population that starts at rest on a disc that begins to slide.
 
     Of the pads stored of that population: stored, distinct: how many, and how many that differ;
-    width: of the middle nine tenths of a number over its range, mean of the numbers; nearest: the
+    width: of the middle nine tenths of a number over its range, mean of the numbers that have an
+    effect; nearest: the
     least distance; mean, unslid: their mean distance, and that without the statement on sliding.
     """
 
@@ -75,7 +78,10 @@ class Contrast(Record):
 
     better: in how many of the `pairs` of formulations that differ in it alone the second choice
     comes nearer. unslid, p_unslid: the mean distances of the last populations without the
-    statement on sliding, which rests on an assumed speed, and their probability.
+    statement on sliding, which rests on an assumed speed, and their probability. random, ran:
+    random pads drawn with either choice, and those of them that run; keep: how many keep each
+    conclusion, by name; p_keep: Fisher's probability of that, with Holm's correction over all
+    conclusions and switches.
     """
 
     switch: str
@@ -85,6 +91,10 @@ class Contrast(Record):
     pairs: int
     unslid: dict[str, float]
     p_unslid: float
+    random: dict[str, int]
+    ran: dict[str, int]
+    keep: dict[str, dict[str, int]]
+    p_keep: dict[str, float]
 
 
 class Range(Record):
@@ -102,7 +112,8 @@ class Range(Record):
 class Pad(Record):
     """One pad under one law: its numbers, what it keeps over so many windows, all statements that
     it does not keep over these, the least speed of the surface (m/s) at which sliding holds, and
-    the share of pads with all numbers off by one per cent that keep as much.
+    the share of pads with all numbers that are not zero off by one per cent that keep as many
+    counted statements, None where that was not asked.
 
     horizons, failing: None where a motion leaves the model. distance: of the statements, as the
     ensembles have it.
@@ -113,7 +124,7 @@ class Pad(Record):
     failing: dict[str, tuple[str, ...] | None]
     distance: float
     least_speed: float
-    steady: float
+    steady: Share | None = None
 
 
 class Front(Record):
@@ -153,11 +164,19 @@ class Alone(Record):
     random: dict[str, Share]
 
 
+class Lasted(Record):
+    """How many of so many pads of a search, numbered from one, keep a conclusion longer, too."""
+
+    search: int
+    tried: int
+    keep: int
+
+
 class Conclusion(Record):
     """A conclusion of the article as statements that must hold together.
 
-    consistent, every: pads of the consistent law and of all formulations; lasting: those of the
-    consistent law that still keep it over `over` windows, of `tried`; random: of random pads, by
+    consistent, every: pads of the consistent law and of all formulations; lasting: of those of the
+    consistent law some of each search, over `over` windows; random: of random pads, by
     law ("consistent", "every"), one whose motion leaves the model keeping none; only_c: least and
     greatest margin of B2-only-c of the stored pads that keep it; alone: its statement as worded.
     """
@@ -166,16 +185,15 @@ class Conclusion(Record):
     alone: Alone
     consistent: Keeping
     every: Keeping
-    lasting: int
-    tried: int
+    lasting: tuple[Lasted, ...]
     over: int
     random: dict[str, Share]
     only_c: tuple[float, float] | None
 
 
 class Twins(Record):
-    """Two statements on whose verdict so many of the stored pads agree, with delta counted from
-    the mass centre."""
+    """Two statements on whose verdict so many of the stored pads that differ agree, with delta
+    counted from the mass centre."""
 
     ids: tuple[str, str]
     agree: int
@@ -200,6 +218,12 @@ class Check(Record):
     unjudged: tuple[str, ...]
 
 
+IDLE = "x0"
+"""The number that has no effect with delta from the mass centre."""
+
+CORNER = ("h", "k2", "k3", "k4", "k_c", "mu", "preload", "lift")
+"""The numbers that are shown pair by pair."""
+
 ELSEWHERE = "the search elsewhere"
 """Origin of a pad that was found apart from the ensembles, where case c alone separates."""
 
@@ -214,14 +238,16 @@ class Ensembles(Result):
     statements that say the same; most: the pad with most of the listed statements, by law, and
     whether it is plausible; speed, load: of the surface (m/s) at that brake force (N), by
     which sliding is judged; chosen: the pad of the report under both laws, taken: that of its
-    scenes; candidates: plausible pads, of which `compared` over longer times; left_out: why no pad
+    scenes; candidates: plausible pads, of which `compared` over longer times, see
+    `ensembles.choosing.Chosen` for least, equal and first_equal; scattered: pads around each, of
+    which `Pad.steady` is a share; left_out: why no pad
     is judged afresh, empty if they are: horizons, rival and chosen are then empty too, and taken.
     """
 
     ensembles: tuple[Ensemble, ...]
     stages: int
     windows: tuple[int, ...]
-    confidence: float
+    confidence: Annotated[float, ".0%"]
     total: Kept
     counted: tuple[str, ...]
     following: tuple[str, ...]
@@ -243,6 +269,10 @@ class Ensembles(Result):
     taken: str
     candidates: int
     compared: int
+    least: int
+    equal: int
+    first_equal: int
+    scattered: int
     check: Check
     left_out: str = ""
 

@@ -3,6 +3,9 @@
 from squeal.article.results.map_ranges import Share
 from squeal.files.records import Missing, Record, Result
 
+TOLERANCE = 1e-9
+"""Of the motions from other starts."""
+
 
 class Contact(Record):
     """A motion on some springs, or on the line (count 0).

@@ -14,6 +14,10 @@ SYMBOLS = {
 """Symbols of the searched numbers as LaTeX and figures set them."""
 
 
+LEAST, STEPS = 1e-3, 17
+"""Relative changes of one number that are tried: from this to one, so many."""
+
+
 class Share(Record):
     """Share of pads that keep a claim, with its interval."""
 
@@ -31,7 +35,8 @@ class Sample(Record):
 
 
 class Break(Record):
-    """The least relative change of one number, more or less, that breaks claims, and which.
+    """The least of the relative changes tried of one number, more or less, that breaks claims, and
+    which.
 
     change: None where none breaks up to halving or doubling.
     """

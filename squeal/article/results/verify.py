@@ -2,6 +2,8 @@
 
 from squeal.files.records import Record, Result
 
+TOLERANCE = 1e-12  # of all motions, if not halved or doubled
+
 
 class Switches(Record):
     """The formulation of a search, as `squeal.model.contact.Formulation` names it."""

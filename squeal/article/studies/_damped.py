@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.rules import by_turns, hammers
-from squeal.article.results.onset import Settled
+from squeal.article.results.onset import TOLERANCE, Settled
 from squeal.model.equations import PadModel
 from squeal.scene import Scene
 from squeal.scene.schema import Damping
@@ -16,7 +16,6 @@ from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.batch.neighbours import damping_of
 
 RATIO = 0.005
-TOLERANCE = 1e-10
 
 
 def damped(scene: Scene, ratio: float) -> Scene:

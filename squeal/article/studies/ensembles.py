@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles import choosing, gather
 from squeal.article.ensembles.comparison import (
+    by_choice,
     corrected,
     exchanged,
     keeping,
@@ -29,7 +31,7 @@ CHECKED = 3  # stored pads of each formulation that are judged afresh
 DENSER = 16  # times as many samples of the motions whose verdicts then differ
 TAIL = 0.05  # on either side of the range of a number
 TWINS = ("B2-b-trailing", "B2-b-tilt")
-LASTING, TRIED = 10, 24  # windows over which pads that keep a conclusion are judged, and how many
+LASTING, TRIED = 10, 48  # windows over which pads that keep a conclusion are judged, and how many
 
 
 def _shares(holds: np.ndarray, pads: int) -> dict[str, Share]:
@@ -51,7 +53,9 @@ def ensemble(kept: gather.Kept, number: int, *, judging: bool) -> results.Ensemb
     random, ran = kept.random[number].sum(axis=0).tolist()
     histograms = kept.random_counts[number]
     points = kept.sample[number].astype(float)
-    spread = np.ptp(np.quantile(points, [TAIL, 1.0 - TAIL], axis=1), axis=0).mean(axis=1)
+    acting = [f.delta_from != "centre" or d.name != results.IDLE for d in DIMENSIONS]
+    ends = np.quantile(points[:, :, acting], [TAIL, 1.0 - TAIL], axis=1)
+    spread = np.ptp(ends, axis=0).mean(axis=1)
     far, unslid = (sampled_distances(kept, number, out) for out in ((), (gather.SLIDING,)))
     seeds = tuple(
         results.Seed(
@@ -99,8 +103,17 @@ def contrasts(kept: gather.Kept) -> tuple[results.Contrast, ...]:
     }
     p, other = (corrected([pair[i][1] for pair in found.values()]) for i in (0, 1))
     pairs = len(FORMULATIONS) // 2
+    of_random = {name: by_choice(kept, name) for name in found}
+    keys = [(name, conclusion) for name in found for conclusion in gather.CONCLUSIONS]
+    p_keep = dict(zip(keys, corrected([of_random[name].p[c] for name, c in keys]), strict=True))
     return tuple(
-        results.Contrast(name, one[0], p[i], one[2], pairs, two[0], other[i])
+        results.Contrast(
+            *(name, one[0], p[i], one[2], pairs, two[0], other[i]),
+            random=of_random[name].random,
+            ran=of_random[name].ran,
+            keep=of_random[name].keep,
+            p_keep={c: p_keep[name, c] for c in gather.CONCLUSIONS},
+        )
         for i, (name, (one, two)) in enumerate(found.items())
     )
 
@@ -114,14 +127,44 @@ def _random(kept: gather.Kept, number: int, keep: np.ndarray) -> dict[str, Share
     }
 
 
-def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclusion:
-    """How many of the stored pads keep a conclusion, and with judging for how long."""
+class Longer(NamedTuple):
+    """Stored pads of the consistent law: their searches (n,), and their margins (n, claims) as
+    stored and over `LASTING` windows."""
+
+    searches: np.ndarray
+    stored: np.ndarray
+    margins: np.ndarray
+
+
+def longer(kept: gather.Kept) -> Longer | None:
+    """Pads that keep a conclusion, from all searches as many and by h evenly, judged for longer."""
+    number = FORMULATIONS.index(CONSISTENT)
+    held = [together(kept, [number], s)[0] for s in gather.CONCLUSIONS.values()]
+    keep = np.any(held, axis=0)
+    searches = np.flatnonzero(keep.any(axis=1)).tolist()
+    rows = []
+    for search in searches:
+        _, first = np.unique(kept.sample[number][search], axis=0, return_index=True)
+        own = first[keep[search][first]]
+        some = np.linspace(0, len(own) - 1, min(len(own), TRIED // len(searches)))
+        rows += [(search, own[i]) for i in some.round().astype(int)]
+    if not rows:
+        return None
+    at = tuple(np.transpose(rows))
+    points, stored = (every[number][at].astype(float) for every in (kept.sample, kept.sampled))
+    return Longer(at[0], stored, judge(decode(points), CONSISTENT, stop=LASTING * STOP).margins)
+
+
+def conclusion(kept: gather.Kept, name: str, long: Longer | None) -> results.Conclusion:
+    """How many of the stored pads keep a conclusion, and those judged for longer over these."""
     number, statements = FORMULATIONS.index(CONSISTENT), gather.CONCLUSIONS[name]
-    points = np.unique(kept.sample[number][together(kept, [number], statements)[0]], axis=0)
-    points, lasting = points[: TRIED * judging].astype(float), 0
-    if len(points):
-        margins = judge(decode(points), CONSISTENT, stop=LASTING * STOP).margins
-        lasting = int((margins[:, [INDEX[s] for s in statements]] > 0.0).all(axis=1).sum())
+    lasting = []
+    for search in sorted(set(long.searches.tolist())) if long else ():
+        assert long is not None
+        own = (long.searches == search) & gather.keep_all(long.stored, statements)
+        last = own & gather.keep_all(long.margins, statements)
+        if own.any():
+            lasting.append(results.Lasted(search + 1, int(own.sum()), int(last.sum())))
     every = keeping(kept, range(len(FORMULATIONS)), statements)
     own = keeping(kept, [number], statements)
     worded = gather.WORDED[name]
@@ -135,7 +178,7 @@ def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclu
         keeping(kept, range(len(FORMULATIONS)), (worded,)),
         shares_alone,
     )
-    kept_to = (statements, by_itself, own, every, lasting, len(points), LASTING, shares)
+    kept_to = (statements, by_itself, own, every, tuple(lasting), LASTING, shares)
     span = (float(narrow.min()), float(narrow.max())) if len(narrow) else None
     return results.Conclusion(*kept_to, span)
 
@@ -143,8 +186,14 @@ def conclusion(kept: gather.Kept, name: str, *, judging: bool) -> results.Conclu
 def twins(kept: gather.Kept) -> results.Twins:
     """How often two statements agree on the stored pads with delta from the mass centre."""
     numbers = [n for n, f in enumerate(FORMULATIONS) if f.delta_from == "centre"]
-    one, two = (kept.sampled[numbers][..., INDEX[name]] > 0.0 for name in TWINS)
-    return results.Twins(TWINS, int((one == two).sum()), one.size)
+    agree = pads = 0
+    for number in numbers:
+        points = kept.sample[number].reshape(-1, len(DIMENSIONS))
+        _, first = np.unique(points, axis=0, return_index=True)  # equal pads say the same
+        margins = kept.sampled[number].reshape(len(points), -1)[first]
+        one, two = (margins[:, INDEX[name]] > 0.0 for name in TWINS)
+        agree, pads = agree + int((one == two).sum()), pads + len(first)
+    return results.Twins(TWINS, agree, pads)
 
 
 def ranges(kept: gather.Kept, number: int) -> dict[str, results.Range]:
@@ -200,14 +249,15 @@ def study(files: Sequence[Path]) -> results.Ensembles:
     kept = gather.read_kept(file)
     judging = version("heyoka") != NOT_INSTALLED
     numbered = {name: FORMULATIONS.index(f) for name, f in choosing.LAWS.items()}
-    pads, origin, candidates = choosing.chosen(kept) if judging else ({}, "", 0)
-    rival, most = pads, pads
+    picked = choosing.chosen(kept) if judging else choosing.Chosen({}, "", 0, 0, 0, 0)
+    rival = most = pads = picked.pads
     if judging:
         if next(iter(pads.values())).numbers != choosing.RIVAL:
             (rival,) = choosing.side_by_side([dict(choosing.RIVAL)])
         (most,) = choosing.side_by_side(
             [dict(choosing.MOST)], {"consistent": choosing.LAWS["consistent"]}
         )
+    long = longer(kept) if judging else None
     fronts = tuple(
         results.Front(
             Switches.of(FORMULATIONS[n]),
@@ -244,15 +294,19 @@ def study(files: Sequence[Path]) -> results.Ensembles:
         rival=rival,
         most=most,
         plausible=choosing.plausible(dict(choosing.MOST)),
-        conclusions={name: conclusion(kept, name, judging=judging) for name in gather.CONCLUSIONS},
+        conclusions={name: conclusion(kept, name, long) for name in gather.CONCLUSIONS},
         twins=twins(kept),
         speed=SPEED,
         load=LOAD,
         chosen=pads,
-        chosen_from=origin,
+        chosen_from=picked.origin,
         taken=choosing.law_of(pads) if judging else "",
-        candidates=candidates,
-        compared=min(choosing.LONGER, candidates),
+        candidates=picked.candidates,
+        compared=min(choosing.LONGER, picked.candidates),
+        least=picked.least,
+        equal=picked.equal,
+        first_equal=picked.taken,
+        scattered=choosing.SCATTERED,
         check=check(kept) if judging else results.Check(0, 0, 0, (), DENSER, 0, (0.0, 0.0), ()),
         left_out="" if judging else f"{WITHOUT_HEYOKA} nothing else judges pads by the hundred.",
     )

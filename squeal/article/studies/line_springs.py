@@ -29,7 +29,6 @@ FEW = (2, 8)  # springs whose thresholds are sought
 SAMPLES = 401
 SIDE = 9  # starts a side of the plane through equilibrium and own start
 TIMES = (1, 3)  # times of the scene over which other starts are compared
-TOLERANCE = 1e-9
 MU_MAX = 2.0
 
 
@@ -104,7 +103,7 @@ def compared(scene: Scene, windows: int) -> results.Compared:
     starts = plane(scene, np.array(rest.q), *grid(SIDE))
     assert scene.stop is not None
     runs = [
-        simulate_starts(one, starts, windows * scene.stop, TOLERANCE, measured=True)
+        simulate_starts(one, starts, windows * scene.stop, results.TOLERANCE, measured=True)
         for one in (on_springs(scene, FEW[0]), line)
     ]
     whole = np.logical_and(*(run["outcome"] == DONE for run in runs))

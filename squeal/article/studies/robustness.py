@@ -7,9 +7,10 @@ import numpy as np
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles.choice import read_choice
+from squeal.article.ensembles.space import SPEED
 from squeal.article.identify.objective import judge_many
-from squeal.article.identify.space import BOUNDS, DIMENSIONS, Numbers, decode
-from squeal.article.results.robustness import Break, Robustness, Sample, Share
+from squeal.article.identify.space import BOUNDS, DIMENSIONS, LENGTH, TIME, Numbers, decode
+from squeal.article.results.robustness import LEAST, STEPS, Break, Robustness, Sample, Share
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
 from squeal.numerics.shares import wilson
@@ -17,13 +18,13 @@ from squeal.numerics.shares import wilson
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
 PADS = 192  # in each sample
 CONFIDENCE = 0.95
-LEAST, STEPS = 1e-3, 17  # relative changes of one number: from this to one, so many
 
 
 def holding(many: list[dict[str, float]], formulation: Formulation) -> np.ndarray:
-    """Which claims hold on which pad, (pads, claims); none where a motion leaves the model."""
+    """Which claims hold on which pad, (pads, claims), V being that of the report's scenes; none
+    where a motion leaves the model."""
     held = np.zeros((len(many), len(CLAIMS)), dtype=bool)
-    for i, outcome in enumerate(judge_many(many, formulation)):
+    for i, outcome in enumerate(judge_many(many, formulation, speed=SPEED * TIME / LENGTH)):
         if outcome is not None:
             held[i] = [j.holds for j in outcome.judged]
     return held
@@ -46,7 +47,7 @@ def everywhere(random: np.random.Generator) -> list[dict[str, float]]:
 
 
 def first_breaks(numbers: Numbers, formulation: Formulation) -> tuple[Break, ...]:
-    """For each number and each way: the least relative change that breaks a claim, and which.
+    """For each number and each way: the least relative change tried that breaks a claim, and which.
 
     `change` is None where none breaks up to halving or doubling.
     """

@@ -10,11 +10,17 @@ from squeal.article.identify.objective import CONFLICTS, judge_one
 from squeal.article.identify.space import STOP
 from squeal.article.identify.stored import Search, read_searches
 from squeal.article.results.claims import JudgedClaim
-from squeal.article.results.verify import Changed, Failing, Switches, VerifiedPad, Verify
+from squeal.article.results.verify import (
+    TOLERANCE,
+    Changed,
+    Failing,
+    Switches,
+    VerifiedPad,
+    Verify,
+)
 from squeal.article.scenes import read_cases
 from squeal.errors import ComputationError
 
-TOLERANCE = 1e-12
 VARIATIONS = {
     "half tolerance": (0.5 * TOLERANCE, STOP),
     "double tolerance": (2.0 * TOLERANCE, STOP),
