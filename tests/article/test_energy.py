@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from squeal.analysis.work import contact_work
 from squeal.article.report.works import energy_table
 from squeal.article.results.energy import Energy, Motion, Span, Stay
 from squeal.article.studies import energy as energy_study
@@ -141,7 +142,7 @@ def test_spans_are_those_of_a_simulation():
     """Second method: peak, changes of contact and time apart from the run of the longer scene."""
     own = hammering_scene("b2-c")
     assert own.stop is not None
-    (one,) = energy_study.spans(own, (3,))
+    (one,) = energy_study.spans(own, contact_work(own), (3,))
     run = simulate(
         dataclasses.replace(own, stop=3 * own.stop, outputs=("events", "shares", "extrema"))
     )

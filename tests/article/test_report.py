@@ -24,14 +24,7 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import (
-    at_most,
-    counted,
-    number,
-    percent,
-    plain_values,
-    typeset,
-)
+from squeal.article.report.latex import counted, number, percent, plain_values, typeset
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows, start
 from squeal.article.report.statements import agreement, together
@@ -166,21 +159,6 @@ class Outer(Result, kw_only=True):
     mu: float
     n: int
     word: str
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "printed"),
-    [
-        (1.38e-13, 2, r"$1.4 \times 10^{-13}$"),
-        (1.32e-13, 2, r"$1.4 \times 10^{-13}$"),
-        (1.047e-15, 2, r"$1.1 \times 10^{-15}$"),
-        (0.25, 2, "$0.25$"),  # as it is
-        (0.999, 1, "$1$"),
-        (0.0, 2, "$0$"),
-    ],
-)
-def test_bounds_are_rounded_up(value, digits, printed):
-    assert at_most(value, digits) == printed
 
 
 def test_plain_values_of_a_result_by_dotted_name():

@@ -84,10 +84,10 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
     unjudged = dataclasses.replace(some, chosen={})
     assert "of random pads; with" in kept_briefly(unjudged, "hammering")
     assert (
-        "All 3 together the pad of this report keeps over 1 and 10 windows; pads of 2"
+        "The pad of this report keeps all 3 together over 1 and 10 windows; pads of 2"
         in kept_by(plausible, "hammering")
     )
-    assert "the pad of this report does not keep; pads of 2 of the 5" in kept_by(some, "hammering")
+    assert "does not keep all 3 together; pads of 2 of the 5" in kept_by(some, "hammering")
     assert "; B12-c-severe alone by pads of 2 and 12 of them" in kept_by(some, "hammering")
 
 

@@ -12,6 +12,7 @@ from squeal.model.linear import balanced, linearise
 from squeal.model.mechanics import coefficients, gaps, pose
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.states import FULL, LEAD, NONE
+from squeal.numerics.rounding import rounded_up
 
 PADS = 1000  # random pads for E2
 PATH = 64  # points of the closed path of E4
@@ -35,8 +36,9 @@ def stiffness_entries(pads: list[Pad]) -> Measured:
         others = max(others, off.max())
     return Measured(
         {"K33_off": K33, "others_off": others},
-        f"In the four cases the printed K33 misses the gradient by up to {100 * K33:.3g} % of it; "
-        f"the other eight entries agree to {others:.1e} of the greatest.",
+        f"In the four cases the printed K33 misses the gradient by up to "
+        f"{rounded_up(100 * K33, 3):.3g} % of it; the other eight entries agree to "
+        f"{rounded_up(others):.1e} of the greatest.",
     )
 
 
@@ -63,8 +65,8 @@ def singularity() -> Measured:
     exact, median = max(ratios[False]), float(np.median(ratios[True]))
     return Measured(
         {"exact_greatest": exact, "printed_median": median},
-        f"Over {PADS} random pads the least singular value of the exact K is at most {exact:.1e} "
-        f"of the greatest; with K33 as printed the median is {median:.2g}.",
+        f"Over {PADS} random pads the least singular value of the exact K is at most "
+        f"{rounded_up(exact):.1e} of the greatest; with K33 as printed the median is {median:.2g}.",
     )
 
 

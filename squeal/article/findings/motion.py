@@ -23,6 +23,7 @@ from squeal.model.equations import PadModel
 from squeal.model.line import LineForce
 from squeal.model.linear import balanced
 from squeal.model.states import NONE, STATES
+from squeal.numerics.rounding import rounded_up
 from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
 
@@ -95,7 +96,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
         before, after = study.reproduced({}), None
         text = (
             f"Turned over in the B2 scenes, the place of the centre at the end changes by up to "
-            f"{apart:.2g} times the range of the motion"
+            f"{rounded_up(apart):.2g} times the range of the motion"
         )
         if ended:
             text += f"; in case {', '.join(ended)} the pad turns over, where the model ends"

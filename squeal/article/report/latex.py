@@ -5,8 +5,9 @@ import math
 import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from decimal import ROUND_CEILING, Decimal
 from typing import Any, TypeVar
+
+from squeal.numerics.rounding import rounded_up
 
 T = TypeVar("T")
 
@@ -83,11 +84,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 def at_most(value: float, digits: int = 2) -> str:
     """An upper bound with so many significant digits: rounded up, so that it is one as printed."""
-    if not math.isfinite(value) or value == 0.0:
-        return number(value, digits)
-    exact = Decimal(value)
-    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
-    return number(float(exact.quantize(step, ROUND_CEILING)), digits)
+    return number(rounded_up(value, digits), digits)
 
 
 def power(value: float) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from squeal.article.ensembles.balance import flattest
-from squeal.article.report.latex import in_words, number, typeset
+from squeal.article.report.latex import at_most, in_words, number, typeset
 from squeal.article.results.ensembles import ELSEWHERE, SYMBOLS, Ensemble, Ensembles, Pad
 from squeal.article.results.findings import Findings
 from squeal.article.results.robustness import Share
@@ -84,21 +84,22 @@ def kept_by(found: Ensembles, name: str) -> str:
     """How many stored pads keep a conclusion, and whether the pad of the report does."""
     one = found.conclusions[name]
     over = lasts(found, one.statements)
-    own, every = one.consistent, one.every
+    own, every, count = one.consistent, one.every, len(one.statements)
     pad = (
-        f"the pad of this report keeps over {in_words(over)} window{'s' if over != ['1'] else ''}"
+        f"The pad of this report keeps all {count} together over {in_words(over)} "
+        f"window{'s' if over != ['1'] else ''}"
         if over
-        else "the pad of this report does not keep"
+        else f"The pad of this report does not keep all {count} together"
         if found.chosen
-        else "are not judged afresh here"
+        else "No pad is judged afresh here"
     )
     each = [f"{some.keep} of {some.tried} tried of search {some.search}" for some in one.lasting]
     lasting = f", over {one.over} windows also {in_words(each)}" if each else ""
     narrow = f", B2-only-c by {_span(one.only_c)}" if one.only_c else ""
     stored = f"{own.keep} of {own.pads} pads stored{lasting}"
     return (
-        f"All {len(one.statements)} together {pad}; pads of {own.keeping} of the {own.searches} "
-        f"searches of the consistent law keep them ({stored}) and of {every.keeping} of the "
+        f"{pad}; pads of {own.keeping} of the {own.searches} searches of the consistent law keep "
+        f"all {count} ({stored}) and of {every.keeping} of the "
         f"{every.searches} of all laws ({every.keep} of {thousands(every.pads)}{narrow}); "
         f"{one.alone.id} alone by pads of {one.alone.consistent.keeping} and "
         f"{one.alone.every.keeping} of them"
@@ -287,7 +288,7 @@ def coarse(found: Ensembles) -> str:
     median, most = found.check.peaks
     return (
         f"The margin of B1-b-ratio, which rests on two peaks, differs from the stored one by "
-        f"{number(median, 2)} (median) to {number(most, 2)} at most"
+        f"{number(median, 2)} (median) to {at_most(most)} at most"
         + (
             ": its counts in Fig.~\\ref{fig:ensembles} and those of the searches carry that"
             if most > LITTLE

@@ -9,6 +9,7 @@ from squeal.article.cases import title
 from squeal.article.report import works
 from squeal.article.report.latex import (
     Generated,
+    at_most,
     in_words,
     number,
     percent,
@@ -168,7 +169,7 @@ def _moved(name: str, case: Case) -> str:
             f"{'the line' if n == '0' else f'{n} springs'}"
             for n, mu in at.items()
         ]
-        apart.append(f"{kind} is {', '.join(values)}")
+        apart.append(f"{kind.replace('restabilised', 'restabilisation')} is {', '.join(values)}")
     same = f" ({in_words(alike)} {'are' if alike[1:] else 'is'} the same)" if alike else ""
     return f"in case ({name}) {in_words(apart)}{same}" if apart else ""
 
@@ -179,7 +180,7 @@ def _springs(found: LineSprings) -> dict[str, str]:
     ends = [c.springs[-1] for c in found.cases.values() if not isinstance(c.springs[-1], Missing)]
     off = max((one.off for one in ends), default=0.0)
     limit = (
-        f"is within {percent(off, 2)} of the range of the line's motion"
+        f"is within {at_most(100.0 * off)}\\,\\% of the range of the line's motion"
         if off < NEAR_LINE
         else f"is still {percent(off, 1)} of the range off the line's motion in one of the cases"
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.work import contact_work
+from squeal.analysis.work import Works, contact_work
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import measure
 from squeal.article.results.energy import LAWS, Energy, Motion, Span, Stay
@@ -30,13 +30,16 @@ def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
     return {key: tuple(values[chosen].tolist()) for key, values in course.items()}
 
 
-def spans(scene: Scene, windows: Sequence[int]) -> Iterator[Span]:
-    """A motion over some times in that of its scene, up to that in which the model ends."""
+def spans(scene: Scene, own: Works, windows: Sequence[int]) -> Iterator[Span]:
+    """A motion over some times in that of its scene, up to that in which the model ends.
+
+    own: its works over the time of the scene.
+    """
     assert scene.stop is not None
     for count in windows:
         longer = dataclasses.replace(scene, stop=count * scene.stop)
         try:
-            works, case = contact_work(longer), measure(longer)
+            works, case = own if count == 1 else contact_work(longer), measure(longer)
         except ComputationError:
             return
         changes = np.unique([t for stay in works.excursions for t in (stay.start, stay.stop)])
@@ -59,6 +62,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         works = contact_work(scene)
     except ComputationError as error:
         return Missing(str(error))
+    windows = (*WINDOWS, LONG) if shown and scene.model == "B2" else WINDOWS
     c = works.course
     rest = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
     curves = {"t": 1e3 * c.t, "kinetic": c.kinetic, "elastic": c.springs + c.contact}
@@ -71,7 +75,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         residue=float(np.ptp(rest)) / works.kinetic,
         stays=tuple(Stay(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
         curves=_curves(curves) if shown else {},
-        spans=tuple(spans(scene, (*WINDOWS, LONG) if shown and scene.model == "B2" else WINDOWS)),
+        spans=tuple(spans(scene, works, windows)),
     )
 
 
