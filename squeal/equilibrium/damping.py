@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from squeal.equilibrium.find import least_at_zero
+from squeal.equilibrium.find import NO_START, least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
@@ -101,7 +101,7 @@ def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
     start = least_at_zero(model)
     if start is None:
         raise ComputationError(
-            "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
-            "no equilibrium in contact was found without friction"
+            f"modal damping ratios and Rayleigh damping refer to the pad without friction, but "
+            f"{NO_START}"
         )
     return model, Statics.of(model).to_si(start[0]), start[1]

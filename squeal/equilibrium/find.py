@@ -14,6 +14,7 @@ from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.numerics.newton import newton_steps
 
+NO_START = "without friction the pad has no place of rest where the surfaces press on each other"
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
 
 
@@ -52,9 +53,13 @@ def record(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
     """A point of the statics in SI units; None where the surfaces do not press on each other."""
+    return _recorded(statics, z, state, on_branch) if statics.presses(z, state) else None
+
+
+def _recorded(
+    statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
+) -> Equilibrium:
     R_n, delta = statics.reaction(z, state)
-    if not R_n > 0.0:
-        return None
     x, y, theta = (float(v) for v in statics.to_si(z))
     potential = statics.potential(z, state) * statics.units.energy
     place, excesses = ((x, y, theta), float(z[3]), state), excursion(statics, z, state).warnings()
@@ -120,6 +125,11 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     off than the springs are long may be missed. `near` starts only from places that the load
     reaches, which is enough to find where a pad usually rests.
     """
+    return [found for found, presses in _find(model, near) if presses]
+
+
+def _find(model: PadModel, near: bool) -> list[tuple[Equilibrium, bool]]:
+    """As `find_all`, also where the surfaces touch without pressing; for each whether they do."""
     statics = Statics.of(model)
     found: list[tuple[np.ndarray, State]] = []
     for state in filter(any, model.states):
@@ -138,13 +148,15 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
                 refused.append(polished)
             elif not _is_near(polished, known, 1e-6 * size):
                 found.append((polished, state))
-    records = [record(statics, z, state) for z, state in found]
-    return sorted((r for r in records if r is not None), key=lambda r: r.potential)
+    each = [(_recorded(statics, *at), bool(statics.presses(*at))) for at in found]
+    return sorted(each, key=lambda one: one[0].potential)
 
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch starts: the equilibrium of least potential energy without friction.
 
+    Where the surfaces only touch there without a force (a pad without a load), it is the next one,
+    if that is admissible. None where there is none.
     Of a law that turns the pad away admissible ones go before others, and of the latter those that
     the load reaches; of two with the same energy the one further along the surface's motion.
     """
@@ -159,9 +171,15 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
 @lru_cache(maxsize=8)  # one question asks for the same pad several times
 def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
-    found = find_all(smooth, near=True) or find_all(smooth)
-    if not smooth.law.restoring:  # its energy has no least value
-        found = [e for e in found if e.admissible] or found
+    each = _find(smooth, near=True)
+    if not any(presses for _, presses in each):
+        each = _find(smooth, near=False)
+    found = [e for e, presses in each if presses]
+    admissible = [e for e in found if e.admissible]
+    if each and not each[0][1]:  # the pad hangs in its springs
+        found = admissible
+    elif not smooth.law.restoring:  # its energy has no least value
+        found = admissible or found
     if not found:
         return None
     # of two that mirror each other the one to which friction pushes
@@ -190,7 +208,7 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     of the branch that rises from mu = 0, or leaves what the model means.
     """
     start = least_at_zero(model)
-    reason = "without friction no equilibrium in contact was found"
+    reason = NO_START
     beyond = f"the equilibrium is on no branch from mu = 0: {reason}"
     if start is not None:
         branch = follow(model, *start, model.pad.mu)

@@ -116,10 +116,13 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
     back. Where it fails, and with other laws, it starts from all places that the load reaches, and
     the least potential energy of the admissible ones, if there are any, decides, as it does for a
     single pad. Of pads that then rest nowhere, with other laws nowhere admissible, `LOST` are
-    searched for one by one; more are left as they are.
+    searched for one by one; more are left as they are. Places where a pad touches without pressing
+    are left out, as `least_at_zero` does.
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
+    idle = (side != 0.0) & ~statics.presses(z, statics.gaps(z) < 0.0)
+    side[idle] = 0.0
     doubtful = np.flatnonzero(side != -1.0) if statics.model.law.restoring else np.arange(n)
     if not doubtful.size:
         return z, side
@@ -139,6 +142,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
         with np.errstate(all="ignore"):  # where nothing was met
             energy = same.model.energy(same.place(trial), np.zeros(3), state)
             fits = np.asarray(~excursion(same, trial, touching).beyond().any(axis=0))
+            own &= same.presses(trial, touching) & (fits | ~idle[doubtful[again]])
         for at in np.split(np.arange(again.size), len(tried)):
             with np.errstate(invalid="ignore"):
                 lower = energy[at] < least - 1e-9 * np.abs(energy[at])

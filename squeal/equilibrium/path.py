@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from squeal.equilibrium.branch import Branch, follow
-from squeal.equilibrium.find import Equilibrium, least_at_zero, record
+from squeal.equilibrium.find import NO_START, Equilibrium, least_at_zero, record
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Point
@@ -51,7 +51,7 @@ class Path:
         """
         start = least_at_zero(model)
         if start is None:
-            raise ComputationError("without friction no equilibrium in contact was found")
+            raise ComputationError(NO_START)
         branch = follow(model, *start, mu_max, settings, rising=True)
         mus = [float(point.z[3]) for point in branch.points]
         fold = float(branch.folds[0].z[3]) if branch.folds else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.numerics.newton import complex_step, newton, with_derivative
+
+EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,9 @@ class Statics:
 
     def rounding(self, z: np.ndarray) -> float:
         """Size of rounding in a gap at z (4, ...)."""
-        pad = self.model.pad
-        return float(1e-13 * (pad.w + pad.h + abs(pad.y0) + np.max(np.abs(z[:3]))))
+        c = self.model.c
+        moved = (1.0 + c.h / c.w) * np.max(np.abs(z[:3]))
+        return float(1e-13 * (1.0 + max(abs(c.gap_l), abs(c.gap_t)) + moved))
 
     def admits(self, z: np.ndarray, state: State) -> bool:
         """True if the gaps at z (4,) tell the state, and the lower face faces the surface.
@@ -103,6 +107,22 @@ class Statics:
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
             force, place = self.model.law.resultant(self.model.c, at, state)
         return float(force) * self.units.force, float(place) * self.units.length
+
+    def presses(self, z: np.ndarray, touching: Any) -> np.ndarray:
+        """Where R_n at z (4, ...) is more than what rounding may leave of it where none presses.
+
+        That is eps times the load and each stiffness by as far as its spring is moved.
+        touching: a contact state, or factors (points, ...).
+        """
+        c, at = self.model.c, pose(np, tuple(self.place(z)))
+        one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
+        opened = np.maximum(np.abs(c.gap_l), np.abs(c.gap_t))
+        face = np.abs(at.y) + (np.abs(at.S) + np.abs(at.C)) * (c.w + c.h) + opened
+        contact = sum(getattr(self.model.pad, name) for name in self.model.law.parameters)
+        forces = c.F_n + c.k1 * one + c.k2 * two + contact * face
+        with np.errstate(all="ignore"):  # no place where there is no force
+            R_n = self.model.law.resultant(c, at, np.asarray(touching, dtype=float))[0]  # type: ignore[arg-type]
+        return np.asarray(R_n > EPS * forces)
 
     def newton(self, z: np.ndarray, state: State) -> np.ndarray | None:
         """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""
