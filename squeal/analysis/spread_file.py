@@ -75,9 +75,9 @@ class SpreadFile:
 
 
 @takes(path=PATH)
-def read_spreads(path: Path) -> SpreadFile:
+def read_spreads(path: Path | str) -> SpreadFile:
     """The file, completely checked but for its parameters, which a scene or system has to have.
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
     """
-    return SpreadFile(**FILE.read(read_document(path), Place(str(path))))
+    return SpreadFile(**FILE.read(read_document(Path(path)), Place(str(path))))

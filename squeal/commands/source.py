@@ -118,9 +118,11 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     name, equals, text = change.partition("=")
     rows = document.get("M")
     table = system_keys(len(rows) if isinstance(rows, list) else None) if rows else SCENE
+    allowed: list[str] = []
     if _is_general(document):
         table = _with_parameters(document)
-    keys, key = table.find(name.strip(), at)
+        allowed = [keys[-1] for keys, _ in table.paths() if len(keys) == 1 or "parameters" in keys]
+    keys, key = table.find(name.strip(), at, allowed)
     if not equals:
         raise at.refuse("it must be NAME=VALUE")
     value = scalar(text)

@@ -7,10 +7,13 @@ from squeal.errors import InputError
 
 
 def open_closed() -> None:
-    """Let what is said on a closed stream go nowhere; by itself it would go to the other one."""
-    for name in ("stdout", "stderr"):
+    """Let what is said on a closed stream go nowhere; by itself it would go to the other one.
+
+    What is said on standard output is refused as by a full disc: somebody meant to read it.
+    """
+    for name, way in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+            setattr(sys, name, os.fdopen(os.open(os.devnull, way), "w"))
 
 
 def printed(text: str) -> int:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from squeal.commands.numbers import band_of, numbers, whole
-from squeal.commands.outputs import Once
+from squeal.commands.outputs import Once, option_of
 from squeal.errors import InputError, InputWarning
 from squeal.scene import PlainSystem
 
@@ -119,6 +119,6 @@ def refuse_options(given: argparse.Namespace, names: Sequence[str]) -> None:
     for name in names:
         if getattr(given, name, None) is not None:
             raise InputError(
-                f"--{name} {getattr(given, name)}: is not allowed with {given.source.name}, a "
-                "scene with six roots; a system from matrices is allowed"
+                f"{option_of(given, name)} {getattr(given, name)}: is not allowed with "
+                f"{given.source.name}, a scene with six roots; a system from matrices is allowed"
             )

@@ -81,16 +81,19 @@ class Group(Kind):
         check_needs(self.keys, found, at)
         return found
 
-    def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:
+    def find(
+        self, name: str, at: Place, allowed: Iterable[str] = ()
+    ) -> tuple[tuple[str, ...], Key]:
         """The keys that lead to a dotted name, or to a name wherever it stands, and the last Key.
 
-        Raises InputError for an unknown name.
+        Raises InputError for an unknown name, listing what is `allowed` or all names.
         """
         every = dict(self.paths())
         for keys, key in every.items():
             if name in (".".join(keys), keys[-1]):
                 return keys, key
-        raise at.refuse(f"unknown key; allowed are {listed(keys[-1] for keys in every)}")
+        names = [*allowed] or [keys[-1] for keys in every]
+        raise at.refuse(f"unknown key; allowed are {listed(names)}")
 
     def paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""

@@ -56,6 +56,20 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
 
 
 @contextmanager
+def new_folder(folder: Path) -> Iterator[None]:
+    """Make a folder, with those that lead to it, unless it exists; if what follows fails, none of
+    them is left."""
+    missing = [one for one in (folder, *folder.parents) if not one.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        for one in missing:
+            one.rmdir()
+        raise
+
+
+@contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
     """A place for files that are moved to a folder when all of them are complete."""
     try:

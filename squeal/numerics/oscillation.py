@@ -78,9 +78,11 @@ def line(signals: np.ndarray, step: float) -> tuple[float, float]:
 
     The power is that of all signals together; 0, 0 of signals that do not change.
     """
+    if len(signals) < 6:
+        return 0.0, 0.0
     frequencies, amplitudes = spectrum(signals, step)
     power = (amplitudes[1:] ** 2).sum(axis=1)
-    if len(power) < 3 or not power.max() > 0.0:
+    if not power.max() > 0.0:
         return 0.0, 0.0
     k = int(np.argmax(power))
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())

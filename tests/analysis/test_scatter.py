@@ -6,6 +6,7 @@ from scipy.stats import norm
 
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.scatter import Spread, scatter
+from squeal.analysis.spread_file import read_spreads
 from squeal.errors import ComputationError, InputError
 from squeal.model.pad import Pad
 from squeal.scene import Scene
@@ -136,3 +137,12 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     assert short.beyond == np.sum(
         scatter(system, (Spread("a", "absolute", size),), 60, seed=5, mu_max=3.0).critical > 1.0
     )
+
+
+def test_a_file_of_spreads_is_named_by_a_path_or_its_text(tmp_path):
+    path = tmp_path / "spreads.yaml"
+    path.write_text("samples: 20\nspreads: {k1: {relative: 0.05}}\n")
+    assert read_spreads(str(path)) == read_spreads(path)
+    assert read_spreads(path).samples == 20
+    with pytest.raises(InputError, match=r"none\.yaml: cannot be read"):
+        read_spreads(str(tmp_path / "none.yaml"))

@@ -165,6 +165,10 @@ def test_complex_matrices_are_not_written(tmp_path, capsys):
     path.write_text(CHART + "damping: {structural: 0.1}\n")
     err = assert_refused(capsys, "export", path, "--output", tmp_path / "out")
     assert "K: is complex (structural damping) and cannot be written" in err
+    assert_refused(capsys, "export", path, "--output", tmp_path / "new" / "out")
+    assert list(tmp_path.iterdir()) == [path]
+    (tmp_path / "out").mkdir()
+    assert_refused(capsys, "export", path, "--output", tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())
 
 
@@ -175,6 +179,16 @@ def test_terms_are_written_both_or_not_at_all(tmp_path, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["k.mtx"]
     answer(capsys, "terms", *given, "--output", tmp_path / "S.inp")
     assert read_matrix(tmp_path / "S1.inp").matrix.shape == (2, 2)
+
+
+@pytest.mark.filterwarnings("error")
+def test_terms_that_are_not_finite_are_not_written(tmp_path, capsys):
+    for name, size in (("a", 1.0), ("b", 2.0)):
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(size * np.eye(2)))
+    given = [f"0:{tmp_path / 'a.mtx'}", f"1e-320:{tmp_path / 'b.mtx'}"]
+    err = assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.mtx")
+    assert "their difference over that of the values is not finite" in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mtx", "b.mtx"]
 
 
 def test_a_scene_is_not_reduced(tmp_path, capsys):

@@ -176,3 +176,17 @@ def test_the_axes_of_a_map_name_what_is_allowed(capsys):
     assert "'kc' is not allowed" in err
     assert "k_c" in err
     assert "L1" not in err  # B3 does not use it
+
+
+def test_a_system_lists_its_own_keys_and_parameters(capsys, tmp_path):
+    path = tmp_path / "system.yaml"
+    path.write_text("parameters: {mu: 1, Omega: 2}\nM: [[1]]\nK: {matrix: [[1]], factor: Omega}\n")
+    err = assert_refused(capsys, "eigenvalues", path, "--set", "foo=1")
+    keys = "name, reference, parameters, mu, Omega, parameter, M, C, K, damping, coordinates"
+    assert err.endswith(f"--set foo=1: unknown key; allowed are {keys}\n")
+
+
+def test_an_option_of_systems_is_named_as_it_was_given(capsys):
+    for option in ("--gif", "--animation"):
+        err = assert_refused(capsys, "eigenvalues", SCENES / "b1-c.yaml", option, "a.gif")
+        assert f"{option} a.gif: is not allowed with b1-c.yaml" in err

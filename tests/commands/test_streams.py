@@ -111,8 +111,9 @@ def test_streams_may_be_closed(tmp_path):
     done = shell(f"{system} --band 0:9 --set parameter=W --sweep 0:1:3 --json 2>&-")  # and it warns
     assert done.returncode == 0
     assert json.loads(done.stdout)["verdict"] == "stable"
-    done = shell(f"{system} >&-")
-    assert (done.returncode, done.stderr) == (0, "")
+    for words in (f"{system} >&-", f"{system} --json >&-", "--help >&-"):
+        done = shell(words)
+        assert (done.returncode, done.stderr) == (1, "squeal: output: Bad file descriptor\n")
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "utf-8"])

@@ -217,7 +217,7 @@ def test_an_interrupted_basis_resumes(command, more, sparse, tmp_path, capsys, m
         (("--method", "best", "--band", "1:2"), "one of full, reduced, modal"),
         (("--band", "1:2", "--region", "0:1:0:1"), "one of them is allowed"),
         (("--sweep", "1:0:5"), "A < B"),
-        (("--set", "nu=1"), "unknown key"),
+        (("--set", "nu=1"), "unknown key; allowed are name, reference, parameters, "),
         (("--memory", "0"), "above 0"),
         (("--sensitivity",), "a system of matrices; a scene is allowed"),
     ],

@@ -101,6 +101,12 @@ def test_the_share_of_a_line():
     assert line(np.ones((600, 2)), STEP) == (0.0, 0.0)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_few_samples_have_no_line(n):
+    assert line(np.arange(2.0 * n).reshape(n, 2) ** 3, STEP) == (0.0, 0.0)
+
+
 def test_the_spectrum_shows_amplitudes():
     n, k = len(T), 45
     sine = 0.7 * np.sin(2 * np.pi * k / (n * STEP) * T) + 5.0

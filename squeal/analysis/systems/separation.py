@@ -25,7 +25,7 @@ def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
     """The terms of K = K0 + p K1 from K at two values of p, and what a third says to them.
 
     Differences of a few roundings count as zero, so that K1 has the entries that depend on p
-    alone. Raises InputError for equal values or different shapes.
+    alone. Raises InputError for equal values, different shapes or terms that are not finite.
     """
     from scipy.sparse import csc_array
 
@@ -37,12 +37,18 @@ def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
         listed = " and ".join(str(m.shape[0]) for m in matrices)
         raise InputError(f"matrices of {listed} rows are not allowed; they must be of one size")
     (a, b), (A, B) = values[:2], (csc_array(m) for m in matrices[:2])
-    difference = csc_array(B - A)
     largest = max(abs(A).max(), abs(B).max())
-    difference.data[np.abs(difference.data) <= ROUNDING * largest] = 0.0
-    difference.eliminate_zeros()
-    linear = csc_array(difference / (b - a))
-    constant = csc_array(A - a * linear)
+    with np.errstate(over="ignore", invalid="ignore"):
+        difference = csc_array(B - A)
+        difference.data[np.abs(difference.data) <= ROUNDING * largest] = 0.0
+        difference.eliminate_zeros()
+        linear = csc_array(difference / (b - a))
+        constant = csc_array(A - a * linear)
+    if not (np.isfinite(linear.data).all() and np.isfinite(constant.data).all()):
+        raise InputError(
+            f"the matrices at {a:g} and {b:g}: their difference over that of the values is not "
+            "finite; values farther apart are allowed"
+        )
     constant.data[np.abs(constant.data) <= ROUNDING * largest] = 0.0
     constant.eliminate_zeros()
     error = None

@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.files.matrices import fingerprint, write_matrix
-from squeal.files.writing import whole_folder, write_text
+from squeal.files.writing import new_folder, whole_folder, write_text
 from squeal.stability.terms import TermSystem
 
 
@@ -24,8 +24,7 @@ def write_system(
     lines = [f"name: {_quoted(system.name)}"]
     own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
     lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
-    folder.mkdir(parents=True, exist_ok=True)
-    with whole_folder(folder) as place:
+    with new_folder(folder), whole_folder(folder) as place:
         for part in ("M", "C", "K"):
             terms = getattr(system, part)
             if terms:

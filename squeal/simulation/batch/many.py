@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.scene.schema import Scene
+from squeal.simulation.batch.processes import mapped
 from squeal.simulation.legs import LIMITS
 from squeal.simulation.run import first_state, off_level
 
@@ -255,15 +255,6 @@ def _alone(task: _Task, natural: _Natural, results: _Results, i: int) -> None:
         results.add(one, motion.whole, motion)
 
 
-@lru_cache(maxsize=1)
-def _pool(workers: int) -> Any:
-    """Processes that stay for later calls, with their compiled integrators."""
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-
-
 def simulate_starts(
     scene: Scene, starts: np.ndarray, stop: float, tolerance: float, **more: Any
 ) -> Arrays:
@@ -331,5 +322,5 @@ def simulate_many(
         return _Task(model, formulation, some, drag, starts[part], stops[part], *settings)
 
     tasks = map(task, range(0, count, size))
-    chunks = list(map(_work, tasks) if workers == 1 else _pool(workers).map(_work, tasks))
+    chunks = list(map(_work, tasks)) if workers == 1 else mapped(_work, tasks, workers)
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

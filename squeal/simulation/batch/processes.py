@@ -1,0 +1,57 @@
+"""Processes that work beside this one and end with it, without a word, at an interrupt."""
+
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from functools import lru_cache
+from multiprocessing import get_context, resource_tracker
+from typing import TypeVar
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+
+def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> list[B]:
+    """The results of all tasks, in their order, from so many processes.
+
+    These are started anew by import and stay for later calls, with what they have compiled.
+    """
+    pool = _pool(workers)
+    try:
+        with _held_back():
+            begun = [pool.submit(work, task) for task in tasks]
+        return [one.result() for one in begun]
+    except BaseException:  # after an interrupt its processes have ended too
+        _pool.cache_clear()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+
+
+@contextmanager
+def _held_back() -> Iterator[None]:
+    """Processes that begin here meet an interrupt only when they are `_ready`.
+
+    One that still imports would tell of it in a traceback.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # started in between, it would let the signal in again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@lru_cache(maxsize=1)
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, get_context("spawn"), _ready)
+
+
+def _ready() -> None:
+    """First words of a process that has imported all: from now on an interrupt ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
