@@ -121,7 +121,7 @@ class Statics:
         contact = sum(getattr(self.model.pad, name) for name in self.model.law.parameters)
         forces = c.F_n + c.k1 * one + c.k2 * two + contact * face
         with np.errstate(all="ignore"):  # no place where there is no force
-            R_n = self.model.law.resultant(c, at, np.asarray(touching, dtype=float))[0]  # type: ignore[arg-type]
+            R_n = self.model.law.resultant(c, at, np.asarray(touching, dtype=float))[0]
         return np.asarray(R_n > EPS * forces)
 
     def newton(self, z: np.ndarray, state: State) -> np.ndarray | None:
