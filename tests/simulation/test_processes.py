@@ -33,7 +33,7 @@ if __name__ == "__main__":
 
 def test_results_come_in_the_order_of_the_tasks():
     assert mapped(abs, range(-7, 0), 2) == [7, 6, 5, 4, 3, 2, 1]
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="non-hexadecimal"):
         mapped(bytes.fromhex, ["word"], 2)
     assert mapped(abs, [-3], 2) == [3]
 
