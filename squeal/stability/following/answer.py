@@ -23,6 +23,7 @@ from squeal.stability.following.verdicts import (
 from squeal.stability.growth import GROWING, Growth
 from squeal.stability.matrices import System
 
+EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
 LEVEL = 1e-6  # of a growth rate: pairs and real roots that grow alike
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 
@@ -188,8 +189,13 @@ def _counted(
 
 def _mode(line: Line, c: Located) -> int:
     """Number of the mode by rising frequency, from 1; of a coalescing pair the first."""
-    state = min(line.states, key=lambda s: abs(s.value - c.value))
-    omega = np.array([line.omega(complex(z)) for z in state.roots])
+    A = line.both(c.value)[0]
+    if len(A) <= EXACT:
+        roots = np.linalg.eigvals(A)
+    else:
+        near = min(line.states, key=lambda s: abs(s.value - c.value))
+        roots = near.roots + (c.value - near.value) * near.slopes
+    omega = np.array([line.omega(complex(z)) for z in roots])
     gap = 1e-6
     if c.coalesces:  # its two members lie on both sides: the closest one below belongs to it
         gap = max(gap, float(np.sort(np.abs(omega / (c.omega or 1.0) - 1.0))[1]) * (1 + 1e-9))

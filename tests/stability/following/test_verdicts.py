@@ -164,9 +164,12 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
     size = np.sqrt(np.outer(k, k))
     M, C, K0, K1 = mixed(rng, np.eye(n), np.diag(c * np.sqrt(k)), np.diag(k), K1 * size)
 
-    def seen(mu):
+    def all_roots(mu):
         A, B = (np.linalg.solve(M, X) for X in (K0 + mu * K1, C))
-        roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-A, -B]]))
+        return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-A, -B]]))
+
+    def seen(mu):
+        roots = all_roots(mu)
         first = roots[np.argmax(roots.real)]
         grows = "divergence" if abs(first.imag) < 1e-6 * abs(first) else "flutter"
         return int((roots.real > 0).sum()), grows if first.real > 0 else "restabilised"
@@ -177,7 +180,9 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
         assert found.certified
         crossed = [(x.mu, x.frequency_hz) for x in found.crossings if x.mu < 1.0]
         points = [(x.mu, x.frequency_hz) for x in found.points if x.mu < 1.0]
-        kinds = [(x.kind, x.direction, x.changes_verdict) for x in found.crossings if x.mu < 1.0]
+        kinds = [
+            (x.kind, x.direction, x.mode, x.changes_verdict) for x in found.crossings if x.mu < 1.0
+        ]
         answers.append((crossed, points, (kinds, [p.kind for p in found.points if p.mu < 1.0])))
     for crossed, points, names in answers:
         assert names == answers[0][2]
@@ -185,7 +190,9 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
         assert np.allclose(np.ravel(points), np.ravel(answers[0][1]), rtol=1e-7, atol=1e-8)
     crossed, points, (kinds, verdict) = answers[0]
     beside = 1e-7
-    for (mu, _), (kind, direction, _) in zip(crossed, kinds, strict=True):
+    for (mu, hertz), (kind, direction, mode, _) in zip(crossed, kinds, strict=True):
+        slower = np.abs(all_roots(mu).imag) < 2 * np.pi * hertz * (1 - 1e-6)
+        assert mode == 1 + np.sum(slower) // 2
         rise = (1 if direction == "up" else -1) * (2 if kind == "flutter" else 1)
         assert seen(mu * (1 + beside))[0] - seen(mu * (1 - beside))[0] == rise
     for (mu, _), kind in zip(points, verdict, strict=True):
