@@ -15,6 +15,7 @@ from squeal.model.equations import term_count
 from squeal.model.law import ContactLaw
 from squeal.simulation.batch import passing
 from squeal.simulation.batch.series import Series, SeriesFunctions, total
+from squeal.simulation.integrators.kept import kept
 from squeal.simulation.integrators.symbols import NAMES, motion, symbols
 
 SHORT = 1e-9  # natural time: a step as short is not halved; a limit as near is reached
@@ -128,4 +129,6 @@ def compiled_samples(law: ContactLaw, order: int, terms: tuple[str, ...]) -> Any
 
 
 def _compiled(outputs: list[Any], given: list[Any]) -> Any:
-    return hy.cfunc(outputs, given, fast_math=True, batch_size=WIDTH)
+    how = {"fast_math": True, "batch_size": WIDTH}
+    options = ("cfunc", *map(str, given), *how.items())
+    return kept(outputs, options, lambda: hy.cfunc(outputs, given, **how))

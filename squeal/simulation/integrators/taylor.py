@@ -18,6 +18,7 @@ from squeal.model.law import ContactLaw
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.simulation.integrators import symbols
+from squeal.simulation.integrators.kept import kept
 from squeal.simulation.integrators.pool import Pool
 from squeal.simulation.integrators.through import MOST_STEPS, Changes, through
 from squeal.simulation.legs import LIMITS, Leg
@@ -44,21 +45,27 @@ def compiled(
     on = symbols.state_parameters(law) if contact is None else contact
     system, heights, limits = symbols.equations(law, on, terms)
     upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-    events = [_event(fp_type)(e, direction=upwards) for e in symbols.rising(heights, on)]
+    rising = symbols.rising(heights, on)
+    events = [_event(fp_type)(e, direction=upwards) for e in rising]
     events += [_event(fp_type)(limit, direction=downwards) for limit in limits]
-    expressions = [rhs for _, rhs in system] + heights + limits
+    expressions = [rhs for _, rhs in system] + rising + limits
     used = hy.get_params(expressions)
     highest = max(
         i for i in range(len(symbols.NAMES) + law.points + term_count(terms)) if hy.par[i] in used
     )
-    return hy.taylor_adaptive(
-        system,
-        [fp_type(0.0)] * 6,
-        pars=[fp_type(1.0)] * (highest + 1),
-        tol=fp_type(tolerance),
-        t_events=events,
-        fp_type=fp_type,
-        **({"compact_mode": contact is None} | options),
+    how = {"compact_mode": contact is None} | options
+    return kept(
+        expressions,
+        (law.points, highest, tolerance, fp_type.__name__, *how.items()),
+        lambda: hy.taylor_adaptive(
+            system,
+            [fp_type(0.0)] * 6,
+            pars=[fp_type(1.0)] * (highest + 1),
+            tol=fp_type(tolerance),
+            t_events=events,
+            fp_type=fp_type,
+            **how,
+        ),
     )
 
 
