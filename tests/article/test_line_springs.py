@@ -84,9 +84,10 @@ def test_on_two_springs_and_on_the_line_full_contact_is_the_same_motion():
     assert rest is not None
     q = np.array(rest.q)
     near = dataclasses.replace(own, initial=(*(q + 1e-3 * np.abs(q)).tolist(), 0.0, 0.0, 0.0))
-    found = springs_study.compared(near, 1)
-    assert sum(found.lost) == springs_study.SIDE**2
-    assert found.apart == (0, 0, springs_study.SIDE**2)
+    for found, windows in zip(springs_study.compared(near), springs_study.TIMES, strict=True):
+        assert found.windows == windows
+        assert sum(found.lost) == springs_study.SIDE**2
+        assert found.apart == (0, 0, springs_study.SIDE**2)
 
 
 def test_springs_inside_the_edges_part_sooner_and_lose_an_edge_later_in_the_same_motion():

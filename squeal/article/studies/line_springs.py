@@ -94,28 +94,33 @@ def case(scene: Scene) -> results.Case:
     )
 
 
-def compared(scene: Scene, windows: int) -> results.Compared:
+def compared(scene: Scene) -> tuple[results.Compared, ...]:
     """Two springs against the line from starts about the line's equilibrium; none without it."""
     line = on_springs(scene, 0)
     rest, _ = sliding_equilibrium(line.pad_model)
     if rest is None:
-        return results.Compared(windows, (0, 0, 0), (0, 0, 0))
+        return tuple(results.Compared(windows, (0, 0, 0), (0, 0, 0)) for windows in TIMES)
     starts = plane(scene, np.array(rest.q), *grid(SIDE))
     assert scene.stop is not None
+    # all times in one batch, since wide ones cost less
+    times, every = np.repeat(TIMES, len(starts)), np.tile(starts, (len(TIMES), 1))
     runs = [
-        simulate_starts(one, starts, windows * scene.stop, results.TOLERANCE, measured=True)
+        simulate_starts(one, every, times * scene.stop, results.TOLERANCE, measured=True)
         for one in (on_springs(scene, FEW[0]), line)
     ]
     whole = np.logical_and(*(run["outcome"] == DONE for run in runs))
-    few, many = (run["shares"][whole] for run in runs)
+    full, none = (STATES.index(state) for state in (FULL, NONE))
 
     def counted(differences: np.ndarray) -> tuple[int, int, int]:
         more, less = (int((sign * differences > results.ALIKE).sum()) for sign in (1.0, -1.0))
         return more, less, len(differences) - more - less
 
-    full, none = (STATES.index(state) for state in (FULL, NONE))
-    lost = counted(many[:, full] - few[:, full])
-    return results.Compared(windows, lost, counted(few[:, none] - many[:, none]))
+    def over(windows: int) -> results.Compared:
+        few, many = (run["shares"][whole & (times == windows)] for run in runs)
+        lost, apart = many[:, full] - few[:, full], few[:, none] - many[:, none]
+        return results.Compared(windows, counted(lost), counted(apart))
+
+    return tuple(map(over, TIMES))
 
 
 def study(files: Sequence[Path]) -> results.LineSprings:
@@ -125,7 +130,7 @@ def study(files: Sequence[Path]) -> results.LineSprings:
     return results.LineSprings(
         cases={name: case(scene) for name, scene in scenes.items()},
         starts={
-            name: tuple(compared(scene, windows) for windows in TIMES)
+            name: compared(scene)
             for name, scene in scenes.items()
             if version("heyoka") != NOT_INSTALLED
         },

@@ -256,7 +256,7 @@ def _alone(task: _Task, natural: _Natural, results: _Results, i: int) -> None:
 
 
 def simulate_starts(
-    scene: Scene, starts: np.ndarray, stop: float, tolerance: float, **more: Any
+    scene: Scene, starts: np.ndarray, stop: float | np.ndarray, tolerance: float, **more: Any
 ) -> Arrays:
     """`simulate_many` of a scene's pad from starts (n, 6); more: further arguments of it."""
     pads = stack([scene.pad] * len(starts))
