@@ -117,8 +117,8 @@ class Survey:
         """A value of mu below, between and above the places, far from them."""
         at = [place[0].root.mu for place in self._places]
         found = [(a + b) / 2 for a, b in itertools.pairwise([self.low, *at, self.high])]
-        if at and self.high - at[-1] <= 1e-9 * abs(self.high):
-            beyond = self.high + 1e-6 * abs(self.high)
+        if at and self.high - at[-1] <= 1e-9 * (self.high - self.low):
+            beyond = self.high + 1e-6 * (self.high - self.low)
             try:
                 self.family.growth(beyond)
                 found[-1] = beyond

@@ -19,6 +19,8 @@ from squeal.stability.following.verdicts import (
 from squeal.stability.growth import GROWING, Growth, counted
 
 BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
+SAME = 1e-9  # of the range: crossings closer than this are at one place
+WAYS = ("up", "down")
 TIGHT = 1e-9  # of a value: an interval shorter than this has converged
 
 
@@ -70,24 +72,26 @@ class Placed:
 def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) -> Placed:
     """Crossings of a band by rising value; `values` from the first to the last are looked at."""
     low, high = values[0], values[-1]
-    edges = [low, *(c.mu for c in rows), high]
+    groups = _together(rows, SAME * (high - low))
     margin = BESIDE * (high - low)
+    beyond = bool(groups) and high - groups[-1][-1].mu <= margin  # what follows is seen there
+    edges = [low, *(group[0].mu for group in groups), high + 2 * margin * beyond]
     inside = [v for v in values if all(abs(v - c.mu) > margin for c in rows)]
     between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
     number, stretches, first = rates.growth(between[0]).roots, [], []
     for k, (a, b) in enumerate(itertools.pairwise(edges)):
-        number += _net(rows[k - 1]) if k else 0
+        number += sum(map(_net, groups[k - 1])) if k else 0
         tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
         agrees = (v for v in tried if a < v < b and rates.growth(v).roots == number)
         first.append(next(agrees, between[k]))
         stretches.append(rates.growth(first[k]))
     marks = marks_of(rates, edges, stretches, rates.known)
-    places = [Place(c.mu, *map(frozenset, _kinds(c))) for c in rows]
+    places = [Place(group[0].mu, *_kinds(group)) for group in groups]
     changes = list(verdict_changes(rates, places, marks))
     unexplained: list[float] = []
     left: dict[int, tuple[float, float]] = {}
     for v in sorted({*inside, *between}):
-        k = sum(c.mu < v for c in rows)
+        k = sum(group[0].mu < v for group in groups)
         seen = rates.growth(v)
         if seen.roots < stretches[k].roots and seen.verdict != stretches[k].verdict:
             left.setdefault(k, (first[k], v))
@@ -98,24 +102,47 @@ def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) 
             replace(
                 c,
                 mode=_mode(rates.roots(c.mu), c),
-                changes_verdict=any(change.place == k for change in changes),
+                changes_verdict=any(x.place == k and c in _leads(group, x) for x in changes),
             )
-            for k, c in enumerate(rows)
+            for k, group in enumerate(groups)
+            for c in group
         ),
-        tuple(_point(rates, change, rows) for change in changes),
+        tuple(_point(rates, change, groups) for change in changes),
         tuple(between),
         tuple(unexplained),
         tuple(left.values()),
     )
 
 
+def _together(rows: Sequence[Crossing], near: float) -> list[list[Crossing]]:
+    """Crossings by place: what begins or ends at one value stands together."""
+    groups: list[list[Crossing]] = []
+    for c in rows:
+        if groups and c.mu - groups[-1][-1].mu <= near:
+            groups[-1].append(c)
+        else:
+            groups.append([c])
+    return groups
+
+
+def _leads(group: Sequence[Crossing], change: VerdictChange) -> list[Crossing]:
+    """The crossings at a place that begin what grows above or end what grew below; of several that
+    do the fastest, which stands first."""
+    found = []
+    for alike in ((change.above, "up"), (change.below, "down")):
+        leading = [c for c in group if (c.kind, c.direction) == alike]
+        found += sorted(leading, key=lambda c: not c.changes_verdict)[:1]
+    return found or list(group)
+
+
 def _net(c: Crossing) -> int:
     return (1 if c.direction == "up" else -1) * (2 if c.kind == "flutter" else 1)
 
 
-def _kinds(c: Crossing) -> tuple[list[str], list[str]]:
-    """What begins and what ends at a crossing."""
-    return ([c.kind], []) if c.direction == "up" else ([], [c.kind])
+def _kinds(group: Sequence[Crossing]) -> tuple[frozenset[str], frozenset[str]]:
+    """What begins and what ends at a place."""
+    begins, ends = (frozenset(c.kind for c in group if c.direction == way) for way in WAYS)
+    return begins, ends
 
 
 def _mode(at: ComplexArray, c: Crossing) -> int:
@@ -123,12 +150,14 @@ def _mode(at: ComplexArray, c: Crossing) -> int:
     return 1 + int(np.sum((at.imag > 0) & (at.imag < omega * (1 - 1e-6))))
 
 
-def _point(rates: BandRates, change: VerdictChange, rows: Sequence[Crossing]) -> CriticalPoint:
+def _point(
+    rates: BandRates, change: VerdictChange, groups: Sequence[Sequence[Crossing]]
+) -> CriticalPoint:
     """A change of verdict at a crossing, or where growth changes hands, with the pair's frequency
     there."""
     kind = change.above if change.above in GROWING else "restabilised"
     if change.place is not None:
-        c = rows[change.place]
+        c = _leads(groups[change.place], change)[0]
         tight = c.interval[1] - c.interval[0] <= TIGHT * abs(c.mu)
         return CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual)
     hertz = 0.0

@@ -2,12 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
+from squeal.stability.following.ends import fastest_first
 from squeal.stability.following.line import Line, State
 from squeal.stability.following.locate import Located
 from squeal.stability.following.rates import LineRates
@@ -54,7 +55,7 @@ def followed(
             crossings += _counted(found.line, a, (a, a), rises, before.verdict != first.verdict)
         changes = list(_changes(found, marks))
         points += [_point(found.line, c, _located(found, c)) for c in changes]
-        crossings += _crossings(found, {c.place for c in changes})
+        crossings += _crossings(found, {c.place: c for c in changes})
         before = marks[-1][-1]
     return Thresholds(points, crossings, certified)
 
@@ -99,11 +100,10 @@ def _point(line: Line, change: VerdictChange, located: tuple[Located, ...]) -> C
     grows = change.above in GROWING
     kind = change.above if grows else "restabilised"
     concerned = change.above if grows else change.below
-    way = 1 if grows else -1
-    leading = [c for c in located if c.kind == concerned and c.direction == way]
+    leads = _leads(line, located, change)[concerned]
     interval = _interval(located) or (change.value - change.half, change.value + change.half)
-    if leading:
-        omega = leading[0].omega
+    if leads:
+        omega = leads.omega
     elif change.place is None and change.half:
         omega = _level(line, change.value, concerned)
     else:
@@ -116,8 +116,20 @@ def _point(line: Line, change: VerdictChange, located: tuple[Located, ...]) -> C
         omega / (2 * math.pi),
         interval,
         bool(settled and (tight or not located)),
-        _residual(leading[0]) if leading else None,
+        _residual(leads) if leads else None,
     )
+
+
+def _leads(
+    line: Line, located: Sequence[Located], change: VerdictChange
+) -> dict[str, Located | None]:
+    """The fastest of the crossings at a place that begin what grows above or end what grew below,
+    if there are such."""
+    found = {}
+    for kind, way in ((change.below, -1), (change.above, 1)):
+        alike = [c for c in located if c.kind == kind and c.direction == way]
+        found[kind] = next(iter(fastest_first(line, alike)), None)
+    return found
 
 
 def _interval(located: Sequence[Located]) -> tuple[float, float] | None:
@@ -155,16 +167,21 @@ def _leading(line: Line, state: State) -> float:
     return line.omega(complex(z[np.argmax(np.where(pairs, rates, -np.inf))]))
 
 
-def _crossings(found: Searched, changing: set[int | None]) -> Iterator[Crossing]:
+def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
     for k, place in enumerate(found.places):
         below, above = found.stretches[k].growth, found.stretches[k + 1].growth
+        change = changes.get(k)
         if explained(place, below, above):
+            leads = tuple(_leads(found.line, place, change).values()) if change else ()
             for c in place:
-                yield c.crossing(_mode(found.line, c), k in changing, _residual(c))
+                changing = change is not None and (c in leads or not any(leads))
+                yield c.crossing(_mode(found.line, c), changing, _residual(c))
         else:
             rises, interval = _rises(below, above), _interval(place)
             assert interval is not None
-            yield from _counted(found.line, float(place[0].value), interval, rises, k in changing)
+            yield from _counted(
+                found.line, float(place[0].value), interval, rises, change is not None
+            )
 
 
 def _rises(below: Growth, above: Growth) -> dict[str, int]:

@@ -101,6 +101,7 @@ class Line:
             M, C, K = (zero if X is None else X for X in slopes)
             return M, C, K
         step = DIFFERENCE * (self.high - self.low)
+        p = min(max(p, self.low), self.high)
         a, b = max(self.low, p - step), min(self.high, p + step)
         pairs = zip(self._matrices(a), self._matrices(b), strict=True)
         M, C, K = (

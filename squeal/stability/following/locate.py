@@ -92,7 +92,7 @@ def located(line: Line, guess: Guess) -> Located | None:
         found = _passing(line, guess)
     if found is None:
         return None
-    inside = line.low - 1e-12 * abs(line.low) <= found.value <= line.high * (1 + 1e-12)
+    inside = line.low <= found.value <= line.high
     low, high = found.interval
     if not inside or high - low > guess.width:
         return None

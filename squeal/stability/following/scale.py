@@ -9,16 +9,18 @@ thresholds lie at one end, below what steps and tolerances in units of the range
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.stability.following.line import Line
-from squeal.stability.matrices import System
+from squeal.stability.matrices import Array, System
 
 FAR = 3e3  # own scales that are searched as one range
 FIRST, RATIO = 30.0, 100.0  # own scales in the first part, and how much longer each one is
 ROUNDED = 1e13  # own scales beyond which the parameter's part is all that rounding leaves
 MOST = 1e100  # own scales that a range may have
 NEAR, BESIDE = 1e-300, 1e-9  # of the range and of the origin: where the matrix is taken apart
+DEFECTIVE = 1e-3  # left times right vector: eigenvectors that nearly coalesce tell no scale
 PARTS = 200  # shorter ranges looked at for the own scale
 
 
@@ -67,11 +69,24 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
 def share(line: Line, origin: float, p: float) -> float:
     """How much of what there is at the origin changes up to p; infinite beyond double precision."""
     state, first = line.at(origin), line.both(origin)[0]
+    moves = np.abs(state.roots) > 8 * state.noise  # what is free has no scale
+    across = np.abs(np.sum(state.left.conj() * state.right, axis=0))
+    if across.min() < DEFECTIVE:
+        return _moved(line, np.abs(state.roots), moves, p)
     with np.errstate(all="ignore"):
         W = state.left.conj().T @ ((line.both(p)[0] - first) @ state.right)
-        W = np.abs(W) / np.abs(np.sum(state.left.conj() * state.right, axis=0))[:, None]
-        W = W / np.abs(state.roots)[:, None]
-        moves = np.abs(state.roots) > 8 * state.noise  # what is free has no scale
+        W = np.abs(W) / across[:, None] / np.abs(state.roots)[:, None]
         W = W[np.ix_(moves, moves)]
         greatest = float(np.max(np.sqrt(W) * np.sqrt(W.T), initial=0.0))
     return greatest if np.isfinite(greatest) else np.inf
+
+
+def _moved(line: Line, sizes: Array, moves: NDArray[np.bool_], p: float) -> float:
+    """The same by how much the roots themselves change in size."""
+    A = line.both(p)[0]
+    if not np.isfinite(A).all():
+        return np.inf
+    order = np.argsort(sizes)
+    change = np.abs(np.sort(np.abs(np.linalg.eigvals(A))) - sizes[order])[moves[order]]
+    greatest = float(np.max(change / sizes[order][moves[order]], initial=0.0))
+    return max(greatest, greatest**2) if line.damped else greatest

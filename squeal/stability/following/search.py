@@ -15,6 +15,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.stability.following.ends import (
+    beginning,
+    completed,
+    from_start,
+    meetings_at_end,
+    start_as_one,
+)
 from squeal.stability.following.line import Line, State, norm
 from squeal.stability.following.locate import Located, located
 from squeal.stability.following.sign import count_right
@@ -26,8 +33,9 @@ SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
 BUDGET = {60: 1500, 150: 400, 10**9: 90}  # states
 WIDE = 1e-4  # of the range: an interval in which crossings may hide
-NEAR = 1e-3  # of a frequency: roots that near may be one
 SHARES = np.geomspace(1e-6, 1.0, 13)  # of a stretch: how far from its end a pair is looked at
+BESIDE = np.array([1e-9, 1e-7, 1e-5])  # of the range: where what grows from its start is seen
+SAME_ROOT = 1e-6  # of a root: those of equal subsystems
 CLOSE = 1e-6  # of the range: equal subsystems cross within this
 
 
@@ -87,6 +95,7 @@ def search(system: System, low: float, high: float) -> Searched:
     inner = [(k + 0.0371 * (1 + k % 3)) / count for k in range(1, count)]
     for a, b in itertools.pairwise([low, *(low + x * (high - low) for x in inner), high]):
         stepper.go(a, b)
+    stepper.guesses += meetings_at_end(line)
     _add(line, stepper, found)
     for finer in (4, 16):
         wrong = [
@@ -102,17 +111,18 @@ def search(system: System, low: float, high: float) -> Searched:
             for x, y in itertools.pairwise(points):
                 stepper.go(x, y)
         _add(line, stepper, found)
-    places = _cleaned(line, found)
+    places = start_as_one(line, _cleaned(line, found))
     first = _middles(line, [list(p) for p in places])[0]
     # nothing was seen to cross below the first place, but what grows there may not at the start
     if not explained([], line.growth(low), line.growth(first)):
-        places = _bisected(line, low, first, []) + places
+        places = start_as_one(line, _bisected(line, low, first, []) + places)
     return Searched(tuple(places), tuple(_stretches(line, places)), line)
 
 
 def _add(line: Line, stepper: Stepper, found: list[Located]) -> None:
     for guess in stepper.guesses:
         one = located(line, guess)
+        one = None if one is None else from_start(line, one)
         if one is not None and not any(_same(line, one, other) for other in found):
             found.append(one)
     stepper.guesses.clear()
@@ -122,7 +132,8 @@ def _add(line: Line, stepper: Stepper, found: list[Located]) -> None:
 def _same(line: Line, one: Located, other: Located) -> bool:
     near = SAME * (line.high - line.low) + (one.interval[1] - one.interval[0])
     scale = 1e-6 * max(one.omega, other.omega)
-    return abs(one.value - other.value) <= near and abs(one.omega - other.omega) <= scale
+    alike = one.direction == other.direction and abs(one.omega - other.omega) <= scale
+    return alike and abs(one.value - other.value) <= near
 
 
 def _places(line: Line, found: list[Located]) -> list[list[Located]]:
@@ -139,7 +150,7 @@ def _places(line: Line, found: list[Located]) -> list[list[Located]]:
 def _middles(line: Line, places: list[list[Located]]) -> list[float]:
     at = [line.low, *(p[0].value for p in places), line.high]
     middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
-    if places and line.high - places[-1][-1].value <= 1e-9 * abs(line.high):
+    if places and line.high - places[-1][-1].value <= SAME * (line.high - line.low):
         beyond = line.high + 1e-6 * (line.high - line.low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
             line.at(beyond)  # there may be none, beyond a fold
@@ -200,6 +211,14 @@ def _cleaned(line: Line, found: list[Located]) -> list[tuple[Located, ...]]:
 
 def _several(line: Line, place: list[Located], a: float, b: float) -> tuple[Located, ...]:
     """The crossings of equal subsystems, which all lie at one place; empty if that is not so."""
+    if place[0].value == line.low:
+        for p in line.low + BESIDE * (line.high - line.low):
+            start = completed(line, place, float(p))
+            if explained(start, line.growth(line.low), line.growth(b)):
+                return start
+    if len({c.omega for c in place}) > 1:
+        repeated = tuple(c for c in place for _ in range(_times(line, c)))
+        return repeated if explained(repeated, line.growth(a), line.growth(b)) else ()
     first = place[0]
     wide = max(10 * (first.interval[1] - first.interval[0]), CLOSE * (line.high - line.low))
     before = line.growth(max(a, first.value - wide))
@@ -211,6 +230,15 @@ def _several(line: Line, place: list[Located], a: float, b: float) -> tuple[Loca
         return ()
     repeated = (first,) * abs(rise)
     return repeated if explained(repeated, before, after) else ()
+
+
+def _times(line: Line, one: Located) -> int:
+    """How many equal roots cross the line there."""
+    state = line.at(one.value)
+    z, scale = state.roots, np.abs(state.roots)
+    at = 1j * one.omega / line.rate if line.damped else one.omega**2
+    near = int(np.sum(np.abs(z - at) <= state.noise + SAME_ROOT * scale))
+    return max(near // (2 if one.coalesces else 1), 1)
 
 
 def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tuple[Located, ...]]:
@@ -235,24 +263,31 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     if not line.damped and seen.pairs != before.pairs:
         state, k, hidden = _coalescing(line, low, high, a, b, seen.pairs > before.pairs)
     else:
-        k = int(np.argmin(np.abs(state.roots.real)))
+        if rise < 0:
+            state = line.at(low)
+        # of what grows on one side alone the least above rounding
+        above = state.roots.real / state.noise
+        k = int(np.argmin(np.where(above > 1, above, np.inf)))
         hidden = float(2 * state.noise[k] / max(abs(state.slopes[k].real), 1e-300))
     margin = max(1e-7 * (line.high - line.low), hidden)
     omega = line.omega(complex(state.roots[k]))
     # what neither grows nor decays at the start may grow from there on, below rounding at first
-    from_start = a == line.low and rise > 0 and _quiet(line, a, omega)
+    beyond = min(high + margin, b)
+    start = tuple(beginning(line, a, beyond)) if rise > 0 else ()
+    if start and explained(start, line.growth(a), line.growth(beyond)):
+        return [start, *_bisected(line, beyond, b, place)]
     one = Located(
-        a if from_start else (low + high) / 2,
+        (low + high) / 2,
         omega,
         1 if rise > 0 else -1,
-        (a if from_start else max(low - margin, line.low), high + margin),
+        (max(low - margin, line.low), high + margin),
         float("nan"),
         False,
         converged=False,
     )
-    if high + margin >= b or line.growth(high).roots == after.roots:
+    if beyond >= b or line.growth(high).roots == after.roots:
         return [(one,)]
-    return [(one,), *_bisected(line, high + margin, b, place)]
+    return [(one,), *_bisected(line, beyond, b, place)]
 
 
 def _coalescing(
@@ -276,15 +311,6 @@ def _coalescing(
             hidden = (apart + 2 * noise) ** 2 / rise * share * abs(end - at)
             return state, k, float(hidden)
     return state, k, abs(end - at)
-
-
-def _quiet(line: Line, p: float, omega: float) -> bool:
-    """True if a damped system has a root of about this frequency that neither grows nor decays."""
-    if not line.damped:  # there all roots are such, and say nothing
-        return False
-    state = line.at(p)
-    near = np.abs(np.abs(state.roots.imag) * line.rate - omega) <= NEAR * omega
-    return bool(np.any(near & (np.abs(state.roots.real) <= state.noise)))
 
 
 def _stretches(line: Line, places: list[tuple[Located, ...]]) -> Iterator[Stretch]:

@@ -94,14 +94,14 @@ class _Step:
         way = np.abs(zb - za)
         known = np.abs(self.off) <= np.maximum(DOUBT * way, NEAR * np.abs(za)) + 4 * self.noise
         on_a, on_b = self._on(self.a)[self.i], self._on(self.b)[self.j]
-        first = self.a.value == line.low
-        # what lies on the line at one end alone has met another one, unless it starts there
-        known &= (on_a == on_b) | (first & on_a)
+        first, last = self.a.value == line.low, self.b.value == line.high
+        # what lies on the line at one end alone has met another one, unless it starts or ends there
+        known &= (on_a == on_b) | (first & on_a) | (last & on_b)
         clear = self._clear()
         settled = known & (clear | (on_a & on_b & ~self._real_crossing()))
         single = known & ~settled & self._monotone()
         for k in np.flatnonzero(single):
-            guesses += self._singles(int(k), bool(on_a[k]))
+            guesses += self._singles(int(k), True)
         # off the line for good, whichever of them is which
         far = self._far()
         left = np.flatnonzero(~settled & ~single & ~far)
@@ -133,7 +133,7 @@ class _Step:
                 self._both_real() & ~self._real_crossing()
             )
         low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
-        unsure = 2 * np.abs(self.off.real)
+        unsure = 2 * np.abs(self.off.real) + self.noise
         return np.asarray((high + unsure < 0.0) | (low - unsure > 0.0))
 
     def _both_real(self) -> np.ndarray:
@@ -179,13 +179,14 @@ class _Step:
             np.minimum(np.abs(self.za.real), np.abs(self.zb.real)) > 2 * way
         )
 
-    def _singles(self, k: int, starts: bool) -> Iterator[Guess]:
+    def _singles(self, k: int, sure: bool) -> Iterator[Guess]:
         z = np.array([self.za[k], self.da[k], self.zb[k], self.db[k]])
         if not self.line.damped and not self._both_real()[k]:
             return
         cubic = hermite_cubic(*z.real)
-        if starts:  # on the line at the very start: what follows is told by the slope
-            cubic[0] = 0.0
+        if sure:  # on the line at an end of the range: what is beside it follows from the slope
+            ends = np.where(np.abs(z.real) <= self.noise[k], 0.0, z.real)
+            cubic = hermite_cubic(ends[0], z[1].real, ends[2], z[3].real)
         for t in _zeros(cubic):
             value = complex(np.polyval(hermite_cubic(*z)[::-1], t))
             at = self.a if t < 0.5 else self.b

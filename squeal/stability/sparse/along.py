@@ -274,9 +274,20 @@ def crossings_along(
                 continue
             if not any(_same(found, other) for other in crossings):
                 crossings.append(found)
-    low, high = values[0], values[-1]
-    inside = [c for c in crossings if low <= c.value <= high]
-    return Found(tuple(sorted(inside, key=lambda c: c.value)), tuple(unconfirmed))
+    placed = [_in_range(c, values[0], values[-1]) for c in crossings]
+    inside = sorted(filter(None, placed), key=lambda c: (c.value, -abs(c.slope)))
+    return Found(tuple(inside), tuple(unconfirmed))
+
+
+def _in_range(one: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
+    """A crossing, at an end of the range exactly if rounding leaves that; None for one outside it
+    and for what does not grow at the start and begins to decay."""
+    first, last = one.interval
+    if first <= low <= last:
+        return replace(one, value=low, interval=(low, last)) if one.direction == "up" else None
+    if first <= high <= last:
+        return replace(one, value=high)
+    return one if low <= one.value <= high else None
 
 
 def _changes_sign(one: complex, other: complex) -> bool:

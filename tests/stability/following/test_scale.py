@@ -58,3 +58,22 @@ def test_a_range_that_double_precision_cannot_hold_is_refused():
     for end in (2 * MOST, 1e300):
         with pytest.raises(InputError, match=f"up to {end:g} is not allowed".replace("+", r"\+")):
             thresholds(ramp(1.0), end)
+
+
+@pytest.mark.parametrize("low", [0.0, -0.5])
+@pytest.mark.parametrize("rows", [2, 4])
+@pytest.mark.parametrize("damping", [0.0, 1e-7])
+def test_two_modes_that_meet_at_the_origin_tell_no_scale(low, rows, damping):
+    """s = 4 +- sqrt(1 - (1 + p)^2): at zero eigenvectors coalesce, and are said to change by any
+    p however small."""
+
+    def system(p):
+        K = np.diag([5.0, 3.0, 11.0, 13.0])[:rows, :rows]
+        K[0, 1], K[1, 0] = 1 + p, -1 - p
+        return np.eye(rows), damping * np.eye(rows) if damping else None, K
+
+    assert divided(system, low, 1.0) == [low, 1.0]
+    assert len(divided(system, 0.0, 1e6)) > 2
+    found = thresholds(system, 1.0, mu_min=low)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-12)
+    assert [c.direction for c in found.crossings] == ["up"]
