@@ -55,6 +55,16 @@ def test_inner_keys_of_the_answers(capsys):
     assert {"id", "verdict", "measured", "where"} <= found["claims"][0].keys()
 
 
+@pytest.mark.parametrize(("stem", "flat"), [("b2-a", True), ("b2-c", False)])
+def test_conditions_without_bounds_hold_and_say_nothing(capsys, stem, flat):
+    """Case (a): each spring is along an axis, so that K21 = 0 and no friction is too great."""
+    scene = str(SCENES / f"{stem}.yaml")
+    found = answer(capsys, "sliding", scene)
+    assert (found["bound_23a"] is None, found["bound_23b"] is None) == (flat, flat)
+    assert found["holds_as_printed"] or not flat
+    assert ("they say nothing of sliding" in run(capsys, "sliding", scene)[1]) == flat
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(capsys, command):
     with pytest.raises(SystemExit) as stop:

@@ -25,7 +25,9 @@ def _finite(value: float) -> float | None:
 
 
 def data(scene: Scene) -> dict[str, Any]:
-    """The answer as a JSON object; a bound is null where K21 = 0 and friction is not bounded.
+    """The answer as a JSON object; a bound is null where K21 = 0, and friction is not bounded.
+
+    Both conditions hold there, because nothing is asked, and say nothing about sliding.
 
     `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
@@ -66,6 +68,7 @@ def text(found: dict[str, Any]) -> str:
         return "none (K21 = 0)" if found[key] is None else f"mu < {number(found[key])}"
 
     yes = {True: "yes", False: "no"}
+    nothing = found["bound_23a"] is None and found["bound_23b"] is None
     parts = [
         "K of Eq. (22), N/m, N and N m\n" + table([("  ", *row) for row in K]),
         (
@@ -76,6 +79,7 @@ def text(found: dict[str, Any]) -> str:
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
             f"hold as printed: {yes[found['holds_as_printed']]}, "
             f"signs followed: {yes[found['holds_sign_aware']]}"
+            f"{'; without bounds they say nothing of sliding' if nothing else ''}"
         ),
     ]
     if "equilibria" in found:

@@ -5,6 +5,9 @@ import pytest
 
 from squeal.numerics.formula import Formula
 from squeal.stability import thresholds
+from squeal.stability.following.ends import fastest_first
+from squeal.stability.following.line import Line
+from squeal.stability.following.locate import Located
 from squeal.stability.terms import Term, TermSystem
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
@@ -140,3 +143,18 @@ def test_undamped_modes_that_coalesce_at_the_start(twice):
     assert omegas_of(found) == pytest.approx([3.0, 2.0] if twice else [2.0], rel=1e-6)
     assert 2 * np.pi * found.points[0].frequency_hz == pytest.approx(3.0 if twice else 2.0)
     assert len(found.points) == 1
+
+
+@pytest.mark.parametrize("at", [0.0, 0.5, 1.0])
+def test_the_fastest_is_told_without_a_look_beyond_the_range(at):
+    """Where there may be no system, beyond a fold for instance."""
+    for way in (1, -1):
+        terms = oscillators(way * np.array([0.2, 0.9, 0.4]), at=at)[1]
+
+        def system(mu, terms=terms):
+            assert 0.0 <= mu <= 1.0
+            return terms(mu)
+
+        line = Line(system, 0.0, 1.0)
+        place = [Located(at, w, way, (at, at), 0.0, False) for w in W[:3]]
+        assert [one.omega for one in fastest_first(line, place)] == W[[1, 2, 0]].tolist()
