@@ -15,7 +15,7 @@ from squeal.article.report.pads import kept_briefly, kept_by, lasts, origin
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settled
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
-from squeal.article.results.map_ranges import MapRanges, Upright
+from squeal.article.results.map_ranges import MapRanges, Span, Upright
 from squeal.article.results.onset import Onset, Others
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
@@ -175,7 +175,9 @@ def test_what_the_article_argues_with_is_told_apart_from_our_reading():
 def test_a_verdict_turns_with_the_results_behind_it():
     def maps(printed, small, exists=0.7):
         share = SimpleNamespace(exists=exists)
-        full = Upright(10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0.06)
+        full = Upright(
+            10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0.06, Span(0, 1)
+        )
         printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
         return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
 
@@ -229,14 +231,11 @@ def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
 
 
 def test_an_equilibrium_in_any_contact_is_told_beside_one_in_full_contact():
-    ranges = known.of(MapRanges)
-
-    def told(*kept: float) -> str:
-        sweeps = {n: dataclasses.replace(one, kept=kept) for n, one in ranges.sweeps.items()}
-        return verdicts.touching_at_rest(dataclasses.replace(ranges, sweeps=sweeps))
-
-    assert told(0.5, 0.99).startswith(r"never small: 50\,\% to 99\,\% in")
-    assert told(0.2, 0.99).startswith(r"small for some: 20\,\% to")
+    full = known.of(MapRanges).full
+    words = verdicts.touching_at_rest(full)
+    assert words == r"never small: 50\,\% to 99\,\% over 100 pads"
+    some = dataclasses.replace(full, touching=Span(0.2, 0.99))
+    assert verdicts.touching_at_rest(some).startswith(r"small for some: 20\,\% to")
 
 
 def test_cases_that_hammer_are_told_apart_by_what_holding_the_rotation_does():

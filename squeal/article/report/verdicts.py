@@ -70,11 +70,11 @@ def region(full: Upright, printed: QuasiStatic) -> str:
     return f"by full contact, depends on {in_words(deciding(full)) or 'the pad'}"
 
 
-def touching_at_rest(ranges: MapRanges) -> str:
-    """The share of the map on which an equilibrium is kept in any contact, along all sweeps."""
-    kept = [share for sweep in ranges.sweeps.values() for share in sweep.kept]
-    words = f"{percent(min(kept), 0)} to {percent(max(kept), 0)} in Fig.~\\ref{{fig:map-ranges}}"
-    return f"{'never small' if min(kept) >= SMALL else 'small for some'}: {words}"
+def touching_at_rest(full: Upright) -> str:
+    """The share of the map on which an equilibrium is kept in any contact, over many pads."""
+    kept = full.touching
+    words = f"{percent(kept.low, 0)} to {percent(kept.high, 0)} over {full.pads} pads"
+    return f"{'never small' if kept.low >= SMALL else 'small for some'}: {words}"
 
 
 def deciding(full: Upright) -> list[str]:
@@ -235,7 +235,7 @@ def generated(
         "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration"),
         "verdict.argued": argued(held),
         "verdict.region": region(ranges.full, printed),
-        "verdict.region.touching": touching_at_rest(ranges),
+        "verdict.region.touching": touching_at_rest(ranges.full),
         "verdict.region.by": (in_words(deciding(ranges.full)) or "the pad").capitalize(),
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,

@@ -75,7 +75,7 @@ class Upright(Record):
     small: on how many pads it is below `below`, which counts as small; small_at: of these by
     parameter and its values, each of which equally many pads have; cells: points of the grid of
     angles that a share rests on; near: how many pads are within `margin` of `below`, on either
-    side, which a finer grid may turn.
+    side, which a finer grid may turn; touching: shares with an equilibrium kept in any contact.
     """
 
     pads: int
@@ -87,6 +87,7 @@ class Upright(Record):
     cells: int
     near: int
     margin: Share
+    touching: Span
 
 
 class MapRanges(Result):

@@ -133,7 +133,7 @@ def _full(scene: Scene) -> results.Upright:
     """Shares of the map with an equilibrium that is kept in full contact, over many pads."""
     some = [values[::2] for values in VALUES.values()]
     grid = [values.ravel() for values in np.meshgrid(*some, indexing="ij")]
-    *_, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
+    _, kept, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
     small = (full < SMALL).reshape([len(values) for values in some])
     at = {
         name: dict(zip((f"{v:.3g}" for v in values), counts.tolist(), strict=True))
@@ -142,8 +142,11 @@ def _full(scene: Scene) -> results.Upright:
     }
     cells = COARSEST * (COARSEST + 1)
     near = int(np.count_nonzero(np.abs(full - SMALL) <= MARGIN))
-    span = float(full.min()), float(full.max())
-    return results.Upright(full.size, *span, int(small.sum()), SMALL, at, cells, near, MARGIN)
+    span, touching = ((float(of.min()), float(of.max())) for of in (full, kept))
+    few = int(small.sum())
+    return results.Upright(
+        full.size, *span, few, SMALL, at, cells, near, MARGIN, results.Span(*touching)
+    )
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:
