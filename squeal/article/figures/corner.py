@@ -22,7 +22,7 @@ def draw(found: Ensembles) -> Drawing:
     points = {law: np.array(rows) for law, rows in found.samples.items()}
     size = len(CORNER)
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.9 * DOUBLE))
+        figure = Figure(figsize=(DOUBLE, 0.84 * DOUBLE))
         grid = figure.subplots(size, size, squeeze=False)
         for row, below in enumerate(CORNER):
             for column, across in enumerate(CORNER):

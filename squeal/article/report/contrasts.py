@@ -65,7 +65,7 @@ def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
     one, other = c.random
     if not differ:
         least = number(min(c.p_keep.values()), 2).strip("$")
-        return f"What random pads keep is not shown to differ ($p = {least}$ or more)."
+        return f"Random pads are not shown to differ in what they keep ($p \\ge {least}$)."
     parts = [
         f"{c.keep[name][one]} and {c.keep[name][other]} keep {CONCLUSIONS[name]} "
         f"($p = {number(p, 2).strip('$')}$)"
@@ -73,7 +73,7 @@ def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
     ]
     drawn, ran = (in_words([pads.thousands(n[k]) for k in (one, other)]) for n in (c.random, c.ran))
     free = all(SLIDING not in conclusions[name].statements for name in differ)
-    always = ", whatever the speed of the surface" if free else ""
+    always = ", whatever the speed" if free else ""
     same = c.random[one] == c.random[other]
     count = f"{pads.thousands(c.random[one])} each" if same else drawn
     return (

@@ -212,8 +212,8 @@ def _corner(found: Ensembles) -> str:
     """Which numbers are shown pair by pair, and which of those that are confined are not."""
     left = [SYMBOLS[name] for name in _narrow(found)[1] if name not in CORNER]
     count = len(next(iter(found.ranges.values())))
-    rest = f", of the confined ones not {in_words(left)}" if left else ""
-    return f"Shown are {len(CORNER)} of the {count} numbers{rest}"
+    rest = f", of the confined not {in_words(left)}" if left else ""
+    return f"{len(CORNER)} of {count}{rest}"
 
 
 def _confined(found: Ensembles) -> str:
@@ -262,10 +262,10 @@ def _front(found: Ensembles) -> str:
     )
     return (
         f"Of {pads.thousands(seen)} pads judged on {names}, {pads.thousands(all_three)} keep all "
-        f"three, {rest}. By formulation they are {in_words(own)}{none}. Counted with them is a "
-        f"further search of {_law(Switches.of(beyond.LAW))} on model B2, which set out from pads "
-        "that keep all three, so that the effort is unequal; and pads of one population descend "
-        "from each other, so that such a count is no share of what is possible."
+        f"three, {rest}. By formulation they are {in_words(own)}{none}. Among them are those "
+        f"of a further search of {_law(Switches.of(beyond.LAW))} from pads that keep all three, "
+        "and pads of one population descend from each other: such counts, of unequal effort, are "
+        "no shares of what is possible."
     )
 
 

@@ -16,7 +16,6 @@ from squeal.article.report.latex import (
     long_table,
     number,
     once,
-    percent,
     tabular,
     typeset,
 )
@@ -136,14 +135,11 @@ def accuracy_values(found: Accuracy, onset: Onset) -> dict[str, str]:
     grown = max(a.tolerance * math.exp(a.exponent * a.measured * a.stop) for a in scenes)
     longer = min(a.measured for a in scenes)
     tolerances = sorted({_tolerance(a) for a in scenes})
-    tight, loose = math.log(found.lost / tolerances[0]), math.log(found.lost / TOLERANCE)
     return {
         "accuracy.worst": at_most(max(a.error for a in scenes)),
         "accuracy.longer": number(longer, 3),
         "accuracy.horizons": _horizons(found, onset),
         "accuracy.tolerances": in_words([number(one, 2) for one in tolerances]),
-        "accuracy.loose": number(TOLERANCE, 2),
-        "accuracy.looser": percent(loose / tight, 0) if tight > 0.0 else "--",
         "accuracy.grown": at_most(grown),
         "accuracy.batches": batches(),
         "accuracy.beyond": _beyond(found, onset),

@@ -93,8 +93,10 @@ def kept_by(found: Ensembles, name: str) -> str:
         if found.chosen
         else "No pad is judged afresh here"
     )
-    each = [f"{some.keep} of {some.tried} tried of search {some.search}" for some in one.lasting]
-    lasting = f", over {one.over} windows also {in_words(each)}" if each else ""
+    each = [f"{some.keep} of {some.tried} of search {some.search}" for some in one.lasting]
+    if all(some.keep == some.tried for some in one.lasting):
+        each = [f"all {sum(some.tried for some in one.lasting)}"]
+    lasting = f"; tried over {one.over} windows {in_words(each)}" if one.lasting else ""
     narrow = f", B2-only-c by {_span(one.only_c)}" if one.only_c else ""
     stored = f"{own.keep} of {own.pads} pads stored{lasting}"
     return (
@@ -142,19 +144,18 @@ def beside(found: Ensembles, pad: Pad, findings: Findings) -> str:
     short = pad.horizons["1"]
     if short is None:
         return "By the rules of the ensembles the motions of the pad of this report end early."
-    parts = []
+    later: dict[str, list[str]] = {}
     before = set(pad.failing["1"] or ())
     for window in map(str, found.windows[1:]):
         if (failing := pad.failing[window]) is None:
-            parts.append(f"over {window} its motion leaves the model")
+            later["its motion leaves the model"] = [window]
             break
         lost = [typeset(name) for name in failing if name not in before]
         kept = pad.horizons[window]
         assert kept is not None
-        parts.append(
-            f"over {window} it keeps {kept.everything}"
-            + (f" and loses {in_words(lost)}" if lost else "")
-        )
+        words = f"it keeps {kept.everything}" + (f" and loses {in_words(lost)}" if lost else "")
+        later.setdefault(words, []).append(window)
+    parts = [f"over {in_words(windows)} {words}" for words, windows in later.items()]
     speed = found.speed
     slid = "B12-sliding" in before
     face = face_speed(pad, findings)
@@ -256,8 +257,8 @@ def sought(found: Ensembles) -> str:
         "centimetres, a load that a stiff caliper bears, longer than high), it and the best of "
         f"searches of two laws, the {found.compared} that keep most over one window under the "
         f"worse of two laws were compared{ties}: it keeps most over ten under the worse; of equals "
-        "the steadiest when all numbers that are not zero are off by one per cent would be taken, "
-        "and then the one with the least speed of the surface that exceeds its $\\dot x$"
+        "the steadiest in numbers that are off by one per cent would be taken, then the one with "
+        "the least speed of the surface that exceeds its $\\dot x$"
     )
 
 

@@ -105,7 +105,7 @@ def values(found: Stability, loci: Loci) -> dict[str, str]:
         "stability.fluttering": "" if found.fluttering is None else other,
         "growth.growing": str(sum(real > 0.0 for g in found.growth for real, _ in g.predicted)),
         "growth.calm": alone,
-        "growth.compared": in_words([title(g.name) for g in found.growth]),
+        "growth.compared": in_words([title(g.name).replace(", case", "") for g in found.growth]),
         "growth.apart": at_most(max(g.apart for g in found.growth)),
         "growth.simulations": str(sum(len(g.mu) for g in found.growth)),
         "loop.rank-one": str(len(loops)),

@@ -233,7 +233,7 @@ def check(kept: gather.Kept) -> results.Check:
             as_now += int(((fine > 0.0) == (again > 0.0))[other].sum())
             different += [
                 f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, "
-                f"{again[pad, at]:.2g} now, {fine[pad, at]:.2g} with the dense samples)"
+                f"{again[pad, at]:.2g} now)"
                 for pad, at in np.argwhere(other)
             ]
         total += int(known.sum())
