@@ -22,7 +22,6 @@ from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.model.contact import CONSISTENT
 
-PERCENT = percent(0.0, 0)[1:]  # the sign with its space
 NARROW = 0.5  # of the searched range: a number that lies within is said to be confined
 SWITCHED = ("tilt", "start")  # numbers of which only the side of a threshold matters much
 
@@ -73,9 +72,9 @@ def range_table(found: Ensembles) -> str:
 
 
 def _within(share: Share) -> str:
-    """A share with its interval."""
-    low, high = (percent(end, 0) for end in share.interval)
-    return f"{percent(share.share, 0)} ({low.removesuffix(PERCENT)} to {high})"
+    """A share with its interval, in per cent."""
+    low, high = (f"{100.0 * end:.0f}" for end in share.interval)
+    return f"{percent(share.share, 0)} ({low}--{high})"
 
 
 def pad_table(found: Ensembles, findings: Findings) -> str:
@@ -98,7 +97,7 @@ def pad_table(found: Ensembles, findings: Findings) -> str:
         ]
         for law, pad in found.chosen.items()
     ]
-    return tabular(r"llr>{\raggedright}p{1.6in}rrr", head, [rows])
+    return tabular(r"@{}llr>{\raggedright}p{1.6in}rrr@{}", head, [rows])
 
 
 def _long(found: Ensembles) -> str:
