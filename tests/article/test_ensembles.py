@@ -185,7 +185,7 @@ def test_searches_in_parts_and_after_an_interruption_are_the_same(
     monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
     monkeypatch.setattr("squeal.article.ensembles.gather.FORMULATIONS", laws)
     monkeypatch.setattr("squeal.article.ensembles.gather.SEEDS", seeds)
-    options = ["--stages", "2", "--workers", "1", "--seeds", *map(str, seeds)]
+    options = ["--stages", "3", "--workers", "1", "--seeds", *map(str, seeds)]
     options += ["--formulations", *map(name_of, laws)]
 
     def drawn(folder, *parts):

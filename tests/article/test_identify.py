@@ -57,6 +57,16 @@ def test_many_pads_are_judged_as_one_is(outcome):
 
 
 @needs_heyoka
+@pytest.mark.parametrize("over", [0.9, 1.1])
+def test_sliding_is_judged_by_the_speed_that_is_given(outcome, over):
+    (again,) = judge_many([space.START], MEAN, speed=over * outcome.fastest)
+    changed = {
+        a.id for a, b in zip(again.judged, outcome.judged, strict=True) if a.holds != b.holds
+    }
+    assert changed == ({"B12-sliding"} if over < 1.0 else set())
+
+
+@needs_heyoka
 def test_a_pad_is_as_fast_as_its_history_says(outcome):
     fastest = 0.0
     for cases in space.scenes_of(space.START, MEAN).values():
