@@ -5,13 +5,11 @@ one of the two processes that the workflow starts, or by itself where none answe
 """
 
 import contextlib
-import json
 import os
 import socket
 import sys
 from collections.abc import Callable
 from functools import cache, partial
-from typing import Any
 
 VARIABLE = "SQUEAL_WARM"
 """The variable of the environment that names the folder of the sockets."""
@@ -28,7 +26,7 @@ NEED_CONTROL = ("eigenvalues", "loci", "precision")
 
 
 @cache  # which keeps the folder and the inputs' other ends as long as this process lives
-def start() -> tuple[Any, list[Any]]:
+def start() -> tuple[object, list[object]]:
     """Start the processes whose forks run programs, and name their folder in the environment."""
     import subprocess
     import tempfile
@@ -37,8 +35,15 @@ def start() -> tuple[Any, list[Any]]:
     os.environ[VARIABLE] = folder.name
     command = [sys.executable, "-m", "workflow.warm", FOR_OTHERS]
     # in sessions of their own they are not interrupted together with this process, but end after it
-    how: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "start_new_session": True}
-    return folder, [subprocess.Popen([*command, f"{folder.name}/{name}"], **how) for name in LOADED]
+    return folder, [
+        subprocess.Popen(
+            [*command, f"{folder.name}/{name}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        for name in LOADED
+    ]
 
 
 def kind(words: list[str]) -> str:
@@ -59,7 +64,7 @@ def ask(words: list[str]) -> int | None:
         except OSError:  # it has not begun yet, or lives on another machine
             return None
         streams = [sys.stdout.fileno(), sys.stderr.fileno()]
-        socket.send_fds(asking, [json.dumps([os.getcwd(), *words]).encode()], streams)
+        socket.send_fds(asking, [os.fsencode("\0".join([os.getcwd(), *words]))], streams)
         return next(iter(asking.recv(1)), 1)
 
 
@@ -118,7 +123,7 @@ def _answer(asked: socket.socket) -> None:
         with contextlib.suppress(BlockingIOError):
             asked.recv(1)  # it was gone before
             return
-        folder, *words = json.loads(sent)
+        folder, *words = os.fsdecode(sent).split("\0")
         os.chdir(folder)
         code = run(words)
         sys.stdout.flush()

@@ -60,6 +60,7 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
     import heyoka as hy
 
+    from squeal.simulation.integrators.kept import kept
     from squeal.simulation.integrators.symbols import NAMES, equations
 
     system, heights, _ = equations(law, contact)
@@ -68,7 +69,8 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     def function(outputs: list[Any]) -> tuple[Any, int]:
         read = hy.get_params(outputs)
         highest = max(i for i in range(-1, len(NAMES)) if i < 0 or hy.par[i] in read)
-        return hy.cfunc(outputs, variables), highest + 1
+        made = kept(outputs, ("cfunc", variables), lambda: hy.cfunc(outputs, variables))
+        return made, highest + 1
 
     return function([f for _, f in system]), function(heights)
 

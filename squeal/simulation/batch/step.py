@@ -130,5 +130,4 @@ def compiled_samples(law: ContactLaw, order: int, terms: tuple[str, ...]) -> Any
 
 def _compiled(outputs: list[Any], given: list[Any]) -> Any:
     how = {"fast_math": True, "batch_size": WIDTH}
-    options = ("cfunc", *map(str, given), *how.items())
-    return kept(outputs, options, lambda: hy.cfunc(outputs, given, **how))
+    return kept(outputs, ("cfunc", given, how), lambda: hy.cfunc(outputs, given, **how))

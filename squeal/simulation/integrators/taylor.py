@@ -56,7 +56,7 @@ def compiled(
     how = {"compact_mode": contact is None} | options
     return kept(
         expressions,
-        (law.points, highest, tolerance, fp_type.__name__, *how.items()),
+        (law.points, highest, tolerance, fp_type.__name__, how),
         lambda: hy.taylor_adaptive(
             system,
             [fp_type(0.0)] * 6,
