@@ -197,7 +197,7 @@ def test_searches_in_parts_and_after_an_interruption_are_the_same(
     whole = drawn(tmp_path / "whole", "1-of-1")
     assert drawn(tmp_path / "parts", "3-of-3", "1-of-3", "2-of-3") == whole
     # killed while it wrote a stage: that file is half there, the stages before it stand
-    last = stage_file(tmp_path / "parts", laws[1], 1, 1)
+    last = stage_file(tmp_path / "parts", laws[1], 1, 2)
     last.with_suffix(".part.npz").write_bytes(last.read_bytes()[:100])
     last.unlink()
     assert drawn(tmp_path / "parts", "1-of-2", "2-of-2") == whole

@@ -154,7 +154,7 @@ def test_what_random_pads_keep_with_either_choice_is_told_beside_the_levels():
     slid = {n: replace(c, statements=("B12-sliding",)) for n, c in conclusions.items()}
     assert "whatever" not in of_random(contrast(), slid)
     same = contrast(p_keep={"hammering": 0.3, "exaggeration": 0.2})
-    assert r"not shown to differ in what they keep ($p \ge 0.2$)" in of_random(same, conclusions)
+    assert r"not shown to differ in conclusions kept ($p \ge 0.2$)" in of_random(same, conclusions)
 
 
 def test_random_pads_are_split_by_the_choices_of_a_switch():

@@ -65,7 +65,7 @@ def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
     one, other = c.random
     if not differ:
         least = number(min(c.p_keep.values()), 2).strip("$")
-        return f"Random pads are not shown to differ in what they keep ($p \\ge {least}$)."
+        return f"Random pads are not shown to differ in conclusions kept ($p \\ge {least}$)."
     parts = [
         f"{c.keep[name][one]} and {c.keep[name][other]} keep {CONCLUSIONS[name]} "
         f"($p = {number(p, 2).strip('$')}$)"
