@@ -8,6 +8,7 @@ from squeal.stability import thresholds
 from squeal.stability.following.ends import fastest_first
 from squeal.stability.following.line import Line
 from squeal.stability.following.locate import Located
+from squeal.stability.following.search import _bisected
 from squeal.stability.terms import Term, TermSystem
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
@@ -65,12 +66,13 @@ def test_what_begins_to_decay_at_the_start_crosses_nothing(which):
     assert found.certified
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 9, 10, 12, 17, 18])
 def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
     """Of a double root no eigenvector is known, and Newton's method not sure."""
     rng = np.random.default_rng(seed)
-    rates = (0.02, *rng.uniform(0.2, 1.0, 3), -0.8)
-    system = oscillators(rates, omegas=(3.0, 1.0, 1.7, 2.3, 3.0))[1]
+    rates = (*rng.uniform(-1.0, 1.0, 2), *rng.uniform(0.2, 1.0, 3))
+    assert rates[0] * rates[1] < 0.0
+    system = oscillators(rates, omegas=(3.0, 3.0, 1.7, 2.3, 1.0), mix=0.8)[1]
     found = thresholds(system, 1.0)
     assert [c.mu for c in found.crossings] == [0.0] * 4
     assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.7, 2.3, 3.0], rel=1e-4)
@@ -129,6 +131,39 @@ def test_of_pairs_that_begin_to_grow_together_within_the_range_the_fastest_is_na
     (point,) = found.points
     assert point.frequency_hz == first.frequency_hz
     assert found.certified
+
+
+@pytest.mark.parametrize("mix", [0.0, 0.3])
+def test_equal_oscillators_and_another_one_that_begin_to_grow_together(mix):
+    system = oscillators((0.4, 0.4, 0.9), at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7))[1]
+    found = thresholds(system, 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 3, rel=1e-12)
+    assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.0, 1.7], rel=1e-7)
+    assert found.certified
+
+
+def test_one_of_two_equal_oscillators_begins_to_grow_where_the_other_ceases():
+    found = thresholds(oscillators((0.4, -0.6, 0.0), 0.5, mix=0.0, omegas=(1.0, 1.0, 1.7))[1], 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 2, rel=1e-12)
+    assert sorted(c.direction for c in found.crossings) == ["down", "up"]
+    assert omegas_of(found) == pytest.approx([1.0] * 2, rel=1e-9)
+    assert found.certified
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("k", range(5))
+def test_bisection_takes_the_pair_that_begins_or_ceases_to_grow(k, sign):
+    """Beside one that grows and others that decay, on either side."""
+    rates = np.full(5, -0.1) + 0.3 * np.eye(5)[(k + 1) % 5]
+
+    def system(mu):
+        grows = np.where(np.arange(5) == k, sign * (mu - 0.5), rates)
+        return np.eye(5), np.diag(-2 * grows), np.diag(W**2)
+
+    ((one,),) = _bisected(Line(system, 0.0, 1.0), 0.0, 1.0, [])
+    assert one.value == pytest.approx(0.5, abs=1e-6)
+    assert one.omega == pytest.approx(W[k], rel=1e-6)
+    assert one.direction == sign
 
 
 @pytest.mark.parametrize("twice", [False, True])
