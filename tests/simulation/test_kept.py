@@ -28,7 +28,7 @@ def folder(tmp_path):
     enabled = hy.llvm_state.get_diskcache_enabled()
     hy.llvm_state.set_diskcache_path(tmp_path)
     hy.llvm_state.set_diskcache_enabled(True)
-    yield tmp_path / "squeal"
+    yield tmp_path / module.FOLDER
     hy.llvm_state.set_diskcache_path(before)
     hy.llvm_state.set_diskcache_enabled(enabled)
 
@@ -97,10 +97,14 @@ def test_nothing_is_kept_where_it_may_or_can_not_be(folder, monkeypatch, tmp_pat
     folder.write_text("not a folder", encoding="utf-8")
     assert [kept([], (), make) for _ in range(2)] == ["machine 3", "machine 4"]
     folder.unlink()
+    hy.llvm_state.set_diskcache_path("")  # as heyoka's own where no home is known
+    monkeypatch.chdir(tmp_path)
+    assert [kept([], (), make) for _ in range(2)] == ["machine 5", "machine 6"]
+    hy.llvm_state.set_diskcache_path(tmp_path)
     monkeypatch.setattr(module, "PROCESSOR", tmp_path / "nothing")
     module._maker.cache_clear()
     try:
-        assert [kept([], (), make) for _ in range(2)] == ["machine 5", "machine 6"]
+        assert [kept([], (), make) for _ in range(2)] == ["machine 7", "machine 8"]
     finally:
         module._maker.cache_clear()
     assert not folder.exists()
@@ -113,8 +117,11 @@ def test_the_oldest_files_make_room(folder, monkeypatch):
         for file in folder.iterdir():
             os.utime(file, (age := file.stat().st_mtime - 10.0, age))
     size = next(folder.iterdir()).stat().st_size
+    other = folder / "other"
+    other.write_bytes(bytes(2 * size))
+    os.utime(other, (0.0, 0.0))
     monkeypatch.setattr(module, "LIMIT", 3 * size)
     kept([], (3,), make)
-    assert len(list(folder.iterdir())) == 3
+    assert len(list(folder.iterdir())) == 3 + other.exists() == 4
     assert [kept([], (n,), make) for n in (3, 2, 1)] == ["machine 4", "machine 3", "machine 2"]
     assert kept([], (0,), make) == "machine 5"

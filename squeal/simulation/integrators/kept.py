@@ -21,6 +21,7 @@ from squeal.files.writing import write_whole
 Machine = TypeVar("Machine")
 
 PROCESSOR = Path("/proc/cpuinfo")
+FOLDER, KIND = "squeal-compiled", ".pickle"
 LIMIT = 2_000_000_000  # bytes in all
 
 
@@ -42,14 +43,14 @@ def kept(
     """What `make` compiles from expressions with options, from its file if there is one.
 
     Nothing is kept where heyoka is told not to, see `heyoka.llvm_state.set_diskcache_enabled`, or
-    where files cannot be written.
+    knows no place for its cache, or where files cannot be written.
     """
-    maker = _maker()
-    if maker is None or not hy.llvm_state.get_diskcache_enabled():
+    maker, place = _maker(), Path(hy.llvm_state.get_diskcache_path())
+    if maker is None or place == Path() or not hy.llvm_state.get_diskcache_enabled():
         return make()
-    told = repr((maker, options, [hash(expression) for expression in expressions]))
-    folder = Path(hy.llvm_state.get_diskcache_path()) / "squeal"
-    file = folder / hashlib.sha256(told.encode()).hexdigest()
+    key = repr((maker, options, [hash(expression) for expression in expressions]))
+    folder = place / FOLDER
+    file = folder / f"{hashlib.sha256(key.encode()).hexdigest()}{KIND}"
     with contextlib.suppress(OSError):
         found = file.read_bytes()
         if hashlib.sha256(found[32:]).digest() == found[:32]:
@@ -66,7 +67,7 @@ def kept(
 
 def _make_room(folder: Path, most: int) -> None:
     """Remove the oldest files until the others have at most so many bytes."""
-    files = sorted(folder.iterdir(), key=os.path.getmtime)
+    files = sorted(folder.glob(f"*{KIND}"), key=os.path.getmtime)
     size = sum(map(os.path.getsize, files))
     while size > most and files:
         size -= files[0].stat().st_size
