@@ -60,4 +60,8 @@ class LineRates:
         found = located(self.line, guess)
         if found is None or not low - found.half <= found.value <= high + found.half:
             return None
+        met = self.line.at(float(np.clip(found.value, low, high)))
+        k = int(np.argmax(met.roots.real))
+        if abs(met.roots[k].imag) > 2 * met.noise[k]:  # one that meets while another pair leads
+            return None
         return float(found.value), found.half
