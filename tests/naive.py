@@ -101,8 +101,8 @@ def loads(name, p, form, q, state):
 
 
 def jacobian(name, p, form, q, state):
-    """Derivative of the loads by q, by central differences at 50 digits."""
-    step = mp.mpf(10) ** -18
+    """Derivative of the loads by q, by central differences at 50 digits or more."""
+    step = mp.mpf(10) ** -round(0.36 * mp.mp.dps)
     columns = []
     for i in range(3):
         up, down = [mp.mpf(v) for v in q], [mp.mpf(v) for v in q]

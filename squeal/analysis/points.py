@@ -78,10 +78,13 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
         return rayleigh_damping(A, (alpha * units.time, beta / units.time))
     B, stable = modal_damping(A, scene.damping.ratios)
     if not stable.all():
-        at = zip(names, values[:, np.argmin(stable)], strict=True)
-        place = ", ".join(f"{name} = {value:.6g}" for name, value in at)
-        raise ComputationError(f"{UNSTABLE} at {place}")
+        at = _in_words(names, values[:, np.argmin(stable)])
+        raise ComputationError(f"{UNSTABLE} at {at}")
     return B
+
+
+def _in_words(names: Names, values: np.ndarray) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +106,22 @@ class Points:
     B: np.ndarray | None
     rate: float
     beyond: np.ndarray
+
+
+def _hidden(
+    statics: Statics, names: Names, values: np.ndarray, z: np.ndarray, there: np.ndarray
+) -> np.ndarray:
+    """Where (n,) of the equilibria that are there rounding leaves no reaction.
+
+    Raises ComputationError where something presses the pad and rounding hides how.
+    """
+    hidden = there & statics.hidden(z)
+    if hidden.any() and (pressed := hidden & statics.presses(z)).any():
+        i = int(np.argmax(pressed))
+        one = dataclasses.replace(statics, model=subset(statics.model, names, np.array([i])))
+        why, at = one.why_hidden(z[:, i : i + 1]), _in_words(names, values[:, i])
+        raise ComputationError(f"no equilibrium can be given at {at}: {why}")
+    return np.asarray(hidden)
 
 
 def points_at(
@@ -129,9 +148,11 @@ def points_at(
     else:
         z = np.array([*near[:3], mu])
         side = solved(statics, names, z, 20)
-        side[(side != near[3]) | ~moved_little(z, near)] = 0.0
+        side[(side != near[3]) | ~moved_little(statics, z, near)] = 0.0
     touching = np.ones((model.law.points, n), dtype=bool) if held else statics.gaps(z) < 0.0
     here = (side != 0.0) & touching.any(axis=0)
+    if not held:
+        here &= ~_hidden(statics, names, values, z, side != 0.0)
     part = dataclasses.replace(statics, model=subset(statics.model, names, here))
     q, touch = statics.place(z)[:, here], touching[:, here]
     K = _stiffness(part.model, names, q, touch)

@@ -10,8 +10,9 @@ from squeal.equilibrium.settings import DEFAULT, ContinuationSettings
 from squeal.equilibrium.statics import Point, Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
-from squeal.numerics.newton import complex_step, newton
+from squeal.numerics.newton import complex_step
 
+FIRST = 1e-6  # of the distance from the origin: the least first step
 CLOSE = 1e-6  # of a step: what places that were located may lie outside of it
 
 
@@ -44,8 +45,7 @@ def _correct(
         return np.append(f, row @ z - value), np.vstack([J, row])
 
     # after a step of 1e-9 what is left is rounding
-    found = newton(conditions, z, tolerance=1e-9, steps=12)
-    return found.x if found.converged else None
+    return statics.solve(conditions, z, z[4:], 1e-9, 0.0)
 
 
 def _at_tilt(statics: Statics, z: np.ndarray, state: State, tilt: float) -> np.ndarray | None:
@@ -105,7 +105,8 @@ class _Walk:
         self.scale[3] = 1.0 / max(abs(self._tangent(self.z)[3]), 1e-12)
         ahead = self._tangent(self.z)
         self.ahead = ahead * np.sign(ahead[3])
-        self.step = self.settings.first_step
+        # far from the origin rounding hides shorter steps
+        self.step = max(self.settings.first_step, FIRST * float(np.max(np.abs(self.z))))
 
     def _tangent(self, z: np.ndarray, like: np.ndarray | None = None) -> np.ndarray:
         found = np.linalg.svd(self.statics.linearised(z, self.state)[1] / self.scale)[2][3]
@@ -124,9 +125,11 @@ class _Walk:
         ended = None if taken is None else self._ended(taken)
         if taken is None or ended is None:
             self.step /= 2
-            lost = self.step < self.settings.shortest_step
-            why = f"the branch from mu = 0 is lost at mu = {self.z[3]:.9g}"
-            return self._ends(why) if lost else True
+            if self.step >= self.settings.shortest_step:
+                return True
+            why = self.statics.why_hidden(self.z)
+            at = f"the branch from mu = 0 is lost at mu = {self.z[3]:.9g}"
+            return self._ends(f"{at}: {why}" if why else at)
         if ended:
             return False
         new, turn = taken.z, taken.turn
@@ -145,6 +148,8 @@ class _Walk:
         pad = self.statics.model.pad
         if np.max(np.abs(new[:2])) > self.settings.farthest * (pad.L1 + pad.L2):
             return self._ends(f"the equilibrium runs away to infinity near mu = {new[3]:.9g}")
+        if why := self.statics.why_hidden(new):
+            return self._ends(f"the branch from mu = 0 is lost at mu = {new[3]:.9g}: {why}")
         self.z, self.ahead = new, turn
         longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new * self.scale))))
         self.step = min(self.settings.growth * self.step, longest)

@@ -10,6 +10,7 @@ from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.branch import Branch, follow
 from squeal.equilibrium.settings import LIMITS
 from squeal.equilibrium.statics import Statics
+from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.numerics.newton import newton_steps
@@ -52,17 +53,30 @@ class Equilibrium:
 def record(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
-    """A point of the statics in SI units; None where the surfaces do not press on each other."""
-    return _recorded(statics, z, state, on_branch) if statics.presses(z, state) else None
+    """A point of the statics in SI units; None where the surfaces do not press on each other.
+
+    Raises ComputationError as `_recorded` does.
+    """
+    return _recorded(statics, z, state, on_branch) if statics.presses(z) else None
 
 
 def _recorded(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium:
+    """As `record`, also where the surfaces touch without pressing.
+
+    Raises ComputationError where they press and rounding hides how; of a place that is none that
+    the model means anyway it is one more warning.
+    """
     R_n, delta = statics.reaction(z, state)
+    excesses, why = excursion(statics, z, state).warnings(), statics.why_hidden(z)
+    if why and statics.presses(z):
+        if not excesses:
+            raise ComputationError(f"no equilibrium can be given: {why}")
+        excesses += (why,)
     x, y, theta = (float(v) for v in statics.to_si(z))
     potential = statics.potential(z, state) * statics.units.energy
-    place, excesses = ((x, y, theta), float(z[3]), state), excursion(statics, z, state).warnings()
+    place = (x, y, theta), float(z[3]), state
     return Equilibrium(*place, R_n, delta, potential, on_branch, excesses=excesses)
 
 
@@ -123,7 +137,8 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     Newton's method starts from some hundreds of places and tilts in each contact state; equilibria
     with |theta0 + theta| < pi/2 whose gaps agree with the state are kept. An equilibrium farther
     off than the springs are long may be missed. `near` starts only from places that the load
-    reaches, which is enough to find where a pad usually rests.
+    reaches, which is enough to find where a pad usually rests. Raises ComputationError where
+    rounding hides how one presses on the surface.
     """
     return [found for found, presses in _find(model, near) if presses]
 
@@ -148,7 +163,7 @@ def _find(model: PadModel, near: bool) -> list[tuple[Equilibrium, bool]]:
                 refused.append(polished)
             elif not _is_near(polished, known, 1e-6 * size):
                 found.append((polished, state))
-    each = [(_recorded(statics, *at), bool(statics.presses(*at))) for at in found]
+    each = [(_recorded(statics, *at), bool(statics.presses(at[0]))) for at in found]
     return sorted(each, key=lambda one: one[0].potential)
 
 

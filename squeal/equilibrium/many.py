@@ -15,9 +15,13 @@ from squeal.model.states import State
 from squeal.model.units import natural_units
 from squeal.numerics.newton import newton_steps
 
+EPS = float(np.finfo(float).eps)
 LOST = 20  # pads for which all places are searched, one by one
 MOST = 4096  # trials that are solved at once; bounds the memory
 CONVERGED = 1e-12  # relative step of Newton's method
+SHALLOW = 1e-6  # penetration over distance from the origin: below it steps must be finer
+SOFT = 0.1  # of what the load displaces the springs alone: the least that counts as far
+FINEST = 0.015  # of that step: what rounding allows
 
 
 def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadModel:
@@ -58,8 +62,9 @@ def _balance(
                 step = step / np.maximum(1.0, ratio.max(axis=0))
         at[:3] -= step
         z[:, here] = at
-        relative = np.max(np.abs(step), axis=0) / (1.0 + np.max(np.abs(at[:3]), axis=0))
-        size[here] = np.where(side[here] == 0.0, np.inf, relative)
+        far = 1.0 + np.max(np.abs(at[:3]), axis=0)
+        fine = np.clip(-np.min(heights[:, here], axis=0) / (SHALLOW * far), FINEST, 1.0)
+        size[here] = np.where(side[here] == 0.0, np.inf, np.max(np.abs(step), axis=0) / far / fine)
     return size, side
 
 
@@ -88,11 +93,17 @@ def solved(
 
 
 def moved_little(
-    z: np.ndarray, before: np.ndarray, settings: ContinuationSettings = DEFAULT
+    statics: Statics, z: np.ndarray, before: np.ndarray, settings: ContinuationSettings = DEFAULT
 ) -> np.ndarray:
-    """Where the places z (4, n) are still on the branch of those before."""
-    jump = np.max(np.abs(z[:3] - before[:3]), axis=0)
-    return np.asarray(jump < settings.jump * (1.0 + np.max(np.abs(before[:3]), axis=0)))
+    """Where the places z (4, n) are still on the branch of those before.
+
+    Beside stiff contact the load displaces the springs by far more than one, the contact's share.
+    """
+    pad = statics.model.pad
+    contact = sum(getattr(pad, name) for name in statics.model.law.parameters)
+    far = SOFT * contact / np.maximum(pad.k1 + pad.k2, EPS * contact)
+    size = np.maximum(1.0, far) + np.max(np.abs(before[:3]), axis=0)
+    return np.asarray(np.max(np.abs(z[:3] - before[:3]), axis=0) < settings.jump * size)
 
 
 def _seeds(statics: Statics, n: int) -> Iterator[np.ndarray]:
@@ -121,7 +132,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
     """
     z = np.zeros((4, n))
     side = solved(statics, names, z, 40)
-    idle = (side != 0.0) & ~statics.presses(z, statics.gaps(z) < 0.0)
+    idle = (side != 0.0) & ~statics.presses(z)
     side[idle] = 0.0
     doubtful = np.flatnonzero(side != -1.0) if statics.model.law.restoring else np.arange(n)
     if not doubtful.size:
@@ -142,7 +153,7 @@ def rests(statics: Statics, names: tuple[str, ...], n: int) -> tuple[np.ndarray,
         with np.errstate(all="ignore"):  # where nothing was met
             energy = same.model.energy(same.place(trial), np.zeros(3), state)
             fits = np.asarray(~excursion(same, trial, touching).beyond().any(axis=0))
-            own &= same.presses(trial, touching) & (fits | ~idle[doubtful[again]])
+            own &= same.presses(trial) & (fits | ~idle[doubtful[again]])
         for at in np.split(np.arange(again.size), len(tried)):
             with np.errstate(invalid="ignore"):
                 lower = energy[at] < least - 1e-9 * np.abs(energy[at])
@@ -194,7 +205,7 @@ def branch_ends(
         trial, before = z[:, index], z[:, index]
         trial[3] = np.minimum(trial[3] + step[index], mu[index])
         good = solved(part, names, trial, 8) == side[index]
-        good &= moved_little(trial, before, settings)
+        good &= moved_little(part, trial, before, settings)
         z[:, index[good]] = trial[:, good]
         step[index] *= np.where(good, settings.growth, 0.5)
         reached |= active & (z[3] >= mu)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import pose
+from squeal.model.mechanics import Pose, pose, springs
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.numerics.newton import complex_step, newton, with_derivative
 
-EPS = float(np.finfo(float).eps)
+ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
+HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
+TINY = float(np.finfo(float).tiny)
+COARSE = 1e-6  # of a penetration: the last step of Newton's method; its square is then left
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ class Statics:
         self, z: np.ndarray, state: State, unknowns: int = 4
     ) -> tuple[np.ndarray, np.ndarray]:
         """The residual (3, ...) and its derivative (3, unknowns, ...) by the first parts of z."""
-        return with_derivative(lambda z: self.residual(z, state), z, unknowns)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a search that hits the law's pole
+            return with_derivative(lambda z: self.residual(z, state), z, unknowns)
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
@@ -77,11 +81,56 @@ class Statics:
         """Derivative of one gap by z (4,), shape (4,)."""
         return np.asarray(complex_step(self.gaps, z)[point])
 
-    def rounding(self, z: np.ndarray) -> float:
-        """Size of rounding in a gap at z (4, ...)."""
+    def rounding(self, z: np.ndarray) -> np.ndarray:
+        """How far rounding may move each gap at z (4, ...), shape (points, ...).
+
+        It is that of the sizes of which a gap is the sum: where the pad is put, and displacements.
+        """
         c = self.model.c
-        moved = (1.0 + c.h / c.w) * np.max(np.abs(z[:3]))
-        return float(1e-13 * (1.0 + max(abs(c.gap_l), abs(c.gap_t)) + moved))
+        put = abs(c.gap_l) + abs(c.gap_t)
+        if self.model.law.absolute_gap:
+            put = put + abs(self.model.pad.y0)
+        corners = {name: abs(getattr(c, name)) for name in ("rlx", "rly", "rtx", "rty")}
+        sizes = dataclasses.replace(c, gap_l=put, gap_t=put, **corners)
+        at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
+        return ROUNDING * np.array(self.model.law.gaps(sizes, at))
+
+    def deepest(self, z: np.ndarray) -> np.ndarray:
+        """The greatest penetration at z (4, ...), shape (...); negative if it separated."""
+        return np.asarray(np.max(-self.gaps(z), axis=0))
+
+    def blur(self, z: np.ndarray) -> np.ndarray:
+        """The share of the greatest penetration at z (4, ...) that may be rounding, 1 at most."""
+        error = np.fmax(np.max(self.rounding(z), axis=0), TINY)
+        return np.asarray(error / np.fmax(self.deepest(z), error))
+
+    def hidden(self, z: np.ndarray) -> np.ndarray:
+        """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
+        touches = np.any(self.gaps(z) <= self.rounding(z), axis=0)
+        return np.asarray(touches & (self.blur(z) > HIDDEN))
+
+    def why_hidden(self, z: np.ndarray) -> str:
+        """Why rounding hides the contact of one pad at z (4,) or (4, 1); empty if it does not."""
+        if not self.hidden(z).any():
+            return ""
+        share = float(np.max(self.blur(z)))
+        size = "as great as" if share >= 1.0 else f"{share:.1g} of"
+        return (
+            f"rounding of the pad's place is {size} how deep it presses into the surface, which "
+            "hides the contact; softer contact or a greater load is required"
+        )
+
+    def presses(self, z: np.ndarray) -> np.ndarray:
+        """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
+
+        It does where it lies below the surface by more than rounding. Where rounding hides that, it
+        does if there is a load, or a force of the springs beyond the rounding of what cancels.
+        """
+        c, at = self.model.c, pose(np, tuple(self.place(z)))
+        one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
+        forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two)
+        touches = np.any(self.gaps(z) <= self.rounding(z), axis=0)
+        return np.asarray(touches & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, state: State) -> bool:
         """True if the gaps at z (4,) tell the state, and the lower face faces the surface.
@@ -95,7 +144,7 @@ class Statics:
         if not turned or np.any(sides * self.gaps(z) > rounding):
             return False
         told = self.model.state_at(self.place(z))
-        return bool(np.all(np.abs(self.residual(z, told)) <= 1e3 * rounding + 1e-9))
+        return bool(np.all(np.abs(self.residual(z, told)) <= 1e3 * np.max(rounding) + 1e-9))
 
     def potential(self, z: np.ndarray, state: State) -> float:
         """Potential energy; in partial contact that of the integral law in every formulation."""
@@ -108,22 +157,6 @@ class Statics:
             force, place = self.model.law.resultant(self.model.c, at, state)
         return float(force) * self.units.force, float(place) * self.units.length
 
-    def presses(self, z: np.ndarray, touching: Any) -> np.ndarray:
-        """Where R_n at z (4, ...) is more than what rounding may leave of it where none presses.
-
-        That is eps times the load and each stiffness by as far as its spring is moved.
-        touching: a contact state, or factors (points, ...).
-        """
-        c, at = self.model.c, pose(np, tuple(self.place(z)))
-        one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
-        opened = np.maximum(np.abs(c.gap_l), np.abs(c.gap_t))
-        face = np.abs(at.y) + (np.abs(at.S) + np.abs(at.C)) * (c.w + c.h) + opened
-        contact = sum(getattr(self.model.pad, name) for name in self.model.law.parameters)
-        forces = c.F_n + c.k1 * one + c.k2 * two + contact * face
-        with np.errstate(all="ignore"):  # no place where there is no force
-            R_n = self.model.law.resultant(c, at, np.asarray(touching, dtype=float))[0]
-        return np.asarray(R_n > EPS * forces)
-
     def newton(self, z: np.ndarray, state: State) -> np.ndarray | None:
         """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""
         mu = z[3:]
@@ -131,5 +164,26 @@ class Statics:
         def balance(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return self.linearised(np.append(q, mu), state, 3)
 
-        found = newton(balance, z[:3], stalled=1e-8)
-        return np.append(found.x, mu) if found.converged else None
+        found = self.solve(balance, z[:3], mu, 1e-13, 1e-8)
+        return None if found is None else np.append(found, mu)
+
+    def solve(
+        self,
+        conditions: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+        start: np.ndarray,
+        rest: np.ndarray,
+        tolerance: float,
+        stalled: float,
+    ) -> np.ndarray | None:
+        """A zero of conditions on the first parts of z, the rest of z being known; None if Newton's
+        method finds none.
+
+        Where the tolerance means much beside the penetration it goes on down to rounding.
+        """
+        found = newton(conditions, start, tolerance, stalled=stalled)
+        if not found.converged:
+            return None
+        size = 1.0 + np.max(np.abs(found.x))
+        if tolerance * size > COARSE * self.deepest(np.append(found.x, rest)):
+            found = newton(conditions, found.x, 0.0, stalled=1e-6)
+        return found.x if found.converged else None

@@ -119,7 +119,7 @@ def test_what_rounding_hides_is_not_given():
     with pytest.raises(ComputationError, match="no threshold can be given: one stiffness"):
         critical_friction(stiff(13), 1.0)
     with pytest.raises(ComputationError, match="no threshold can be given: the branch"):
-        critical_friction(stiff(14), 1.0)
+        critical_friction(stiff(16), 1.0)
     # two contact springs along an axis: the entries of K tell the slow root, its norm does not
     contact = Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)
     with pytest.raises(ComputationError, match="no eigenvalue can be given"):

@@ -1,0 +1,141 @@
+"""Loads far smaller and contact far stiffer than of any pad: right to rounding, or a sentence."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.analysis.critical import critical_friction
+from squeal.analysis.eigenvalues import analyse, judged_equilibria
+from squeal.analysis.maps import NAMES, codes_at
+from squeal.equilibrium import find_all, sliding_equilibrium
+from squeal.equilibrium.statics import HIDDEN, Statics
+from squeal.errors import ComputationError
+from squeal.model.contact import Formulation
+from squeal.model.pad import Pad
+from squeal.scene import Scene
+from tests.exact import Exact
+
+PAD = {"m": 0.15, "w": 0.04, "h": 0.02369996, "I": 1.174823e-4, "L1": 0.04, "L2": 0.04}
+PAD |= {"k1": 1.5e8, "k2": 1.16736e8, "F_n": 1200.012}
+STEEP = {"alpha1": 0.75 * np.pi, "alpha2": 0.75 * np.pi}
+ACROSS = {"alpha1": np.pi, "alpha2": np.pi / 2}
+LINE = Scene("B2", Pad(**PAD, **ACROSS, k_c=8.961075e7, mu=0.5))
+POINTS = Scene("B1", Pad(**PAD, **STEEP, k3=4.042875e7, k4=1.170541e8, mu=0.9))
+SPRINGS = Scene("BN", LINE.pad, Formulation(springs=7))
+LIGHT = {"B2": (LINE, "PC"), "B1": (POINTS, "1"), "BN": (SPRINGS, "PC")}  # contact at any load
+
+
+def exact_reaction(scene, found):
+    """R_n at the equilibrium next to the one found, to many digits; its gaps tell the state."""
+    exact = Exact(scene, found.state)
+    with mp.workdps(100):
+        q = exact.equilibrium(found.q, scene.pad.mu)
+        assert [bool(gap < 0) for gap in exact.gaps(q)] == list(found.state)
+        free = Exact(scene, type(found.state)(False, False)).loads(q, scene.pad.mu)
+        return -free[1]
+
+
+@pytest.mark.parametrize("load", [1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("model", LIGHT)
+def test_equilibria_do_not_depend_on_a_small_load(model, load):
+    usual, contact = LIGHT[model]
+    usual, scene = usual.replace(F_n=1e-3), usual.replace(F_n=load)
+    found = analyse(scene)
+    assert (found.contact, found.judgement.verdict) == (contact, "marginal")
+    assert found.admissible, found.warnings
+    e = sliding_equilibrium(scene.pad_model)[0]
+    limit = sliding_equilibrium(usual.pad_model)[0]
+    assert e.R_n / load == pytest.approx(limit.R_n / 1e-3, rel=1e-8)
+    mapped = codes_at(scene, ("mu",), np.array([[scene.pad.mu]]))
+    assert NAMES[mapped.codes[0]] == "marginal"
+    assert scene.pad_model.states[mapped.contact[0]] == found.state
+    if model == "BN":  # the literal equations have two points
+        return
+    assert e.R_n == pytest.approx(float(exact_reaction(scene, e)), rel=1e-12)
+    for other, _ in judged_equilibria(scene):  # and none is listed that is none
+        if any("rounding" in why for why in other.warnings):
+            continue
+        assert other.R_n == pytest.approx(float(exact_reaction(scene, other)), rel=1e-6)
+
+
+@pytest.mark.parametrize("k_c", [1e14, 3e15, 1e17, 1e19])
+def test_thresholds_of_rigid_contact(k_c):
+    scene = Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=1.95))
+    found = analyse(scene)
+    e = sliding_equilibrium(scene.pad_model)[0]
+    assert (found.contact, found.judgement.verdict) == ("PC", "flutter")
+    assert e.R_n == pytest.approx(float(exact_reaction(scene, e)), rel=1e-9)
+    exact = Exact(scene, e.state)
+    with mp.workdps(100):
+        q = exact.equilibrium(e.q, scene.pad.mu)
+        grows = max(abs(mp.re(mp.sqrt(-s))) for s in exact.squares(q, scene.pad.mu))
+    assert max(r.value.real for r in found.spectrum.eigenvalues) == pytest.approx(
+        float(grows), rel=1e-9
+    )
+    (point,) = critical_friction(scene).points
+    # the limit of a stiffness of 1e30 N/m at 50 digits, and what 1/k_c adds
+    assert point.mu == pytest.approx(1.8586356651386429, abs=2e7 / k_c + 1e-11)
+    alone = codes_at(scene, ("mu",), np.array([[1.0, 1.95]])).codes
+    assert [NAMES[code] for code in alone] == ["marginal", "flutter"]
+
+
+def tilted(k_c):
+    """A pad put at an angle, so that great lengths cancel in its gaps."""
+    return Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=0.3, theta0=0.005))
+
+
+def exact_penetration(scene, e):
+    """The deeper edge's, to many digits."""
+    with mp.workdps(100):
+        exact = Exact(scene, e.state)
+        return -min(exact.gaps(exact.equilibrium(e.q, scene.pad.mu)))
+
+
+@pytest.mark.parametrize("k_c", [1e9, 1e14, 1e17])
+def test_penetrations_lie_within_their_rounding(k_c):
+    scene = tilted(k_c)
+    e = sliding_equilibrium(scene.pad_model)[0]
+    statics = Statics.of(scene.pad_model)
+    z = np.append(statics.units.to_scaled(np.array([*e.q, 0, 0, 0]))[:3], scene.pad.mu)
+    off = statics.deepest(z) * statics.units.length / exact_penetration(scene, e) - 1
+    assert abs(float(off)) <= statics.blur(z) <= HIDDEN
+    assert statics.why_hidden(z) == ""
+    codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]]))
+    assert critical_friction(scene, 0.5).end == "mu = 0.5 is reached"
+
+
+@pytest.mark.parametrize("k_c", [1e18, 1e20])
+def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
+    scene = tilted(k_c)
+    for ask in (analyse, judged_equilibria, critical_friction):
+        with pytest.raises(ComputationError, match="which hides the contact; softer contact"):
+            ask(scene)
+    with pytest.raises(ComputationError, match=r"at alpha1 = 2\.35619: rounding .* which hides"):
+        codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]]))
+
+
+def unloaded(**changes):
+    """Springs with a free direction lift the pad off, or press it with k_n y0 if they stand."""
+    pad = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "L1": 0.4, "L2": 0.55}
+    pad |= {"alpha1": 1.4765, "alpha2": 2.6075, "k_c": 1.9e7, "mu": 0.0, "F_n": 0.0, "y0": -2e-5}
+    return Scene("B2", Pad(**(pad | changes)))
+
+
+@pytest.mark.parametrize("load", [1.0, 1e-12, 1e-17])
+def test_a_reaction_beyond_rounding_is_one(load):
+    scene = unloaded(F_n=load)
+    (e,) = find_all(scene.pad_model, near=True)
+    assert e.R_n == pytest.approx(float(exact_reaction(scene, e)), rel=1e-5)
+    assert NAMES[codes_at(scene, ("h",), np.array([[scene.pad.h]])).codes[0]] == "marginal"
+
+
+def test_rounding_is_no_reaction_without_load():
+    scene = unloaded()
+    assert find_all(scene.pad_model, near=True) == []
+    codes = codes_at(scene, ("h",), np.array([[scene.pad.h]])).codes
+    assert NAMES[codes[0]] != "marginal"  # at most one far off, which diverges
+    for own in (unloaded(F_n=1e-20), unloaded(k_c=1e28, y0=-2e-5, alpha1=1.0, alpha2=1.0)):
+        with pytest.raises(ComputationError, match="a greater load is required"):
+            find_all(own.pad_model, near=True)
+        with pytest.raises(ComputationError, match="a greater load is required"):
+            codes_at(own, ("h",), np.array([[own.pad.h]]))
