@@ -174,7 +174,7 @@ def test_refusals():
         with pytest.raises(InputError, match="must be a finite number above 0"):
             Tolerance(size)
     free = scene(k1=0.0, k2=0.0, F_n=0.0)
-    with pytest.raises(ComputationError, match="no equilibrium"):
+    with pytest.raises(ComputationError, match="no place of rest"):
         advise(free)
 
 
