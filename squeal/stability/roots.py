@@ -77,7 +77,7 @@ def _panels(
     yield sorted([low, high, *map(float, nodes), *map(float, inside)])
 
 
-def _refine(f: Function, low: float, high: float, f_low: float, f_high: float) -> Root:
+def refine(f: Function, low: float, high: float, f_low: float, f_high: float) -> Root:
     """Bracketed root by inverse quadratic steps or bisection (Chandrupatla 1997)."""
     a, b, fa, fb = high, low, f_high, f_low
     c, fc = a, fa
@@ -122,7 +122,7 @@ def sign_changes(
     roots = []
     for k, (left, right) in enumerate(itertools.pairwise(sampled)):
         if left.value * right.value < 0 and not (zero[k] and zero[k + 1]):
-            roots.append(_refine(f, points[k], points[k + 1], left.value, right.value))
+            roots.append(refine(f, points[k], points[k + 1], left.value, right.value))
     for k, (mu, v) in enumerate(zip(points, sampled, strict=True)):
         beside = zero[max(0, k - 1) : k] + zero[k + 1 : k + 2]
         if zero[k] and (v.value == 0 or not any(beside)):

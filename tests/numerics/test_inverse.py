@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import lu_solve
 
-from squeal.numerics.inverse import inverse, near_singular
+from squeal.numerics.inverse import SMALL, inverse, near_singular
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-17, 1e-3])
@@ -21,12 +21,13 @@ def test_a_matrix_of_zeros_gives_numbers():
     assert np.all(np.isfinite(lu_solve(near_singular(np.zeros((2, 2))), np.ones(2))))
 
 
+@pytest.mark.parametrize("n", [30, SMALL + 1])
 @pytest.mark.parametrize("kind", [float, complex])
-def test_an_inverse_comes_with_the_determinant(kind):
-    A = np.random.default_rng(1).normal(size=(2, 30, 30))
+def test_an_inverse_comes_with_the_determinant(kind, n):
+    A = np.random.default_rng(1).normal(size=(2, n, n))
     A = A[0] if kind is float else A[0] + 1j * A[1]
     other, size = inverse(A)
-    assert other @ A == pytest.approx(np.eye(30), abs=1e-11)
+    assert other @ A == pytest.approx(np.eye(n), abs=1e-11)
     assert size == pytest.approx(np.linalg.slogdet(A)[1], rel=1e-12)
     A[3] = A[4] = 0.0
     with pytest.raises(np.linalg.LinAlgError):

@@ -7,7 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from squeal.stability.cubic import Value
 from squeal.stability.growth import Growth
+from squeal.stability.roots import refine
 
 HIDDEN = 1e-7  # of a step: how far rounding may shift what bisection finds
 HALVINGS = 5  # of a step in which growth may change hands twice
@@ -144,18 +146,16 @@ def _near(rates: Rates, a: Mark, b: Mark) -> bool:
 
 def _exchange(rates: Rates, a: Mark, b: Mark) -> tuple[float, float]:
     """Where the verdict of b begins, and half the interval that holds it."""
-    from scipy.optimize import brentq
-
     low, high, width = a.value, b.value, b.value - a.value
     for k in range(STEPS):
         x, y = rates.growth(low), rates.growth(high)
         if x.numbers == y.numbers and (x.verdict, y.verdict) == (a.verdict, b.verdict):
 
-            def lead(p: float) -> float:
+            def lead(p: float) -> Value:
                 growth = rates.growth(p)
-                return growth.pair_rate - growth.real_rate
+                return Value(growth.pair_rate - growth.real_rate, 0.0)
 
-            value = float(brentq(lead, low, high, xtol=1e-13 * abs(high) or 1e-300, rtol=1e-13))
+            value = refine(lead, low, high, lead(low).value, lead(high).value).mu
             at = rates.lead(value)
             error = at.noise / abs(at.slope) if at is not None and at.slope else HIDDEN * width
             return value, min(error, HIDDEN * width) + 1e-12 * abs(value)
