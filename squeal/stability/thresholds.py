@@ -15,7 +15,7 @@ from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.following.scale import divided
-from squeal.stability.growth import GROWING
+from squeal.stability.growth import GROWING, SMALL
 from squeal.stability.light import Slow
 from squeal.stability.matrices import Batched, LightMassError, System, check_range, check_system
 from squeal.stability.survey import Candidate, Change, Survey
@@ -47,7 +47,8 @@ def thresholds(
 def _thresholds(
     system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
 ) -> Thresholds:
-    if not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
+    small = np.shape(system(mu_min)[0])[0] <= SMALL  # others are divided when they are followed
+    if small and not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
         return followed(system, mu_max, breakpoints, mu_min)
     try:
         survey = Survey(system, mu_max, breakpoints, mu_min)
