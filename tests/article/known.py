@@ -179,7 +179,7 @@ def result(name: str) -> Result:
         given["findings"] = (filled(entry("findings"), id="E16", measured=sliding),)
     elif name == "map_ranges":
         small = {name: {"0.1": 2, "0.9": 8} for name in ("h/w", "k2/k1", "mu")}
-        full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90, 2, 0.06, Span(0.5, 0.99))
+        full = Upright(100, 0.1, 0.9, 10, 0.25, small, 90, 2, 1, 0.06, Span(0.5, 0.99))
         given = {"sweeps": by("sweeps", small), "members": by("members", CASES), "full": full}
     elif name == "line_springs":
         case = typing.get_args(types_of["cases"])[1]

@@ -117,6 +117,11 @@ def test_what_a_motion_does_later_is_told_where_it_grows_and_rests():
     assert "over 10 times it" in told["bursts"]
     assert told["paused"] == "; undamped B2 (c) in bursts"
     assert told["calm"] == r"5\,\%, in B2 (c)"
+    assert told["given"].startswith("In B2 (c), integral law, friction")
+    assert told["given"].endswith("by the end of that.")
+    grown = (0.0017, 3.5, 0.0, 1.0, 15.1, 0.05, 0.04)
+    both = longer(spans(short, grown), spans(short, (0.053, 3.9, *short[2:])))["given"]
+    assert r"of that (printed law: up to $3900$, by the end $53$\,mJ)." in both
     for later in ((1.0, 1.8, 0.0, 1.0, 11.0, 1.0, 0.4),):
         told = longer(spans(short, later))
         assert (told["grown"], told["given"], told["bursts"], told["paused"]) == ("",) * 4
@@ -128,12 +133,15 @@ def test_works_are_told_after_longer_too():
     same = (1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0)
     short = (0.001, 0.001, 0.002, 1.5, 1.0, 1.0, 0.0)
 
-    def told(kinetic: float) -> dict[str, str]:
-        later = (0.004, 0.004, 0.003, kinetic, 1.0, 1.0, 0.0)
+    def told(kinetic: float, friction: float = 0.004) -> dict[str, str]:
+        later = (friction, 0.004, 0.003, kinetic, 1.0, 1.0, 0.0)
         return longer(spans(same, same), spans(short, later))
 
     more = told(2.1)
-    assert r"($2$ against $1$\,mJ, $3$ against $4$\,mJ after 3 times its time)" in more["source"]
+    less = r"($2$ against $1$\,mJ, but less after 3 times its time, $3$ against $4$\,mJ)"
+    assert less in more["source"]
+    still = told(2.1, friction=0.002)["source"]
+    assert r"($2$ against $1$\,mJ, and after 3 times its time, $3$ against $2$\,mJ)" in still
     assert "(over 3 times its time by more in B2 (c) ($2.1$ times))" in more["start"]
     assert told(1.9)["start"].endswith("under both laws.")
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import fisher_exact as fisher
 
 from squeal.article.claims import CLAIMS
 from squeal.article.ensembles import choosing
@@ -33,6 +34,7 @@ from squeal.article.report.ensembles import (
 from squeal.article.report.pads import kept_briefly
 from squeal.article.results.ensembles import ELSEWHERE, Contrast, Ensemble, Ensembles, Kept
 from squeal.article.results.findings import Findings
+from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
 from squeal.files.provenance import NOT_INSTALLED
@@ -56,7 +58,7 @@ def test_without_heyoka_the_chapter_stands_on_what_is_stored(monkeypatch):
     values, tables = generated(found, known.of(Findings))
     assert values["ensembles.left-out"].startswith("Left out here")
     assert "ensembles.rival" not in values
-    assert kept_briefly(found, "hammering").startswith("B12-c-severe is kept by pads")
+    assert kept_briefly(found, "hammering").startswith("B12-c-severe is kept over one window")
     assert "No pad is judged afresh" in values["ensembles.hammering.kept"]
     assert tables["ensemble-searches"].count("--, --, --, --") == 8
 
@@ -146,15 +148,20 @@ def test_what_random_pads_keep_with_either_choice_is_told_beside_the_levels():
     conclusions = stored().conclusions
     words = of_random(contrast(), conclusions)
     assert (
-        "90 each, of which 70 and 60 run, 9 and 3 keep all statements on hammering ($p = 0.01$)"
-        in words
-    )
-    assert "exaggerate" not in words
-    assert words.endswith("whatever the speed.")
+        r"90 each, 70 and 60 run; of those that run 13\,\% and 5\,\% keep all statements on "
+        r"hammering ($p = 0.01$), whatever the speed; no difference in all statements on "
+        r"exaggeration is shown ($p \ge 0.2$)."
+    ) in words
     slid = {n: replace(c, statements=("B12-sliding",)) for n, c in conclusions.items()}
     assert "whatever" not in of_random(contrast(), slid)
-    same = contrast(p_keep={"hammering": 0.3, "exaggeration": 0.2})
-    assert r"not shown to differ in conclusions kept ($p \ge 0.2$)" in of_random(same, conclusions)
+    both = of_random(contrast(p_keep={"hammering": 0.01, "exaggeration": 0.02}), conclusions)
+    assert "all statements on exaggeration ($p = 0.02$)" in both
+    assert "no difference" not in both
+    same = contrast(p_keep={"hammering": 0.3, "exaggeration": 0.2388})
+    assert (
+        "no difference in all statements on hammering and all statements on exaggeration is shown "
+        r"($p \ge 0.23$)."
+    ) in of_random(same, conclusions)
 
 
 def test_random_pads_are_split_by_the_choices_of_a_switch():
@@ -169,6 +176,10 @@ def test_random_pads_are_split_by_the_choices_of_a_switch():
         assert sum(found.random.values()) == kept.random[..., 0].sum()
         assert sum(found.ran.values()) == kept.random[..., 1].sum()
         assert set(found.p) == set(CONCLUSIONS)
+        one, other = choices
+        for name, p in found.p.items():
+            counts = [[n := found.keep[name][c], found.ran[c] - n] for c in (one, other)]
+            assert p == pytest.approx(fisher(counts).pvalue, rel=1e-6)
 
 
 def fake_judge(numbers: Any, *_: Any, **__: Any) -> Any:
@@ -232,10 +243,24 @@ def test_sentences_on_ensembles_follow_the_file():
     assert "spread nearly as far" in told(with_seeds(width=0.8), "islands")
     assert "repeated, until 3 are left" in told(with_seeds(distinct=3), "islands")
     assert "repeated" not in told(stored(), "islands")
+    assert told(with_seeds(distinct=1), "copies") == "40 of 40"
+    assert told(with_seeds(distinct=2), "copies") == told(stored(), "copies") == "none of 40"
+    assert told(with_seeds(distinct=1, stored=1), "copies") == "none of 40"
     assert "none of them found it" in told(with_seeds(nearest=3.5), "rival")
     assert "stored of 5 of the 5 searches" in told(with_seeds(nearest=2.5), "rival")
     two = stored().twins
     assert "so that B2-b-tilt is not counted" in told(stored(), "twins")
+    assert "random" not in told(stored(), "twins")
+    rows = [
+        replace(e, random=10_000, chance=e.chance | {"B2-b-tilt": share})
+        for e, share in zip(
+            stored().ensembles, [Share(n, (0.0, 1.0)) for n in (0.19, 0.23) * 4], strict=True
+        )
+    ]  # of 2000 of 10 000
+    own = [e for e in rows if e.formulation.delta_from == "centre"]
+    least = sum(100 if e.chance["B2-b-tilt"].share == 0.19 else 300 for e in own)
+    apart = rf"; of random ones at least {least} of 40\,000 differ)"
+    assert apart in told(stored(ensembles=tuple(rows)), "twins").replace("1\\,", "1")
     both = stored(counted=("B2-b-trailing", "B2-b-tilt"))
     assert "one of them should not" in told(both, "twins")
     assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")

@@ -135,15 +135,17 @@ def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
     assert list(found.small_at["h/w"].values()) == [10, 10, 10, 10, 20]
     assert list(found.small_at["k2/k1"].values()) == [12] * 5
     assert deciding(found) == ["friction", "height"]
-    assert found.near == 0
+    assert found.near == found.near_others == 0
     spread = np.linspace(0.0, 1.0, 125)
     monkeypatch.setattr(ranges_study, "_equilibria", lambda *_: (spread, 1 - spread, spread))
     below, above = spread[spread < 0.25], spread[spread >= 0.25]
-    near = sum(0.25 - below <= 0.06) + sum(above - 0.25 <= 0.06)
+    near = sum(0.25 - below <= 0.06), sum(above - 0.25 <= 0.06)
     other = ranges_study._full(scene)
-    assert other.near == near > 10
+    assert (other.near, other.near_others) == near
+    assert near[0] != near[1]
     assert (other.touching.low, other.touching.high) == (0.0, 1.0)
     words = known.physics(ranges=dataclasses.replace(known.of(MapRanges), full=found))
+    assert words["physics.map.margin"] == "$6$"
     assert (
         "0, 5, 5, 25 and 25 at $\\mu$ of 0.1, 0.3, 0.5, 0.7 and 0.9, each of 25 pads"
         in (words["physics.map.small"])

@@ -125,9 +125,9 @@ def test_agreement_counts_what_is_reproduced():
     claims.append(dataclasses.replace(claims[1], case="a, b"))  # about another case, too
     for stem in ("b1-a", "b2-a"):
         text = agreement(claims, stem)
-        assert "Of 2 statements" in text
+        assert "Of 2 statements of the article on this case alone" in text
         assert r"B2-a-y ($\theta$ 2\,\%)" in text
-    assert "is reproduced" in agreement(claims[:1], "b1-a")
+    assert "on this case alone is reproduced" in agreement(claims[:1], "b1-a")
     assert agreement(claims, "b2-b") == ""
 
 

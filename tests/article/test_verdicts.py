@@ -69,9 +69,9 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
     assert lasts(none, statements) == []
     text = kept_briefly(plausible, "hammering")
     assert text.startswith(
-        "B12-c-severe is kept by this pad over 1, 10 and 40 windows from the start, by pads of 12 "
-        r"of 40 searches (2 of 5) and by 10\,\% (10\,\%) of random pads; with B2-c-hammer and "
-        r"B2-only-c by 12 (2) and 10\,\% (10\,\%)"
+        "B12-c-severe is kept by this pad over 1, 10 and 40 windows from the start, over one by "
+        r"pads of 12 of 40 searches (2 of 5) and by 10\,\% (10\,\%) of random pads; with "
+        r"B2-c-hammer and B2-only-c by 12 (2) and 10\,\% (10\,\%)"
     )
     pad = plausible.chosen["consistent"]
     pad = dataclasses.replace(pad, failing=dict.fromkeys(pad.failing, ("B2-b-twice",)))
@@ -81,6 +81,9 @@ def test_a_verdict_on_motions_turns_with_the_pads_that_keep_it():
     pad = dataclasses.replace(pad, failing=dict.fromkeys(pad.failing, ("B12-c-severe",)))
     lost = dataclasses.replace(lost, chosen={"consistent": pad})
     assert "of random pads, not by this; with" in kept_briefly(lost, "hammering")
+    assert "is kept over one window by pads of" in kept_briefly(lost, "hammering")
+    longer = dataclasses.replace(lost, windows=(3, 10))
+    assert "is kept over 3 windows by pads of" in kept_briefly(longer, "hammering")
     unjudged = dataclasses.replace(some, chosen={})
     assert "of random pads; with" in kept_briefly(unjudged, "hammering")
     assert (
@@ -176,7 +179,7 @@ def test_a_verdict_turns_with_the_results_behind_it():
     def maps(printed, small, exists=0.7):
         share = SimpleNamespace(exists=exists)
         full = Upright(
-            10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0.06, Span(0, 1)
+            10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0, 0.06, Span(0, 1)
         )
         printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
         return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))

@@ -60,7 +60,8 @@ def exchanged(values: np.ndarray, name: str) -> tuple[dict[str, float], float, i
 
 class ByChoice(NamedTuple):
     """Random pads by the choice of a switch: random: drawn; ran: those that run; keep: those that
-    keep each conclusion, by name; p: that shares as far apart keep it by chance (Fisher)."""
+    keep each conclusion, by name; p: that shares as far apart of those that run keep it by chance
+    (Fisher)."""
 
     random: dict[str, int]
     ran: dict[str, int]
@@ -78,7 +79,7 @@ def by_choice(kept: Kept, name: str) -> ByChoice:
 
     random, ran = (split(column) for column in kept.random.sum(axis=1).T)
     keep = {c: split(kept.random_together[:, at]) for at, c in enumerate(CONCLUSIONS)}
-    p = {c: fisher_exact((n[one], n[other]), (random[one], random[other])) for c, n in keep.items()}
+    p = {c: fisher_exact((n[one], n[other]), (ran[one], ran[other])) for c, n in keep.items()}
     return ByChoice(random, ran, keep, p)
 
 

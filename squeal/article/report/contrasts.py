@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from squeal.article.ensembles.gather import SLIDING
 from squeal.article.report import pads
-from squeal.article.report.latex import in_words, number
+from squeal.article.report.latex import at_least, in_words, number
 from squeal.article.results.ensembles import Conclusion, Contrast
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
@@ -60,23 +60,27 @@ def of_levels(c: Contrast) -> str:
 
 
 def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
-    """Whether random pads keep the article's conclusions more often with one choice of a switch."""
-    differ = {name: p for name, p in c.p_keep.items() if p < SURE}
+    """Whether random pads that run keep the article's conclusions more often with one choice."""
     one, other = c.random
-    if not differ:
-        least = number(min(c.p_keep.values()), 2).strip("$")
-        return f"Random pads are not shown to differ in conclusions kept ($p \\ge {least}$)."
+    drawn, ran = (in_words([pads.thousands(n[k]) for k in (one, other)]) for n in (c.random, c.ran))
+    same = c.random[one] == c.random[other]
+    count = f"{pads.thousands(c.random[one])} each" if same else drawn
+    run = f"Of random pads with {CHOICES[one]} and with {CHOICES[other]}, {count}, {ran} run"
+    differ = {name: p for name, p in c.p_keep.items() if p < SURE}
+    alike = {name: p for name, p in c.p_keep.items() if name not in differ}
     parts = [
-        f"{c.keep[name][one]} and {c.keep[name][other]} keep {CONCLUSIONS[name]} "
+        f"{_share(c, name, one)} and {_share(c, name, other)} keep {CONCLUSIONS[name]} "
         f"($p = {number(p, 2).strip('$')}$)"
         for name, p in differ.items()
     ]
-    drawn, ran = (in_words([pads.thousands(n[k]) for k in (one, other)]) for n in (c.random, c.ran))
     free = all(SLIDING not in conclusions[name].statements for name in differ)
-    always = ", whatever the speed" if free else ""
-    same = c.random[one] == c.random[other]
-    count = f"{pads.thousands(c.random[one])} each" if same else drawn
-    return (
-        f"Of random pads with {CHOICES[one]} and with {CHOICES[other]}, {count}, of which {ran} "
-        f"run, {in_words(parts)}{always}."
-    )
+    told = [in_words(parts) + (", whatever the speed" if free else "")] if parts else []
+    if alike:
+        least = at_least(min(alike.values())).strip("$")
+        left = in_words([CONCLUSIONS[name] for name in alike])
+        told.append(f"no difference in {left} is shown ($p \\ge {least}$)")
+    return f"{run}; of those that run {'; '.join(told)}."
+
+
+def _share(c: Contrast, name: str, choice: str) -> str:
+    return rf"{100.0 * c.keep[name][choice] / c.ran[choice]:.2g}\,\%"

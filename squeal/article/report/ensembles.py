@@ -160,6 +160,13 @@ def _islands(found: Ensembles) -> str:
     )
 
 
+def _copies(found: Ensembles) -> str:
+    """How many searches end in copies of one pad."""
+    seeds = [s for e in found.ensembles for s in e.seeds]
+    single = sum(s.distinct == 1 < s.stored for s in seeds)
+    return f"{single or 'none'} of {len(seeds)}"
+
+
 def _rival(found: Ensembles) -> str:
     pad = found.rival["consistent"]
     kept = pad.horizons[str(found.windows[0])]
@@ -322,6 +329,7 @@ def generated(found: Ensembles, findings: Findings) -> Generated:
         "ensembles.added": str(found.total.everything - found.total.listed),
         "ensembles.twins": pads.twins(found),
         "ensembles.islands": _islands(found),
+        "ensembles.copies": _copies(found),
         "ensembles.corner": _corner(found),
         "ensembles.logarithmic": in_words([SYMBOLS[d.name] for d in DIMENSIONS if d.log]),
         **{f"ensembles.{name}.kept": pads.kept_by(found, name) for name in found.conclusions},

@@ -87,6 +87,11 @@ def at_most(value: float, digits: int = 2) -> str:
     return number(rounded_up(value, digits), digits)
 
 
+def at_least(value: float, digits: int = 2) -> str:
+    """A lower bound with so many significant digits: rounded down."""
+    return number(-rounded_up(-value, digits), digits)
+
+
 def power(value: float) -> str:
     """A power of ten in math mode, of the nearest whole exponent."""
     return f"$10^{{{round(math.log10(value))}}}$"

@@ -54,6 +54,8 @@ def kept_briefly(found: Ensembles, name: str) -> str:
     alone, over = one.alone, lasts(found, [one.alone.id])
     every, own = alone.every, alone.consistent
     who = f"by this pad over {_windows(found, over)} from the start, " if over else ""
+    first = "one" if found.windows[0] == 1 else str(found.windows[0])  # all that others ran
+    who += f"over {first} " if over else f"over {first} window{'s' if first != 'one' else ''} "
     but = "" if over or not found.chosen else ", not by this"
     others = in_words([name for name in one.statements if name != alone.id])
     return (
@@ -108,6 +110,16 @@ def kept_by(found: Ensembles, name: str) -> str:
     )
 
 
+def _apart(found: Ensembles) -> str:
+    """On how many random pads two statements differ at least: by as many as keep only one."""
+    one, two = found.twins.ids
+    own = [e for e in found.ensembles if e.formulation.delta_from == "centre"]
+    least = sum(round(abs(e.chance[one].share - e.chance[two].share) * e.random) for e in own)
+    pads = sum(e.random for e in own)
+    words = f"; of random ones at least {thousands(least)} of {thousands(pads)} differ"
+    return words if least else ""
+
+
 def twins(found: Ensembles) -> str:
     """Whether two statements are one."""
     one, two = found.twins.ids
@@ -117,7 +129,7 @@ def twins(found: Ensembles) -> str:
         return (
             f"With $\\delta$ counted from the centre, {one} and {two} agree on all "
             f"{thousands(found.twins.pads)} different pads stored of the ensembles "
-            f"(Sec.~\\ref{{sec:ensembles}}), so that {so}"
+            f"(Sec.~\\ref{{sec:ensembles}}{_apart(found)}), so that {so}"
         )
     return (
         f"{one} and {two} agree on {thousands(found.twins.agree)} of the "

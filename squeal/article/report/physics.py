@@ -64,6 +64,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     by = {name: _small(name, at, found.full.pads) for name, at in found.full.small_at.items()}
     return {
         "physics.map.small": "; ".join(by.values()),
+        "physics.map.margin": number(100.0 * found.full.margin, 2),
         "physics.map.small-mu": _counted("mu", found.full.small_at["mu"]),
         "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],

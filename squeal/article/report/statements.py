@@ -18,13 +18,12 @@ def agreement(claims: Sequence[JudgedClaim], stem: str) -> str:
     if not missed:
         all_of = {1: "The one statement", 2: "Both statements"}
         subject = all_of.get(len(own), f"All {len(own)} statements")
-        return (
-            f"{subject} of the article on this case {'is' if len(own) == 1 else 'are'} reproduced."
-        )
+        are = "is" if len(own) == 1 else "are"
+        return f"{subject} of the article on this case alone {are} reproduced."
     told = "; ".join(f"{c.id} ({c.measured})" for c in missed)
     count = len(own) - len(missed)
     return typeset(
-        f"Of {len(own)} statements of the article on this case {count} "
+        f"Of {len(own)} statements of the article on this case alone {count} "
         f"{'is' if count == 1 else 'are'} reproduced; not so {told}."
     )
 

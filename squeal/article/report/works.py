@@ -1,7 +1,7 @@
 """Works and energies of the motions: their table, and sentences that ask the results first."""
 
 from squeal.article.report.latex import at_most, in_words, number, percent, tabular, typeset
-from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.article.results.energy import LAWS, Energy, Motion, motion_title
 from squeal.files.records import Missing
 
 MULTIPLE = 2.0  # times more or less is far
@@ -52,7 +52,7 @@ def values(found: Energy) -> dict[str, str]:
         "physics.energy.source": _source({name: one for name, (one, _) in printed.items()}),
         "physics.energy.start": _start(printed),
         "physics.energy.residue": at_most(max(one.residue for one in whole.values())),
-        **_longer({name: whole[name] for name in found.own if name in whole}),
+        **_longer({name: whole[name] for name in found.own if name in whole}, whole),
     }
 
 
@@ -63,11 +63,18 @@ def _source(printed: dict[str, Motion]) -> str:
         return "In no motion has the printed law done more work than friction by the end."
     told = []
     for name, one in beyond.items():
-        works = [(one.law, one.friction, "")]
-        works += [(s.law, s.friction, f" after {s.windows} times its time") for s in one.spans[1:2]]
-        each = [f"{number(1e3 * a, 3)} against {number(1e3 * b, 3)}\\,mJ{w}" for a, b, w in works]
-        told.append(f"{name} ({', '.join(each)})")
+        each = _against(one.law, one.friction)
+        for later in one.spans[1:2]:
+            turned = abs(later.law) <= abs(later.friction)
+            each += f", {'but less' if turned else 'and'} after {later.windows} times its time, "
+            each += _against(later.law, later.friction)
+        told.append(f"{name} ({each})")
     return f"By the end the printed law has done more work than friction in {in_words(told)}."
+
+
+def _against(law: float, friction: float) -> str:
+    """Two works (J) beside each other."""
+    return f"{number(1e3 * law, 3)} against {number(1e3 * friction, 3)}\\,mJ"
 
 
 def _ratios(pairs: dict[str, tuple[float, float]]) -> tuple[list[str], list[str]]:
@@ -112,8 +119,22 @@ def _start(printed: dict[str, tuple[Motion, Motion | None]]) -> str:
 SIGNAL = {"b1": "the force of the leading edge", "b2": "the reaction"}
 
 
-def _longer(own: dict[str, Motion]) -> dict[str, str]:
-    """What the scenes' motions do after the time that is shown."""
+def _other_law(name: str, whole: dict[str, Motion]) -> str:
+    """What friction has given in a motion under the other law of line contact, in brackets."""
+    stem, law = name[:4], name[5:]
+    told = []
+    for key, title in LAWS.items():
+        one = whole.get(f"{stem}-{key}")
+        if law and key != law and one and one.spans[1:]:
+            most, end = (
+                number(1e3 * work, 4) for work in (one.spans[1].most, one.spans[1].friction)
+            )
+            told.append(f"{title}: up to {most}, by the end {end}\\,mJ")
+    return f" ({'; '.join(told)})" if told else ""
+
+
+def _longer(own: dict[str, Motion], whole: dict[str, Motion]) -> dict[str, str]:
+    """What the scenes' motions do after the time that is shown, beside the other law."""
     grown, given, bursts, paused = [], [], [], []
     spans = {name: one.spans for name, one in own.items() if one.spans[1:]}
     for name, (first, later, *_) in spans.items():
@@ -125,8 +146,10 @@ def _longer(own: dict[str, Motion]) -> dict[str, str]:
                 f"{percent(later.apart)} of it (Sec.~\\ref{{sec:physics}})."
             )
             given.append(
-                f"In {title} friction has given up to {number(1e3 * later.most, 4)}\\,mJ within "
-                f"{over}, and {number(1e3 * later.friction, 2)}\\,mJ by the end of that."
+                f"In {motion_title(name)}{',' if name[4:] else ''} friction has given up to "
+                f"{number(1e3 * later.most, 4)}\\,mJ within {over}, and "
+                f"{number(1e3 * later.friction, 2)}\\,mJ by the end of that"
+                f"{_other_law(name, whole)}."
             )
         if (last := own[name].spans[-1]).pause > PAUSE:
             paused.append(title)

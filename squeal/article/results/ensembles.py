@@ -80,8 +80,8 @@ class Contrast(Record):
     comes nearer. unslid, p_unslid: the mean distances of the last populations without the
     statement on sliding, which rests on an assumed speed, and their probability. random, ran:
     random pads drawn with either choice, and those of them that run; keep: how many keep each
-    conclusion, by name; p_keep: Fisher's probability of that, with Holm's correction over all
-    conclusions and switches.
+    conclusion, by name; p_keep: Fisher's probability of that among those that run, with Holm's
+    correction over all conclusions and switches.
     """
 
     switch: str

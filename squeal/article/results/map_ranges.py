@@ -74,8 +74,9 @@ class Upright(Record):
     pads: every other value of each parameter; low, high: least and greatest share of the map;
     small: on how many pads it is below `below`, which counts as small; small_at: of these by
     parameter and its values, each of which equally many pads have; cells: points of the grid of
-    angles that a share rests on; near: how many pads are within `margin` of `below`, on either
-    side, which a finer grid may turn; touching: shares with an equilibrium kept in any contact.
+    angles that a share rests on; near, near_others: how many of the small and of the others are
+    within `margin` of the map of `below`, which a finer grid may turn; touching: shares with an
+    equilibrium kept in any contact.
     """
 
     pads: int
@@ -86,7 +87,8 @@ class Upright(Record):
     small_at: dict[str, dict[str, int]]
     cells: int
     near: int
-    margin: Share
+    near_others: int
+    margin: float
     touching: Span
 
 

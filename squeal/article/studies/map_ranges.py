@@ -141,11 +141,12 @@ def _full(scene: Scene) -> results.Upright:
         for counts in (small.sum(axis=tuple({0, 1, 2} - {i})),)
     }
     cells = COARSEST * (COARSEST + 1)
-    near = int(np.count_nonzero(np.abs(full - SMALL) <= MARGIN))
+    close = np.abs(full - SMALL) <= MARGIN
+    near = (int(np.count_nonzero(close & side)) for side in (full < SMALL, full >= SMALL))
     span, touching = ((float(of.min()), float(of.max())) for of in (full, kept))
     few = int(small.sum())
     return results.Upright(
-        full.size, *span, few, SMALL, at, cells, near, MARGIN, results.Span(*touching)
+        full.size, *span, few, SMALL, at, cells, *near, MARGIN, results.Span(*touching)
     )
 
 
