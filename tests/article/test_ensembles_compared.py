@@ -150,7 +150,7 @@ def test_what_random_pads_keep_with_either_choice_is_told_beside_the_levels():
     assert (
         r"90 each, 70 and 60 run; of those that run 13\,\% and 5\,\% keep all statements on "
         r"hammering ($p = 0.01$), whatever the speed; no difference in all statements on "
-        r"exaggeration is shown ($p \ge 0.2$)."
+        r"exaggeration is shown ($p = 0.2$)."
     ) in words
     slid = {n: replace(c, statements=("B12-sliding",)) for n, c in conclusions.items()}
     assert "whatever" not in of_random(contrast(), slid)
@@ -159,7 +159,7 @@ def test_what_random_pads_keep_with_either_choice_is_told_beside_the_levels():
     assert "no difference" not in both
     same = contrast(p_keep={"hammering": 0.3, "exaggeration": 0.2388})
     assert (
-        "no difference in all statements on hammering and all statements on exaggeration is shown "
+        "no difference in all statements on hammering or on exaggeration is shown "
         r"($p \ge 0.23$)."
     ) in of_random(same, conclusions)
 
@@ -251,16 +251,16 @@ def test_sentences_on_ensembles_follow_the_file():
     two = stored().twins
     assert "so that B2-b-tilt is not counted" in told(stored(), "twins")
     assert "random" not in told(stored(), "twins")
-    rows = [
+    pads_drawn = [
         replace(e, random=10_000, chance=e.chance | {"B2-b-tilt": share})
         for e, share in zip(
             stored().ensembles, [Share(n, (0.0, 1.0)) for n in (0.19, 0.23) * 4], strict=True
         )
     ]  # of 2000 of 10 000
-    own = [e for e in rows if e.formulation.delta_from == "centre"]
+    own = [e for e in pads_drawn if e.formulation.delta_from == "centre"]
     least = sum(100 if e.chance["B2-b-tilt"].share == 0.19 else 300 for e in own)
     apart = rf"; of random ones at least {least} of 40\,000 differ)"
-    assert apart in told(stored(ensembles=tuple(rows)), "twins").replace("1\\,", "1")
+    assert apart in told(stored(ensembles=tuple(pads_drawn)), "twins").replace("1\\,", "1")
     both = stored(counted=("B2-b-trailing", "B2-b-tilt"))
     assert "one of them should not" in told(both, "twins")
     assert "nearly are" in told(stored(twins=replace(two, agree=79)), "twins")

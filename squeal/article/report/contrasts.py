@@ -8,10 +8,6 @@ from squeal.article.report.latex import at_least, in_words, number
 from squeal.article.results.ensembles import Conclusion, Contrast
 
 SURE = 0.05  # probability by chance below which a switch is said to matter
-CONCLUSIONS = {
-    "hammering": "all statements on hammering",
-    "exaggeration": "all statements on exaggeration",
-}
 SWITCHES = {
     "line_force": "the line force (as printed or consistent)",
     "delta_from": r"the point from which $\delta$ is counted",
@@ -69,7 +65,7 @@ def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
     differ = {name: p for name, p in c.p_keep.items() if p < SURE}
     alike = {name: p for name, p in c.p_keep.items() if name not in differ}
     parts = [
-        f"{_share(c, name, one)} and {_share(c, name, other)} keep {CONCLUSIONS[name]} "
+        f"{_share(c, name, one)} and {_share(c, name, other)} keep all statements on {name} "
         f"($p = {number(p, 2).strip('$')}$)"
         for name, p in differ.items()
     ]
@@ -77,8 +73,9 @@ def of_random(c: Contrast, conclusions: Mapping[str, Conclusion]) -> str:
     told = [in_words(parts) + (", whatever the speed" if free else "")] if parts else []
     if alike:
         least = at_least(min(alike.values())).strip("$")
-        left = in_words([CONCLUSIONS[name] for name in alike])
-        told.append(f"no difference in {left} is shown ($p \\ge {least}$)")
+        sign = r"\ge" if len(alike) > 1 else "="
+        left = " or on ".join(alike)
+        told.append(f"no difference in all statements on {left} is shown ($p {sign} {least}$)")
     return f"{run}; of those that run {'; '.join(told)}."
 
 

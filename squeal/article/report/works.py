@@ -126,9 +126,8 @@ def _other_law(name: str, whole: dict[str, Motion]) -> str:
     for key, title in LAWS.items():
         one = whole.get(f"{stem}-{key}")
         if law and key != law and one and one.spans[1:]:
-            most, end = (
-                number(1e3 * work, 4) for work in (one.spans[1].most, one.spans[1].friction)
-            )
+            later = one.spans[1]
+            most, end = number(1e3 * later.most, 4), number(1e3 * later.friction, 2)
             told.append(f"{title}: up to {most}, by the end {end}\\,mJ")
     return f" ({'; '.join(told)})" if told else ""
 

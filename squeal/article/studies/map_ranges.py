@@ -142,12 +142,11 @@ def _full(scene: Scene) -> results.Upright:
     }
     cells = COARSEST * (COARSEST + 1)
     close = np.abs(full - SMALL) <= MARGIN
-    near = (int(np.count_nonzero(close & side)) for side in (full < SMALL, full >= SMALL))
+    near, others = (int(np.count_nonzero(close & one)) for one in (full < SMALL, full >= SMALL))
     span, touching = ((float(of.min()), float(of.max())) for of in (full, kept))
     few = int(small.sum())
-    return results.Upright(
-        full.size, *span, few, SMALL, at, cells, *near, MARGIN, results.Span(*touching)
-    )
+    shares = (full.size, *span, few, SMALL, at, cells)
+    return results.Upright(*shares, near, others, MARGIN, results.Span(*touching))
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:
