@@ -23,7 +23,7 @@ class Map(Record):
 
     windows: how many times the scene's time; rows: a row a tilt, from the least, a digit a height:
     index into `KINDS`; own: of the scene's own start; starts: of the map but the equilibrium,
-    which cannot lose contact; share: of these, by kind.
+    which would stay but for rounding; share: of these, by kind.
     """
 
     windows: int
