@@ -107,7 +107,7 @@ def ensembles(entry: Any) -> dict[str, Any]:
         name: Pad(numbers, horizons, failing, 3.0 + i, 1.5, share)
         for i, name in enumerate(("consistent", "printed force"))
     }
-    spans = {d.name: Range((d.low, d.high), d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
+    spans = {d.name: Range((d.low, d.high), d.log, d.low, d.high, 0.9, 0.5) for d in DIMENSIONS}
     words = [Switches.of(f) for f in FORMULATIONS]
     one = filled(entry("ensembles"), chance=shares, seeds=(seed,) * 5, best_pads=shares)
     parting = (40, *(0,) * 3, 30, *(0,) * 10, 10)

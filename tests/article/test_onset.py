@@ -92,7 +92,7 @@ def test_a_motion_that_ends_is_missing():
 
 def test_no_equilibrium_means_no_threshold(monkeypatch):
     def none(*_):
-        raise ComputationError("without friction no equilibrium in contact was found")
+        raise ComputationError("without friction the pad has no place of rest")
 
     monkeypatch.setattr(study, "branch_system", none)
     assert study.threshold(hammering_scene("b1-d")) is None

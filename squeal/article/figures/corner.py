@@ -3,11 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.ensembles.space import DIMENSIONS
 from squeal.article.results.ensembles import CORNER, SYMBOLS, Ensembles
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-LABELS = {d.name: SYMBOLS[d.name] + " (log)" * d.log for d in DIMENSIONS}
 COLOURS = ("#3498DB", "#C8380E")
 
 
@@ -19,6 +17,7 @@ def draw(found: Ensembles) -> Drawing:
         name: [f"{end:g}".replace("-", "\N{MINUS SIGN}") for end in searched[name].searched]
         for name in CORNER
     }
+    labels = {name: SYMBOLS[name] + " (log)" * searched[name].log for name in CORNER}
     points = {law: np.array(rows) for law, rows in found.samples.items()}
     size = len(CORNER)
     with style():
@@ -40,10 +39,10 @@ def draw(found: Ensembles) -> Drawing:
                 axes.set_yticks([])
                 axes.set_xticks([0.0, 1.0], ends[across] if row == size - 1 else ["", ""])
                 if row == size - 1:
-                    axes.set_xlabel(LABELS[across], labelpad=1.0)
+                    axes.set_xlabel(labels[across], labelpad=1.0)
                 if column == 0 and row:
                     axes.set_yticks([0.0, 1.0], ends[below])
-                    axes.set_ylabel(LABELS[below], labelpad=1.0)
+                    axes.set_ylabel(labels[below], labelpad=1.0)
         figure.legend(loc="outside upper center", ncols=2)
     widths = {
         law: ", ".join(f"{name} {100 * ranges[name].width:.0f} %" for name in CORNER)

@@ -99,10 +99,11 @@ class Contrast(Record):
 
 class Range(Record):
     """Where one number of the pads of the last populations lies: the ends between which it was
-    searched, 5 and 95 % quantiles, their distance over the searched range, and the spread of the
-    searches' medians over it."""
+    searched, whether in its logarithm, 5 and 95 % quantiles, their distance over the searched
+    range, and the spread of the searches' medians over it."""
 
     searched: tuple[float, float]
+    log: bool
     low: float
     high: float
     width: float

@@ -206,7 +206,7 @@ def ranges(kept: gather.Kept, number: int) -> dict[str, results.Range]:
         medians = np.median(points[:, :, at], axis=1)
         ends = np.quantile(numbers[d.name], [TAIL, 1.0 - TAIL])
         own = (*map(float, ends), float(high - low), float(np.ptp(medians)))
-        found[d.name] = results.Range((d.low, d.high), *own)
+        found[d.name] = results.Range((d.low, d.high), d.log, *own)
     return found
 
 
