@@ -83,7 +83,8 @@ class Checkpoint(_Beside):
         if self.path is None or not self.path.is_file():
             return {}
         try:
-            with np.load(self.path) as kept:
+            # opened here: NumPy leaves a file open that is no archive
+            with self.path.open("rb") as stream, np.load(stream) as kept:
                 arrays = dict(kept)
         except (OSError, ValueError, EOFError, BadZipFile):
             return {}

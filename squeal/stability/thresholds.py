@@ -17,7 +17,14 @@ from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.following.scale import divided
 from squeal.stability.growth import GROWING, SMALL
 from squeal.stability.light import Slow
-from squeal.stability.matrices import Batched, LightMassError, System, check_range, check_system
+from squeal.stability.matrices import (
+    Batched,
+    LightMassError,
+    System,
+    check_range,
+    check_system,
+    matrices_at,
+)
 from squeal.stability.survey import Candidate, Change, Survey
 
 
@@ -47,7 +54,7 @@ def thresholds(
 def _thresholds(
     system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
 ) -> Thresholds:
-    small = np.shape(system(mu_min)[0])[0] <= SMALL  # others are divided when they are followed
+    small = np.shape(matrices_at(system, mu_min)[0])[0] <= SMALL  # others are divided when they are followed
     if small and not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
         return followed(system, mu_max, breakpoints, mu_min)
     try:
