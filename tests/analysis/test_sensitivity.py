@@ -139,7 +139,7 @@ def test_thresholds_against_differences(name, damping):
     assert loss is not None
     found = threshold_sensitivities(scene, loss)
     end = 1.01 * loss.mu
-    for parameter in ("m", "h", "k2", "alpha1"):
+    for parameter in ("m", "h", "k2", "alpha1") if name == "b3" else ("h", "k2"):
         value, h = getattr(scene.pad, parameter), 10 * step_of(scene, parameter)
         up, down = (
             critical_friction(changed(scene, **{parameter: value + way * h}), end).first

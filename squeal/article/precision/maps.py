@@ -10,7 +10,7 @@ from squeal.scene import Scene
 from squeal.stability import VERDICTS
 
 SIZES = (20, 40, 80, 160, 320)
-FINEST = 5120  # points a side of the map that counts as exact
+FINEST = 2560  # points a side of the map that counts as exact
 
 
 def matrices(scene: Scene, n: int) -> np.ndarray:

@@ -18,7 +18,7 @@ from squeal.scene import Scene
 from squeal.simulation.reference import ChangeTimes
 from squeal.simulation.run import first_state, in_natural_units, integrate
 
-SEVERAL = 512  # pads of a batch, whose time is given for each
+SEVERAL = 256  # pads of a batch, whose time is given for each
 
 
 @dataclass(frozen=True)
