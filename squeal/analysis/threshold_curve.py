@@ -28,6 +28,7 @@ HALVINGS = 20  # of the distance of two neighbouring points of the map, before N
 STEP, SHORTEST = 0.02, 1e-5  # of the curve, in shares of the map's sides
 COSINE = 0.97  # least, between the tangents of a step
 MOST_STEPS = 2000
+NEAR = 0.01  # of the map's sides: the curve's start to where verdicts differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +186,8 @@ def threshold_curves(
                 z = np.append(units.to_si(one.places[:, i]) / local.size, z)
             try:
                 local = _with_pair(local, z)
-                start = _started(local, z)
+                across = int(np.argmin(np.abs(loud[:, i] - quiet[:, i])))  # the same on both sides
+                start = _started(local, z, across)
                 curve = None if start is None else _curve(local, start)
             except (InputError, ComputationError, np.linalg.LinAlgError):
                 continue
@@ -226,15 +228,19 @@ def _with_pair(local: Threshold, z: np.ndarray) -> Threshold:
     )
 
 
-def _started(local: Threshold, z: np.ndarray) -> np.ndarray | None:
-    """The place on the curve next to z; None if Newton's method finds none near it."""
+def _started(local: Threshold, z: np.ndarray, across: int) -> np.ndarray | None:
+    """The place on the curve next to z, one parameter held if that leads to it: a free step may
+    slide along the curve. None if Newton's method finds none near z."""
+    held = _correct(local, z, np.eye(len(z))[across - 2], z[across - 2])
+    if held is not None and np.linalg.norm(held[-2:] - z[-2:]) < NEAR and local.quiet(held):
+        return held
     new = z.copy()
     for _ in range(20):
         f, J = local.conditions(new)
         step = np.linalg.lstsq(J, f, rcond=None)[0]
         new = new - step
         if np.abs(step).max() < 1e-11:
-            near = np.linalg.norm(new[-2:] - z[-2:]) < 0.01
+            near = np.linalg.norm(new[-2:] - z[-2:]) < NEAR
             return new if near and local.quiet(new) else None
     return None
 
