@@ -57,11 +57,12 @@ def kept_briefly(found: Ensembles, name: str) -> str:
     first = "one" if found.windows[0] == 1 else str(found.windows[0])  # all that others ran
     who += f"over {first} " if over else f"over {first} window{'s' if first != 'one' else ''} "
     but = "" if over or not found.chosen else ", not by this"
-    others = in_words([name for name in one.statements if name != alone.id])
+    others = len(one.statements) - 1
     return (
-        f"{alone.id} is kept {who}by pads of {every.keeping} of {every.searches} searches "
+        f"Kept {who}by pads of {every.keeping} of {every.searches} searches "
         f"({own.keeping} of {own.searches}) and by {_both(alone.random)} of random pads{but}; with "
-        f"{others} by {one.every.keeping} ({one.consistent.keeping}) and {_both(one.random)}"
+        rf"{others} related statements (Sec.~\ref{{sec:ensembles}}) by {one.every.keeping} "
+        f"({one.consistent.keeping}) and {_both(one.random)}"
     )
 
 

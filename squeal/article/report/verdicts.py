@@ -50,12 +50,12 @@ def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
 def argued(held: dict[str, bool]) -> str:
     """How much of the exaggeration rests on the reading of it as a share of time."""
     if not (held["B1-all-separate"] and held["B2-only-c"]):
-        return "The latter two, the article's argument, this pad does not keep"
+        return "The related two, the article's argument, this pad does not keep"
     if held["B12-more-loss"]:
         return "This pad keeps all three"
     return (
-        "The latter two, the article's argument, this pad keeps; the former is our reading as a "
-        "share of time"
+        "The related two, the article's argument, this pad keeps; the conclusion itself is our "
+        "reading as a share of time"
     )
 
 
