@@ -55,7 +55,7 @@ def _thresholds(
     system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
 ) -> Thresholds:
     # larger ones are divided when they are followed
-    small = len(matrices_at(system, mu_min)[0]) <= SMALL
+    small = np.shape(matrices_at(system, mu_min)[0])[0] <= SMALL
     if small and not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
         return followed(system, mu_max, breakpoints, mu_min)
     try:
