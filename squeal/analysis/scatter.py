@@ -5,7 +5,7 @@ limits; every sample is a pad of its own whose branch is followed from mu = 0.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from squeal.analysis import subject as subjects
 from squeal.errors import ComputationError, InputError
+from squeal.files.processes import mapped
 from squeal.numerics.shares import wilson
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -154,28 +155,19 @@ def scatter(
     The subject is a scene, or a system with named parameters.
 
     `progress(done, count)` is called now and then. With `workers` above 1 the samples go to that
-    many processes. Raises InputError for a spread that does not fit the scene or system,
-    ComputationError if no sample has an equilibrium without friction.
+    many processes, which start anew by import: a script must guard its main part by
+    `if __name__ == "__main__"`. Raises InputError for a spread that does not fit the scene or
+    system, ComputationError if no sample has an equilibrium without friction.
     """
     subjects.check_subject(subject, "scatter", mu_max)
     mu = subjects.own_value(subject)
     draws = _draws(subject, spreads, count, seed)
     tasks = [(subject, draws[i : i + CHUNK], mu_max) for i in range(0, count, CHUNK)]
     mus: list[float | None] = []
-
-    def gather(parts: Iterable[list[float | None]]) -> None:
-        for part in parts:
-            mus.extend(part)
-            if progress is not None:
-                progress(len(mus), count)
-
-    if workers == 1:
-        gather(map(_work, tasks))
-    else:
-        from concurrent.futures import ProcessPoolExecutor
-
-        with ProcessPoolExecutor(workers) as pool:
-            gather(pool.map(_work, tasks))
+    for part in mapped(_work, tasks, workers):
+        mus.extend(part)
+        if progress is not None:
+            progress(len(mus), count)
     critical = np.sort([mu for mu in mus if mu is not None])  # NaN, above mu_max, comes last
     if not len(critical):
         raise ComputationError("no sample has an equilibrium in contact without friction")

@@ -8,13 +8,12 @@ import itertools
 import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 from squeal.commands.jobs import read_job
 from squeal.errors import ComputationError, InputError
 from squeal.files.parts import cut
+from squeal.files.processes import mapped
 
 
 def _write(task: tuple[Path, Path, int, int]) -> Path:
@@ -30,18 +29,15 @@ def compute(file: Path, out: Path, start: int, stop: int, workers: int = 1) -> N
         _write((file, out, start, stop))
         return
     ends = [start + (stop - start) * i // workers for i in range(workers + 1)]
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        ProcessPoolExecutor(workers, get_context("spawn")) as pool,
-    ):
+    with tempfile.TemporaryDirectory() as folder:
         tasks = [
             (file, Path(folder, f"{low}.csv"), low, high) for low, high in itertools.pairwise(ends)
         ]
-        read_job(file).gather(out, list(pool.map(_write, tasks)))
+        read_job(file).gather(out, list(mapped(_write, tasks, workers)))
 
 
 def main(given: Sequence[str] | None = None) -> int:
-    """Write a part or the whole; 2 for what is refused, 1 for what cannot be computed."""
+    """Write a part or the whole; 2 for what is refused, 1 for what fails, 130 if it is stopped."""
     parser = argparse.ArgumentParser(description="Compute a job in parts.")
     parser.add_argument("job", type=Path, metavar="JOB.yaml")
     wanted = parser.add_mutually_exclusive_group(required=True)
@@ -59,6 +55,9 @@ def main(given: Sequence[str] | None = None) -> int:
     except (InputError, ComputationError) as error:
         print(f"{chosen.job.stem}: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
+    except KeyboardInterrupt:
+        print(f"{chosen.job.stem}: stopped", file=sys.stderr)
+        return 130
     return 0
 
 

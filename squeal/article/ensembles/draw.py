@@ -9,7 +9,7 @@ import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
 from squeal.errors import InputError
 from squeal.files.parts import cut
+from squeal.files.processes import mapped
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 
@@ -138,7 +139,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--models", nargs="+", default=["B1", "B2"], choices=["B1", "B2"])
     parser.add_argument("--part", default="1-of-1", help="3-of-8: of the searches only these")
     given = parser.parse_args(arguments)
-    context = get_context("spawn")
     # turned by one for each seed, so that no process has all the formulations that take longest
     searches = [
         (names[given.formulations[(i + seed) % len(given.formulations)]], seed)
@@ -150,21 +150,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"draw: {error}", file=sys.stderr)
         return 2
-    if given.workers == 1:
-        work(given.folder, given.stages, tuple(given.models), searches)
-        return 0
-    tasks = [
-        context.Process(
-            target=work,
-            args=(given.folder, given.stages, tuple(given.models), searches[i :: given.workers]),
+    some = partial(work, given.folder, given.stages, tuple(given.models))
+    try:
+        list(
+            mapped(
+                some, [searches[i :: given.workers] for i in range(given.workers)], given.workers
+            )
         )
-        for i in range(given.workers)
-    ]
-    for task in tasks:
-        task.start()
-    for task in tasks:
-        task.join()
-    return max(abs(task.exitcode or 0) for task in tasks)
+    except KeyboardInterrupt:
+        print("draw: stopped", file=sys.stderr)
+        return 130
+    return 0
 
 
 if __name__ == "__main__":

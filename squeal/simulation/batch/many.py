@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.files.processes import mapped
 from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
@@ -17,7 +18,6 @@ from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.scene.schema import Scene
-from squeal.simulation.batch.processes import mapped
 from squeal.simulation.legs import LIMITS
 from squeal.simulation.run import first_state, off_level
 
@@ -322,5 +322,5 @@ def simulate_many(
         return _Task(model, formulation, some, drag, starts[part], stops[part], *settings)
 
     tasks = map(task, range(0, count, size))
-    chunks = list(map(_work, tasks)) if workers == 1 else mapped(_work, tasks, workers)
+    chunks = list(mapped(_work, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

@@ -12,19 +12,23 @@ A = TypeVar("A")
 B = TypeVar("B")
 
 
-def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> list[B]:
-    """The results of all tasks, in their order, from so many processes.
+def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> Iterator[B]:
+    """The results of all tasks, in their order, from so many processes; of one from this.
 
-    These are started anew by import and stay for later calls, with what they have compiled.
+    Others are started anew by import and stay for later calls, with what they have compiled.
     """
+    if workers == 1:
+        yield from map(work, tasks)
+        return
     pool = _pool(workers)
     try:
         with _held_back():
             begun = [pool.submit(work, task) for task in tasks]
-        return [one.result() for one in begun]
+        for one in begun:
+            yield one.result()
     except BaseException:  # after an interrupt its processes have ended too
         _pool.cache_clear()
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(cancel_futures=True)
         raise
 
 

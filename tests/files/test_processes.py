@@ -1,0 +1,86 @@
+"""Processes that work beside this one: what they give, and how they end."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from squeal.files.processes import mapped
+from tests.conftest import SCENES
+
+SCRIPT = """
+import os, sys, time
+from pathlib import Path
+from squeal.files.processes import mapped
+
+if __name__ == "__mp_main__":  # as a process of the pool imports this
+    (Path(sys.argv[1]) / str(os.getpid())).touch()
+    time.sleep(1.0)
+
+def work(*_):
+    (Path(sys.argv[1]) / f"works {os.getpid()}").touch()
+    time.sleep(30.0)
+
+def tasks():
+    try:
+        list(mapped(work, range(4), 2))
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+
+if __name__ == "__main__":
+    from squeal.analysis import scatter
+    from squeal.article.ensembles import draw
+    from squeal.commands import cli, parts
+
+    scatter._work = parts._write = draw.work = work
+    sys.exit(eval(sys.argv[2])(*(sys.argv[3:] and [sys.argv[3:]])))
+"""
+COMMANDS = {
+    "tasks": ("", "stopped\n"),
+    "cli.main": (
+        f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
+        "squeal: stopped\n",
+    ),
+    "parts.main": ("job.yaml --part 1-of-1 --workers 2 --out job.csv", "job: stopped\n"),
+    "draw.main": ("drawn", "draw: stopped\n"),
+}
+
+
+def test_results_come_in_the_order_of_the_tasks():
+    for workers in (1, 2):
+        assert list(mapped(abs, range(-7, 0), workers)) == [7, 6, 5, 4, 3, 2, 1]
+        with pytest.raises(ValueError, match="non-hexadecimal"):
+            list(mapped(bytes.fromhex, ["word"], workers))
+        assert list(mapped(abs, [-3], workers)) == [3]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    ("command", "begun"),  # processes that work already; else they import
+    [("tasks", 0), *((command, 2) for command in COMMANDS)],
+)
+def test_an_interrupt_is_said_once(tmp_path, command, begun):
+    script, marks = tmp_path / "script.py", tmp_path / "marks"
+    script.write_text(SCRIPT)
+    marks.mkdir()
+    (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
+    (tmp_path / "job.yaml").write_text(
+        f"sweep: {{scene: {SCENES / 'b1-c.yaml'}, values: '0:0.9:13'}}\n"
+    )
+    arguments, words = COMMANDS[command]
+    running = subprocess.Popen(
+        [sys.executable, script, marks, command, *arguments.split()],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=tmp_path,
+    )
+    wanted = 2 + begun
+    while len(list(marks.iterdir())) < wanted and running.poll() is None:
+        time.sleep(0.01)
+    os.killpg(running.pid, 2)
+    _, told = running.communicate()
+    assert (running.returncode, told) == (130, words)
