@@ -20,6 +20,7 @@ DEPTH = 12  # halvings of a step
 DOUBT = 0.25  # of the change: what a prediction may be off by
 NEAR = 1e-3  # of |z|: ... or this, for identity alone
 FINE = 101  # points at which a pair's roots are looked at within a step
+TOUCH = 0.1  # of the way of a root: what a cubic may be off halfway
 
 
 def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
@@ -51,9 +52,10 @@ class Stepper:
         met = foreseen(a, b)
         # half the budget is kept for matches
         several = any(one.doubtful for _, one in met) and len(self.line.states) < self.budget / 2
-        doubt = found.doubt or several
+        doubt = found.doubt or several or found.touch is not None
         if doubt and depth > 0 and len(self.line.states) < self.budget:
-            middle = low + 0.4837 * (high - low)
+            share = 0.4837 if found.doubt or several else found.touch
+            middle = low + share * (high - low)
             self.go(low, middle, depth - 1)
             self.go(middle, high, depth - 1)
             return
@@ -67,6 +69,7 @@ class Stepper:
 class _Matched:
     guesses: list[Guess]
     doubt: bool
+    touch: float | None  # share of the step at which a root may just touch or pass the line
 
 
 class _Step:
@@ -115,7 +118,7 @@ class _Step:
         doubtful = sorted({int(k) for k in left} - taken)
         for single_one in doubtful:  # the best there is if no step can be halved any more
             guesses += self._singles(single_one, False)
-        return _Matched(guesses, bool(doubtful))
+        return _Matched(guesses, bool(doubtful), self._touch(known))
 
     def _on(self, state: State) -> np.ndarray:
         """Roots on the line, as far as rounding tells."""
@@ -157,6 +160,23 @@ class _Step:
         c = hermite_cubic(a, da, b, db)
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
         return values.min(axis=0), values.max(axis=0)
+
+    def _touch(self, known: np.ndarray) -> float | None:
+        """Where a root turns back so close to the line that the cubic does not tell if it passes.
+
+        The cubic's error is t^2 (1 - t)^2 times a constant: none is left next to where it turns.
+        """
+        if not self.line.damped:
+            known = known & self._both_real()
+        c = hermite_cubic(self.za.real, self.da.real, self.zb.real, self.db.real)
+        way = np.maximum(self._reach(), np.abs(self.off.real))
+        with np.errstate(all="ignore"):  # where c' = 0
+            q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
+            t = np.stack([q / (3 * c[3]), c[1] / q])
+            off = TOUCH * 16 * (t * (1 - t)) ** 2 * way
+            part = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) / off
+        near = known & (t > 0) & (t < 1) & (part <= 1) & (off > self.noise)
+        return float(t[near][np.argmin(part[near])]) if near.any() else None
 
     def _monotone(self) -> np.ndarray:
         """Crossings that the prediction tells surely: error small beside the way."""

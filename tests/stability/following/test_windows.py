@@ -64,6 +64,27 @@ def test_two_of_four_undamped_modes_flutter_in_a_window(most):
                 assert grows == (side == (1 if c.direction == "up" else -1))
 
 
+@pytest.mark.parametrize("eps", [1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize("damped", [True, False])
+def test_growth_that_begins_and_soon_turns_back_by_itself(eps, damped, rng):
+    """Damping, or without damping the stiffness, (mu - a)^2 - eps^2: growth for |mu - a| < eps."""
+    X = np.eye(4) + 0.3 * rng.normal(size=(4, 4))
+    for at in rng.uniform(0.05, 0.95, 8):
+
+        def system(mu, at=at):
+            passing = np.diag([(mu - at) ** 2 - eps**2, 0.1, 0.2, 0.1])
+            stiffness = np.diag([4.0, 9.0, 16.0, 25.0])
+            if damped:
+                return X.T @ X, X.T @ passing @ X, X.T @ stiffness @ X
+            return X.T @ X, None, X.T @ (stiffness * (1 - np.eye(4)[0]) + passing) @ X
+
+        found = thresholds(system, 1.0)
+        assert [c.direction for c in found.crossings] == ["up", "down"]
+        assert {c.kind for c in found.crossings} == {"flutter" if damped else "divergence"}
+        near = [at - eps, at + eps]
+        assert [c.mu for c in found.crossings] == pytest.approx(near, abs=1e-3 * eps, rel=0)
+
+
 @pytest.mark.parametrize("damping", [0.0, 2e-4])
 def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     rest = 440
