@@ -52,9 +52,8 @@ class Stepper:
         met = foreseen(a, b)
         # half the budget is kept for matches
         several = any(one.doubtful for _, one in met) and len(self.line.states) < self.budget / 2
-        doubt = found.doubt or several or found.touch is not None
-        if doubt and depth > 0 and len(self.line.states) < self.budget:
-            share = 0.4837 if found.doubt or several else found.touch
+        share = 0.4837 if found.doubt or several else found.touch
+        if share is not None and depth > 0 and len(self.line.states) < self.budget:
             middle = low + share * (high - low)
             self.go(low, middle, depth - 1)
             self.go(middle, high, depth - 1)
