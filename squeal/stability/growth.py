@@ -47,6 +47,13 @@ def counted(pairs: NDArray[np.bool_], reals: NDArray[np.bool_], rates: Array) ->
     return Growth(int(np.sum(pairs)), int(np.sum(reals)), *fastest)
 
 
+def rises(pairs: int, reals: int) -> dict[str, int]:
+    """How many pairs (flutter) and real roots (divergence) cross where so many more grow above; of
+    two divergent ones that join to a growing pair, or come from one, nothing crosses."""
+    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
+    return {"flutter": pairs - joined, "divergence": reals + 2 * joined}
+
+
 def growth_of(reduced: Reduced) -> Growth:
     """What grows in a system in mass-normalised coordinates."""
     if reduced.B is not None:

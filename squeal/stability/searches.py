@@ -45,10 +45,6 @@ class Search:
             float(min(self.high, max(high, mu + half))),
         )
 
-    def frequency(self, family: Family, mu: float) -> float:
-        """Angular frequency (rad/s) of what is at a threshold."""
-        return 0.0 if self.source == "zero" else coalescing(family.roots(mu))
-
 
 def coalescing(s: ComplexArray) -> float:
     """Angular frequency (rad/s) of the two nearest of the roots s = -lambda^2."""

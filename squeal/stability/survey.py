@@ -175,20 +175,15 @@ class Survey:
             if below != above:
                 yield Change(place[0].root.mu, place, below, above)
 
-    def frequency(self, change: Change, kind: str, above: bool, skip: int = 0) -> float:
-        """Angular frequency (rad/s) of what starts or ceases there: of the `skip`-th of its kind.
+    def frequency(self, change: Change, kind: str, above: bool) -> float:
+        """Angular frequency (rad/s) of what starts or ceases there.
 
         `above` tells on which side of the place it grows.
         """
         if kind == "divergence":
             return 0.0
-        announced = [
-            c.search
-            for c in change.candidates
-            if c.search is not None and c.search.source == "coalescence"
-        ]
-        if announced:
-            return announced[min(skip, len(announced) - 1)].frequency(self.family, change.mu)
-        if change.below.pairs == change.above.pairs or change.candidates[0].jump:
+        meets = any(c.search and c.search.source == "coalescence" for c in change.candidates)
+        same = change.below.pairs == change.above.pairs
+        if not meets and (same or change.candidates[0].jump):
             return self.family.growing_frequency(change.mu, kind, above) * 2 * math.pi
         return coalescing(self.family.roots(change.mu))

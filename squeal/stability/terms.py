@@ -98,13 +98,6 @@ class TermSystem:
         """True if all matrices are real, so that roots come in conjugate pairs."""
         return not any(np.iscomplexobj(term.matrix) for _, _, term in self._all())
 
-    @property
-    def nonzeros(self) -> int:
-        """Stored entries of all matrices."""
-        return sum(
-            t.matrix.nnz if is_sparse(t.matrix) else t.matrix.size for _, _, t in self._all()
-        )
-
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
         for name in changes or {}:
@@ -127,9 +120,10 @@ class TermSystem:
                 groups.setdefault("" if term.constant else term.factor.text, []).append(term)
             parts.append(
                 tuple(
-                    Term(self._sum(same, [t.factor.value({}) if not text else 1.0 for t in same]))
-                    if not text
-                    else Term(self._sum(same, [1.0] * len(same)), same[0].factor)
+                    Term(
+                        self._sum(same, [1.0 if text else t.factor.value({}) for t in same]),
+                        same[0].factor if text else ONE,
+                    )
                     for text, same in groups.items()
                 )
             )

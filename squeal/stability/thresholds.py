@@ -15,7 +15,7 @@ from squeal.stability.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.stability.family import UnsuitedError
 from squeal.stability.following.answer import TIGHT, followed
 from squeal.stability.following.scale import divided
-from squeal.stability.growth import GROWING, SMALL
+from squeal.stability.growth import GROWING, SMALL, rises
 from squeal.stability.light import Slow
 from squeal.stability.matrices import (
     Batched,
@@ -42,8 +42,14 @@ def thresholds(
     that none is overlooked is not proved. Raises InputError for an empty range and whatever
     `system` raises.
     """
-    check_system(system, "thresholds")
-    check_range("thresholds", mu_min, mu_max)
+    return _found("thresholds", system, mu_max, breakpoints, mu_min)
+
+
+def _found(
+    asked: str, system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
+) -> Thresholds:
+    check_system(system, asked)
+    check_range(asked, mu_min, mu_max)
     try:
         return _thresholds(system, mu_max, breakpoints, mu_min)
     except LightMassError:
@@ -69,9 +75,7 @@ def critical_points(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> list[CriticalPoint]:
     """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
-    check_system(system, "critical_points")
-    check_range("critical_points", mu_min, mu_max)
-    return thresholds(system, mu_max, breakpoints, mu_min).points
+    return _found("critical_points", system, mu_max, breakpoints, mu_min).points
 
 
 def crossings(
@@ -83,9 +87,7 @@ def crossings(
     crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
     come from one, cross nothing.
     """
-    check_system(system, "crossings")
-    check_range("crossings", mu_min, mu_max)
-    return thresholds(system, mu_max, breakpoints, mu_min).crossings
+    return _found("crossings", system, mu_max, breakpoints, mu_min).crossings
 
 
 def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
@@ -110,29 +112,21 @@ def _axis_crossings(survey: Survey) -> list[Crossing]:
     """The crossings of the axis in a range that has been searched."""
     found = []
     for change in survey.changes():
-        pairs = change.above.pairs - change.below.pairs
-        reals = change.above.reals - change.below.reals
-        # two divergent roots for a growing pair: nothing crosses
-        joined = min(abs(pairs), abs(reals) // 2) if pairs * reals < 0 else 0
-        pairs, reals = (
-            pairs - joined * int(np.sign(pairs)),
-            reals - 2 * joined * int(np.sign(reals)),
-        )
-        events = [("flutter", pairs, k) for k in range(abs(pairs))]
-        events += [("divergence", reals, k) for k in range(abs(reals))]
-        for kind, rise, k in events:
-            omega = survey.frequency(change, kind, rise > 0, k)
-            found.append(
-                Crossing(
-                    change.mu,
-                    kind,
-                    "up" if rise > 0 else "down",
-                    omega / (2 * math.pi),
-                    _interval(_first(change, kind)),
-                    _mode(survey, change.mu, omega),
-                    change.below.verdict != change.above.verdict,
-                )
+        below, above = change.below, change.above
+        for kind, rise in rises(above.pairs - below.pairs, above.reals - below.reals).items():
+            if not rise:
+                continue
+            omega = survey.frequency(change, kind, rise > 0)
+            one = Crossing(
+                change.mu,
+                kind,
+                "up" if rise > 0 else "down",
+                omega / (2 * math.pi),
+                _interval(_first(change, kind)),
+                _mode(survey, change.mu, omega),
+                below.verdict != above.verdict,
             )
+            found += [one] * abs(rise)
     return found
 
 

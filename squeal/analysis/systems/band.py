@@ -9,6 +9,7 @@ import numpy as np
 
 from squeal.stability import CriticalPoint, Crossing
 from squeal.stability.eigen import ComplexArray
+from squeal.stability.following.answer import TIGHT
 from squeal.stability.following.verdicts import (
     Lead,
     Place,
@@ -21,7 +22,6 @@ from squeal.stability.growth import GROWING, Growth, counted
 BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
 SAME = 1e-9  # of the range: crossings closer than this are at one place
 WAYS = ("up", "down")
-TIGHT = 1e-9  # of a value: an interval shorter than this has converged
 
 
 @dataclass

@@ -21,7 +21,7 @@ from squeal.stability.following.verdicts import (
     marks_of,
     verdict_changes,
 )
-from squeal.stability.growth import GROWING, Growth
+from squeal.stability.growth import GROWING, Growth, rises
 from squeal.stability.matrices import System
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
@@ -51,8 +51,8 @@ def followed(
             jump = VerdictChange(a, 0.0, before.verdict, first.verdict, None)
             if before.verdict != first.verdict:
                 points.append(_point(found.line, jump, ()))
-            rises = _rises(before.growth, first.growth)
-            crossings += _counted(found.line, a, (a, a), rises, before.verdict != first.verdict)
+            rise = _rises(before.growth, first.growth)
+            crossings += _counted(found.line, a, (a, a), rise, before.verdict != first.verdict)
         changes = list(_changes(found, marks))
         points += [_point(found.line, c, _located(found, c)) for c in changes]
         crossings += _crossings(found, {c.place: c for c in changes})
@@ -161,10 +161,8 @@ def _level(line: Line, p: float, kind: str) -> float:
 
 def _leading(line: Line, state: State) -> float:
     """Angular frequency (rad/s) of the fastest pair."""
-    z = state.roots
-    rates = z.real if line.damped else np.abs(np.sqrt(-z + 0j).real)
-    pairs = np.abs(z.imag) > state.noise
-    return line.omega(complex(z[np.argmax(np.where(pairs, rates, -np.inf))]))
+    k = np.argmax(np.where(state.oscillates, state.rates, -np.inf))
+    return line.omega(complex(state.roots[k]))
 
 
 def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
@@ -177,31 +175,30 @@ def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> 
                 changing = change is not None and (c in leads or not any(leads))
                 yield c.crossing(_mode(found.line, c), changing, _residual(c))
         else:
-            rises, interval = _rises(below, above), _interval(place)
+            interval = _interval(place)
             assert interval is not None
             yield from _counted(
-                found.line, float(place[0].value), interval, rises, change is not None
+                found.line,
+                float(place[0].value),
+                interval,
+                _rises(below, above),
+                change is not None,
             )
 
 
 def _rises(below: Growth, above: Growth) -> dict[str, int]:
-    """How many more pairs and real roots grow above a place; of two divergent ones that join to a
-    growing pair nothing crosses."""
-    pairs, reals = above.pairs - below.pairs, above.reals - below.reals
-    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
-    return {"flutter": pairs - joined, "divergence": reals + 2 * joined}
+    return rises(above.pairs - below.pairs, above.reals - below.reals)
 
 
 def _counted(
-    line: Line, mu: float, interval: tuple[float, float], rises: dict[str, int], changes: bool
+    line: Line, mu: float, interval: tuple[float, float], rise: dict[str, int], changes: bool
 ) -> Iterator[Crossing]:
     """Crossings of which only the number is known, as at a jump."""
-    for kind, rise in rises.items():
-        if rise:
-            hertz = _fastest(line, interval, kind, rise > 0) / (2 * math.pi)
-            way = "up" if rise > 0 else "down"
-            for _ in range(abs(rise)):
-                yield Crossing(mu, kind, way, hertz, interval, 1, changes, None)
+    for kind, more in rise.items():
+        if more:
+            hertz = _fastest(line, interval, kind, more > 0) / (2 * math.pi)
+            way = "up" if more > 0 else "down"
+            yield from [Crossing(mu, kind, way, hertz, interval, 1, changes, None)] * abs(more)
 
 
 def _mode(line: Line, c: Located) -> int:

@@ -31,13 +31,12 @@ def from_start(line: Line, one: Located) -> Located | None:
 def meetings_at_end(line: Line) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
     state = line.at(line.high)
-    z, noise = state.roots, state.noise
-    on = np.abs(z.real if line.damped else z.imag) <= noise
-    met = on & on[:, None] & (np.abs(z[:, None] - z) <= np.add.outer(noise, noise))
+    on = state.on_line if line.damped else ~state.oscillates
+    met = on & on[:, None] & state.close
     for pair in np.argwhere(np.triu(met, 1)):
         right, left = state.right[:, pair], state.left[:, pair]
         width = AT * (line.high - line.low)
-        yield Guess(line.high, complex(z[pair].mean()), right, left, True, width)
+        yield Guess(line.high, complex(state.roots[pair].mean()), right, left, True, width)
 
 
 def beginning(line: Line, a: float, b: float) -> Iterator[Located]:
@@ -83,8 +82,7 @@ def fastest_first(line: Line, place: Sequence[Located]) -> list[Located]:
     way = 1.0 if inside else -1.0  # at an end what decays fastest inside grows fastest beyond
     state = line.at(place[0].value + way * aside)
     omegas = np.array([line.omega(complex(z)) for z in state.roots])
-    rates = state.roots.real if line.damped else np.abs(np.sqrt(-state.roots + 0j).real)
-    rates = np.where(way * rates > 0, way * rates, -np.inf)
+    rates = np.where(way * state.rates > 0, way * state.rates, -np.inf)
 
     def rate(one: Located) -> float:
         own = np.abs(omegas - one.omega) <= NEAR * max(one.omega, float(omegas.min()))
@@ -96,26 +94,17 @@ def fastest_first(line: Line, place: Sequence[Located]) -> list[Located]:
 def _growing(line: Line, p: float) -> list[float]:
     """Angular frequencies (rad/s) of all that grows at p, 0 for a real root."""
     state = line.at(p)
-    z, noise = state.roots, state.noise
-    pairs, reals = z.imag > noise, np.abs(z.imag) <= noise
-    if line.damped:
-        pairs, reals = pairs & (z.real > noise), reals & (z.real > noise)
-    else:
-        reals &= z.real < -noise
-    return [line.omega(complex(one)) for one in z[pairs]] + [0.0] * int(reals.sum())
+    upper = state.grows & (state.roots.imag > state.noise)
+    reals = state.grows & ~state.oscillates
+    return [line.omega(complex(one)) for one in state.roots[upper]] + [0.0] * int(reals.sum())
 
 
 def _quiet(line: Line, p: float, omega: float) -> bool:
     """True if a root of about this frequency may begin to grow at p: it is on the line, without
     damping together with another one."""
     state = line.at(p)
-    z, noise = state.roots, state.noise
     if not omega:
-        return bool(np.any(np.abs(z) <= noise))
-    near = np.abs([line.omega(complex(one)) - omega for one in z]) <= NEAR * omega
-    if line.damped:
-        return bool(np.any(near & (np.abs(z.real) <= noise)))
-    on = near & (np.abs(z.imag) <= noise) & (z.real >= -noise)
-    z, noise = z[on], noise[on]
-    met = np.abs(z[:, None] - z) <= np.add.outer(noise, noise)
-    return bool(met.sum() > len(z))
+        return bool(np.any(np.abs(state.roots) <= state.noise))
+    near = np.abs([line.omega(complex(one)) - omega for one in state.roots]) <= NEAR * omega
+    on = near & state.on_line
+    return bool(on.any() if line.damped else state.close[np.ix_(on, on)].sum() > on.sum())

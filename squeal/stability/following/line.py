@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.numerics.inverse import inverse
@@ -57,6 +58,34 @@ class State:
     coupling: ComplexArray = field(repr=False)  # (m, m), the slopes on its diagonal
 
     damped: bool
+
+    @cached_property
+    def oscillates(self) -> NDArray[np.bool_]:
+        """Roots of pairs, by more than rounding; all others are real."""
+        return np.abs(self.roots.imag) > self.noise
+
+    @cached_property
+    def on_line(self) -> NDArray[np.bool_]:
+        """Roots that neither grow nor decay, as far as rounding tells."""
+        if self.damped:
+            return np.abs(self.roots.real) <= self.noise
+        return ~self.oscillates & (self.roots.real >= -self.noise)
+
+    @cached_property
+    def grows(self) -> NDArray[np.bool_]:
+        """Roots that grow by more than rounding, of a pair without damping both."""
+        return self.roots.real > self.noise if self.damped else ~self.on_line
+
+    @cached_property
+    def rates(self) -> Array:
+        """Growth rates, without damping of the root that grows; in units of the line's rate."""
+        return self.roots.real if self.damped else np.abs(np.sqrt(-self.roots + 0j).real)
+
+    @cached_property
+    def close(self) -> NDArray[np.bool_]:
+        """Which roots (m, m) rounding does not tell apart."""
+        apart = np.abs(self.roots[:, None] - self.roots)
+        return np.asarray(apart <= np.add.outer(self.noise, self.noise))
 
     @cached_property
     def couplings(self) -> Couplings:
@@ -163,15 +192,8 @@ class Line:
     def growth(self, p: float) -> Growth:
         """What grows at p by more than rounding."""
         state = self.at(p)
-        z, noise = state.roots, state.noise
-        if self.damped:
-            grows, oscillates = z.real > noise, np.abs(z.imag) > noise
-            rates = z.real * self.rate
-        else:
-            oscillates = np.abs(z.imag) > noise
-            grows = oscillates | (z.real < -noise)
-            rates = np.abs(np.sqrt(-z + 0j).real)
-        return counted(grows & oscillates & (z.imag > 0), grows & ~oscillates, rates)
+        upper = state.grows & state.oscillates & (state.roots.imag > 0)
+        return counted(upper, state.grows & ~state.oscillates, state.rates * self.rate)
 
     def bounds(self, p: float) -> tuple[int, int]:
         """At least and at most how many roots (two for a pair) grow at p, rounding considered."""
@@ -180,10 +202,8 @@ class Line:
         if self.damped:
             return int(np.sum(z.real > noise)), int(np.sum(z.real > -noise))
         # of s, one of -lambda^2: each complex one and each negative one gives a growing root
-        sure = (np.abs(z.imag) > noise) | (z.real < -noise)
-        near = np.abs(z[:, None] - z) <= np.add.outer(noise, noise)
-        np.fill_diagonal(near, False)
-        return int(np.sum(sure)), int(np.sum(sure | near.any(axis=1) | (z.real < noise)))
+        near = state.close.sum(axis=1) > 1
+        return int(np.sum(state.grows)), int(np.sum(state.grows | near | (z.real < noise)))
 
     def omega(self, z: complex) -> float:
         """Angular frequency (rad/s) of a root."""

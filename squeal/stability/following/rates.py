@@ -27,14 +27,13 @@ class LineRates:
         if len(self.line.states) > self.most:
             return None
         z, slopes, noise = state.roots, state.slopes, state.noise
-        real = np.abs(z.imag) <= noise
         unit = self.line.rate
         if not self.line.damped:
             half = np.sqrt(-z + 0j)
             half = np.where(half == 0, 1e-300, half)
             z, slopes, noise, unit = half, -slopes / (2 * half), noise / np.abs(2 * half), 1.0
         rates = []
-        for some in (~real, real):
+        for some in (state.oscillates, ~state.oscillates):
             k = int(np.argmax(np.where(some, z.real, -np.inf)))
             grows = bool(some[k] and z[k].real > noise[k])
             rates.append(
@@ -52,8 +51,7 @@ class LineRates:
             return None
         state = self.line.at(sides[0])
         z = state.roots
-        pairs = np.abs(z.imag) > state.noise
-        k = int(np.argmax(np.where(pairs, z.real, -np.inf)))
+        k = int(np.argmax(np.where(state.oscillates, z.real, -np.inf)))
         both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
         right, left = state.right[:, both], state.left[:, both]
         guess = Guess((low + high) / 2, complex(z[k].real), right, left, True, high - low)

@@ -112,7 +112,7 @@ def search(system: System, low: float, high: float) -> Searched:
                 stepper.go(x, y)
         _add(line, stepper, found)
     places = start_as_one(line, _cleaned(line, found))
-    first = _middles(line, [list(p) for p in places])[0]
+    first = _middles(line, places)[0]
     # nothing was seen to cross below the first place, but what grows there may not at the start
     if not explained([], line.growth(low), line.growth(first)):
         places = start_as_one(line, _bisected(line, low, first, []) + places)
@@ -147,7 +147,7 @@ def _places(line: Line, found: list[Located]) -> list[list[Located]]:
     return places
 
 
-def _middles(line: Line, places: list[list[Located]]) -> list[float]:
+def _middles(line: Line, places: Sequence[Sequence[Located]]) -> list[float]:
     at = [line.low, *(p[0].value for p in places), line.high]
     middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
     if places and line.high - places[-1][-1].value <= SAME * (line.high - line.low):
@@ -181,9 +181,8 @@ def explained(place: Sequence[Located], a: Growth, b: Growth) -> bool:
 
 def _steady(line: Line, low: float, high: float, growth: Growth) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
-    number = 2 * growth.pairs + growth.reals
     inside = [s.value for s in line.states if low < s.value < high]
-    return all(least <= number <= most for least, most in map(line.bounds, inside))
+    return all(least <= growth.roots <= most for least, most in map(line.bounds, inside))
 
 
 def _steady_beside(line: Line, place: list[Located], a: float, b: float) -> bool:
@@ -315,9 +314,7 @@ def _coalescing(
 
 def _stretches(line: Line, places: list[tuple[Located, ...]]) -> Iterator[Stretch]:
     at = [line.low, *(p[0].value for p in places), line.high]
-    for (low, high), middle in zip(
-        itertools.pairwise(at), _middles(line, [list(p) for p in places]), strict=True
-    ):
+    for (low, high), middle in zip(itertools.pairwise(at), _middles(line, places), strict=True):
         growth = line.growth(middle)
         yield Stretch(low, high, growth, _counted(line, middle, growth))
 

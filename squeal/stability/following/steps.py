@@ -43,7 +43,6 @@ class Stepper:
     def __init__(self, line: Line, budget: int) -> None:
         self.line, self.budget = line, budget
         self.guesses: list[Guess] = []
-        self.unsettled: list[tuple[float, float]] = []
 
     def go(self, low: float, high: float, depth: int = DEPTH) -> None:
         """Match all roots from low to high and collect what may cross the line."""
@@ -58,8 +57,6 @@ class Stepper:
             self.go(low, middle, depth - 1)
             self.go(middle, high, depth - 1)
             return
-        if found.doubt:
-            self.unsettled.append((low, high))
         self.guesses += found.guesses
         self.guesses += windows(self.line, met, high - low)
 
@@ -83,7 +80,7 @@ class _Step:
         cost = np.abs(b.roots[None, :] - a.roots[:, None] - mean)
         cost = np.where(np.isfinite(cost), cost, 1e300)
         _, order = linear_sum_assignment(cost)
-        self.i, self.j = np.arange(len(order)), order
+        self.j = order
         za, zb = a.roots, b.roots[order]
         da, db = self.h * a.slopes, self.h * b.slopes[order]
         self.noise = np.maximum(a.noise, b.noise[order])
@@ -95,7 +92,7 @@ class _Step:
         guesses: list[Guess] = []
         way = np.abs(zb - za)
         known = np.abs(self.off) <= np.maximum(DOUBT * way, NEAR * np.abs(za)) + 4 * self.noise
-        on_a, on_b = self._on(self.a)[self.i], self._on(self.b)[self.j]
+        on_a, on_b = self.a.on_line, self.b.on_line[self.j]
         first, last = self.a.value == line.low, self.b.value == line.high
         # what lies on the line at one end alone has met another one, unless it starts or ends there
         known &= (on_a == on_b) | (first & on_a) | (last & on_b)
@@ -118,13 +115,6 @@ class _Step:
         for single_one in doubtful:  # the best there is if no step can be halved any more
             guesses += self._singles(single_one, False)
         return _Matched(guesses, bool(doubtful), self._touch(known))
-
-    def _on(self, state: State) -> np.ndarray:
-        """Roots on the line, as far as rounding tells."""
-        z = state.roots
-        if self.line.damped:
-            return np.asarray(np.abs(z.real) <= state.noise)
-        return np.asarray((np.abs(z.imag) <= state.noise) & (z.real >= -state.noise))
 
     def _clear(self) -> np.ndarray:
         """Roots that surely stay on their side of the line."""
@@ -249,7 +239,7 @@ class _Step:
             (s.right[:, [p, q]], s.left[:, [p, q]])
             for s, p, q in ((self.a, k, other), (self.b, int(self.j[k]), int(self.j[other])))
         ]
-        on = self._on(self.a)[[k, other]].all(), self._on(self.b)[[k, other]].all()
+        on = self.a.on_line[[k, other]].all(), self.b.on_line[[k, other]].all()
         if not self.line.damped or any(on):
             yield from self._coalescences(t, m, d, vectors)
         if self.line.damped and not all(on):

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from squeal.stability.cubic import Value
+from squeal.stability.following.steps import hermite_cubic
 from squeal.stability.growth import Growth
 from squeal.stability.roots import refine
 
@@ -137,11 +138,11 @@ def _near(rates: Rates, a: Mark, b: Mark) -> bool:
     first, last = rates.lead(a.value), rates.lead(b.value)
     if first is None or last is None:
         return False
-    h, t = b.value - a.value, np.linspace(0.0, 1.0, 17)
-    rise, da, db = last.value - first.value, h * first.slope, h * last.slope
-    way = first.value + t * (da + t * (3 * rise - 2 * da - db + t * (da + db - 2 * rise)))
+    da, db = (b.value - a.value) * first.slope, (b.value - a.value) * last.slope
+    cubic = hermite_cubic(first.value, da, last.value, db)
+    way = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
     sign = 1.0 if a.verdict == "flutter" else -1.0
-    return bool((sign * way).min() <= abs(rise - (da + db) / 2))
+    return bool((sign * way).min() <= abs(last.value - first.value - (da + db) / 2))
 
 
 def _exchange(rates: Rates, a: Mark, b: Mark) -> tuple[float, float]:
