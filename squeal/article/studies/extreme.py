@@ -8,7 +8,7 @@ from squeal.article.extreme.run import RIGHT, longer, run_case
 from squeal.article.results.extreme import Extreme
 from squeal.errors import InputError
 from squeal.files.provenance import NOT_INSTALLED, version
-from squeal.simulation.reference import TOLERANCE, precision_in_words, used_tolerance
+from squeal.simulation.reference import TOLERANCE, precision_in_words
 
 
 def study(files: Sequence[Path] = (), *, long: bool = False) -> Extreme:
@@ -16,5 +16,5 @@ def study(files: Sequence[Path] = (), *, long: bool = False) -> Extreme:
     if files:
         raise InputError(f"{files[0]}: is not allowed; the suite needs no files")
     outcomes = tuple(run_case(longer(case) if long else case) for case in CASES)
-    how = (used_tolerance(TOLERANCE), precision_in_words(), version("heyoka") == NOT_INSTALLED)
+    how = (TOLERANCE, precision_in_words(), version("heyoka") == NOT_INSTALLED)
     return Extreme(outcomes, RIGHT, *how)

@@ -54,6 +54,8 @@ def compiled(
         i for i in range(len(symbols.NAMES) + law.points + term_count(terms)) if hy.par[i] in used
     )
     how = {"compact_mode": contact is None} | options
+    if fp_type is not float:  # the time goes into the numbers, which no processor has
+        how |= {"compact_mode": True, "opt_level": 0}
     return kept(
         expressions,
         (law.points, highest, tolerance, fp_type.__name__, how),

@@ -25,16 +25,11 @@ LONGEST_LEG = 5000  # steps
 Rates = Callable[[list[Any]], list[Any]]
 
 
-def own_tolerance(tolerance: float) -> float:
-    """Two thirds of the digits asked for: more cost much and, beside doubles, tell nothing."""
-    return max(tolerance ** (2 / 3), TIGHTEST)
-
-
 class MpmathIntegrator(Integrator):
     """Gragg's, Bulirsch's and Stoer's method over one scaled pad, some seconds for a scene.
 
     The coefficients stay the doubles of the pad, so that the difference to a double run is that of
-    the integration alone. The tolerance is `own_tolerance` of the one asked for.
+    the integration alone. The tolerance is at least `TIGHTEST`.
     """
 
     method = "mpmath extrapolation"
@@ -44,7 +39,7 @@ class MpmathIntegrator(Integrator):
 
         self._ops = mpmath.MPContext()
         self._ops.dps = DIGITS
-        self.tolerance = own_tolerance(tolerance)
+        self.tolerance = max(tolerance, TIGHTEST)
         self._model = model
         self.number: Any = self._ops.mpf
         exact = {f.name: self.number(float(getattr(model.c, f.name))) for f in fields(Coefficients)}
