@@ -58,9 +58,24 @@ class Axis:
     @property
     def values(self) -> np.ndarray:
         """The n values, or those of the part."""
-        low, high = self.even(self.low), self.even(self.high)
         numbers = np.arange(*(self.part or (0, self.n)))
+        low, high = self.ends
         return np.asarray(self.uneven(low + (high - low) * (numbers + 0.5) / self.n))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends as the cells are equal in them."""
+        return self.even(self.low), self.even(self.high)
+
+    def at(self, share: Any) -> Any:
+        """Values at shares of the way from low to high."""
+        low, high = self.ends
+        return self.uneven(low + (high - low) * share)
+
+    def share(self, value: Any) -> Any:
+        """What `at` makes values of."""
+        low, high = self.ends
+        return (self.even(value) - low) / (high - low)
 
     def even(self, value: Any) -> Any:
         """Values as the cells are equal in them: themselves or their logarithms."""
@@ -263,10 +278,9 @@ def traced_map(
 
         return close
 
-    first, second = ((a.even(a.low), a.even(a.high)) for a in axes)
     x, y = (a.even(a.values) for a in axes)
     quick = near if not scene.pad_model.linear else None
-    found = outline((first, second), x, y, codes, at, quick)
+    found = outline((axes[0].ends, axes[1].ends), x, y, codes, at, quick)
     corners = (plain(np.moveaxis(part, -1, 0)) for part in (found.segments, found.polygons))
     segments, polygons = (np.moveaxis(part, 0, -1) for part in corners)
     return dataclasses.replace(found, segments=segments, polygons=polygons)

@@ -9,18 +9,11 @@ from control import StateSpace
 from squeal.analysis.eigenvalues import Analysis, analyse, held_system
 from squeal.errors import ComputationError, InputWarning
 from squeal.scene import Scene, takes_scene
+from squeal.stability.loop import state_matrices
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
 LINEAR = 1e-10  # of K: how far from a straight line in mu it may be
 SEEN = 0.37  # between 0 and mu: where that is looked at
-
-
-def first_order(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A (6, 6) of the states (q, q'), and what forces (3,) do to them (6, 3)."""
-    inverse = np.linalg.inv(M)
-    n = len(M)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
-    return A, np.vstack([np.zeros((n, n)), inverse])
 
 
 def _analysed(scene: Scene, mu: float | None) -> Analysis:
@@ -41,7 +34,7 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     allowed, ComputationError if no steady sliding exists.
     """
     analysis = _analysed(scene, mu)
-    A, B = first_order(analysis.matrices.M, analysis.matrices.C, analysis.matrices.K)
+    A, B = state_matrices(analysis.matrices.M, analysis.matrices.C, analysis.matrices.K)
     names = {
         "states": list(STATES),
         "inputs": ["force x", "force y", "moment"],
@@ -76,7 +69,7 @@ def friction_plant(scene: Scene, mu: float | None = None) -> StateSpace:
         raise ComputationError(
             "friction is no plain gain here: stiffness or damping is not linear in mu"
         )
-    A, B = first_order(M, C, K0)
+    A, B = state_matrices(M, C, K0)
     rows = K1 - K0
     names = {
         "states": list(STATES),

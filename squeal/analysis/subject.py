@@ -7,7 +7,7 @@ from squeal.files.place import Place
 from squeal.files.values import Number
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene
-from squeal.stability.matrices import Matrices, System
+from squeal.stability.matrices import System
 from squeal.stability.terms import TermSystem
 
 Subject = Scene | TermSystem
@@ -94,12 +94,7 @@ def varied(subject: Subject, values: dict[str, float]) -> Subject:
 
 def dense(system: TermSystem) -> System:
     """The system with plain arrays."""
-
-    def full(mu: float) -> Matrices:
-        M, C, K = system(mu)
-        return M.toarray(), None if C is None else C.toarray(), K.toarray()
-
-    return full if system.sparse else system
+    return (lambda mu: system.arrays({system.parameter: mu})) if system.sparse else system
 
 
 def critical_of(subject: Subject, high: float) -> CriticalFriction:

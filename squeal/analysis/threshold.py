@@ -45,7 +45,7 @@ class Threshold:
 
     def parameters(self, u: np.ndarray) -> np.ndarray:
         """Both parameters at u (2,)."""
-        return np.array([value_at(axis, share) for axis, share in zip(self.axes, u, strict=True)])
+        return np.array([axis.at(share) for axis, share in zip(self.axes, u, strict=True)])
 
     def model(self, u: np.ndarray) -> PadModel:
         """The pad at u (2,), damped as the scene says. Raises InputError out of its range."""
@@ -81,8 +81,8 @@ class Threshold:
         """Derivatives by one entry of u with q held."""
         axis = self.axes[i]
         found = change(model, q, self.state, axis.name, held=True)
-        span = axis.even(axis.high) - axis.even(axis.low)
-        rate = span * (value_at(axis, u[i]) * math.log(10.0) if axis.log else 1.0)
+        low, high = axis.ends
+        rate = (high - low) * (axis.at(u[i]) * math.log(10.0) if axis.log else 1.0)
         found = Change(*(rate * part for part in vars(found).values()))
         damping = self.scene.damping
         if damping is None or damping.matrix is not None:
@@ -103,8 +103,7 @@ class Threshold:
         m = linearise(model, q, self.state)
         if self.kind == "flutter" and m.C.any():
             spectrum = complex_eigenvalues(m.M, m.C, m.K)
-            near = np.where(spectrum.values.imag > 0.0, spectrum.values.imag, np.inf)
-            k = int(np.argmin(np.abs(near - self.omega) + np.abs(spectrum.values.real)))
+            k = self._pair(spectrum.values)
             rates = [
                 sensitivities(m.M, m.C, m.K, dM=w.M, dC=w.C, dK=w.K, spectrum=spectrum)[k].real
                 for w in ways
@@ -123,6 +122,11 @@ class Threshold:
         stack = np.array(changes).transpose(1, 2, 0) / size
         slope = complex_step(of, A[..., None] / size + 0.0 * stack, along=stack)
         return float(of((A / size)[..., None])[0]), slope
+
+    def _pair(self, values: np.ndarray) -> int:
+        """Which of the eigenvalues (m,) is that of the pair that starts to grow, with damping."""
+        near = np.where(values.imag > 0.0, values.imag, np.inf)
+        return int(np.argmin(np.abs(near - self.omega) + np.abs(values.real)))
 
     def quiet(self, z: np.ndarray) -> bool:
         """True if the contact is that of the gaps, no other mode grows, and stability is lost."""
@@ -165,16 +169,10 @@ class Threshold:
         m = linearise(model, q, self.state)
         if m.C.any():
             values = complex_eigenvalues(m.M, m.C, m.K).values
-            near = np.where(values.imag > 0.0, values.imag, np.inf)
-            return float(near[np.argmin(np.abs(near - self.omega) + np.abs(values.real))])
+            return float(values.imag[self._pair(values)])
         s = np.linalg.eigvals(np.linalg.solve(m.M, m.K))
         pairs = [(abs(s[i] - s[j]), (s[i] + s[j]).real / 2) for i, j in ((0, 1), (0, 2), (1, 2))]
         return math.sqrt(max(min(pairs)[1], 0.0))
-
-
-def value_at(axis: Axis, share: float) -> float:
-    low, high = axis.even(axis.low), axis.even(axis.high)
-    return float(axis.uneven(low + (high - low) * share))
 
 
 def _determinant(A: np.ndarray) -> np.ndarray:

@@ -142,11 +142,7 @@ def _bisected(
     names = (axes[0].name, axes[1].name)
 
     def at(u: np.ndarray) -> Found:
-        spans = [axis.even(axis.high) - axis.even(axis.low) for axis in axes]
-        rows = zip(axes, spans, u, strict=True)
-        return codes_at(
-            scene, names, np.array([a.uneven(a.even(a.low) + span * row) for a, span, row in rows])
-        )
+        return codes_at(scene, names, np.array([a.at(row) for a, row in zip(axes, u, strict=True)]))
 
     for _ in range(HALVINGS):
         middle = (quiet + loud) / 2
@@ -196,7 +192,7 @@ def threshold_curves(
         if curve is None:
             continue
         found.append(curve)
-        shares = np.array([_shares(axes, p) for p in curve.points])
+        shares = np.array([a.share(p) for a, p in zip(axes, curve.points.T, strict=True)]).T
         left = [k for k in left if _distance(shares, quiet[:, k]) > 0.1 * cell]
     return tuple(found)
 
@@ -243,15 +239,6 @@ def _started(local: Threshold, z: np.ndarray, across: int) -> np.ndarray | None:
             near = np.linalg.norm(new[-2:] - z[-2:]) < NEAR
             return new if near and local.quiet(new) else None
     return None
-
-
-def _shares(axes: tuple[Axis, Axis], point: np.ndarray) -> np.ndarray:
-    return np.array(
-        [
-            (a.even(value) - a.even(a.low)) / (a.even(a.high) - a.even(a.low))
-            for a, value in zip(axes, point, strict=True)
-        ]
-    )
 
 
 def _distance(line: np.ndarray, place: np.ndarray) -> float:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from squeal.errors import InputError
 from squeal.files.arguments import FILE, takes
@@ -80,14 +81,8 @@ class PlainSystem:
 
     def __call__(self, mu: float) -> tuple[Array, Array | None, Array]:
         """The matrices at mu; C is None for an undamped system."""
-        return self.M, _polynomial(self.C, mu) if self.C else None, _polynomial(self.K, mu)
-
-
-def _polynomial(coefficients: tuple[Array, ...], mu: float) -> Array:
-    result = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        result = result * mu + coefficient
-    return result
+        C = np.asarray(polyval(mu, np.array(self.C))) if self.C else None
+        return self.M, C, np.asarray(polyval(mu, np.array(self.K)))
 
 
 @takes(path=FILE)

@@ -52,7 +52,6 @@ class Part(Kind):
     """A matrix of the system: its rows, a term, or a list of terms, as mappings of `TERM`."""
 
     def allowed(self) -> str:
-        """The three forms in words."""
         return "rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}"
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[dict[str, Any], ...]:
@@ -76,7 +75,6 @@ class Part(Kind):
         return found
 
     def schema(self) -> dict[str, Any]:
-        """Rows, a term or an array of terms."""
         one = TERM.schema()
         one["properties"]["factor"]["type"] = ["string", "number"]
         one["oneOf"] = [{"required": ["file"]}, {"required": ["matrix"]}]
@@ -84,30 +82,29 @@ class Part(Kind):
         return {"anyOf": [Square(most=MOST_ROWS).schema(), one, terms]}
 
 
+NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
+
+
 @dataclass(frozen=True)
 class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
 
     def allowed(self) -> str:
-        """Both forms in words."""
         return "a number of at least 0, or a list of them"
 
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
         """The number or the numbers. Raises InputError."""
-        each = Number(low=0.0, low_allowed=True)
         if isinstance(value, list):
             if not value:
                 raise at.must_be(value, self.allowed())
-            return tuple(each.read(one, at / str(i)) for i, one in enumerate(value, 1))
-        return each.read(value, at)
+            return tuple(NOT_NEGATIVE.read(one, at / str(i)) for i, one in enumerate(value, 1))
+        return NOT_NEGATIVE.read(value, at)
 
     def schema(self) -> dict[str, Any]:
-        """A number or an array of them."""
-        each = Number(low=0.0, low_allowed=True).schema()
+        each = NOT_NEGATIVE.schema()
         return {"anyOf": [each, {"type": "array", "items": each, "minItems": 1}]}
 
 
-NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
 DAMPING = Group(
     {
         "rayleigh": Key("alpha and beta: C gains alpha M + beta K", Row(2, NOT_NEGATIVE), "1/s, s"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.numerics.formula import Formula
-from squeal.stability.terms import Matrix, Term, TermSystem, is_sparse
+from squeal.stability.terms import Term, TermSystem, dense
 
 MODAL_ROWS = 2000  # modal damping fills its matrix
 
@@ -80,8 +80,3 @@ def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
 
 def _dense_sum(terms: list[Term]) -> np.ndarray:
     return sum(t.factor.value({}) * dense(t.matrix) for t in terms)  # type: ignore[return-value]
-
-
-def dense(matrix: Matrix) -> np.ndarray:
-    """The matrix as a NumPy array."""
-    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)

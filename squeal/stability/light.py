@@ -11,7 +11,6 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.stability.crossing import Thresholds
-from squeal.stability.dampings import dense
 from squeal.stability.matrices import (
     EPS,
     Array,
@@ -21,6 +20,7 @@ from squeal.stability.matrices import (
     light_motions,
     unit_diagonal,
 )
+from squeal.stability.terms import dense
 
 LIGHT = 1e-4  # of the next heavier mass: what is lighter is split off
 ROUNDS = 60

@@ -39,6 +39,15 @@ if TYPE_CHECKING:
 RANK_TOLERANCE = 1e-10  # second over first singular value of the friction term
 
 
+def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
+    """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
+    eye, zero = np.eye(len(M)), np.zeros_like(M, dtype=float)
+    lower = np.linalg.solve(M, np.hstack([-K, -C, eye]))
+    return np.vstack([np.hstack([zero, eye]), lower[:, : -len(M)]]), np.vstack(
+        [zero, lower[:, -len(M) :]]
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class FrictionLoop:
     """M q'' + C q' + K0 q = -b u, r = c q: plant from friction force u to normal reaction r."""
@@ -54,13 +63,10 @@ class FrictionLoop:
         """The plant as control.StateSpace, states (q, q'), input u (N), output r (N)."""
         import control
 
-        n = len(self.M)
-        lower = np.linalg.solve(self.M, np.hstack([-self.K0, -self.C, self.b[:, None]]))
-        A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower[:, : 2 * n]])
-        B = np.concatenate([np.zeros(n), lower[:, 2 * n]])[:, None]
-        output = np.concatenate([self.c, np.zeros(n)])[None, :]
+        A, B = state_matrices(self.M, self.C, self.K0)
+        output = np.concatenate([self.c, np.zeros(len(self.M))])[None, :]
         names = {"inputs": ["friction force"], "outputs": ["normal reaction"]}
-        return control.ss(A, B, output, 0.0, name="friction loop", **names)
+        return control.ss(A, B @ self.b[:, None], output, 0.0, name="friction loop", **names)
 
     def closed(self, mu: float) -> StateSpace:
         """The loop closed with gain mu: its poles are the system's eigenvalues."""

@@ -28,6 +28,11 @@ def is_sparse(matrix: Matrix) -> bool:
     return hasattr(matrix, "tocsc")
 
 
+def dense(matrix: Matrix) -> np.ndarray:
+    """The matrix as a NumPy array."""
+    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
+
+
 @dataclass(frozen=True, eq=False)
 class Term:
     """One matrix (n, n) and the formula that it is multiplied with."""
@@ -144,6 +149,13 @@ class TermSystem:
             )
         self.check_sizes(p, *(0.0 if X is None else _largest(X) for X in (M, C, K)))
         return M, C, K
+
+    def arrays(
+        self, changes: Mapping[str, float] | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """The same as NumPy arrays."""
+        M, C, K = self.at(changes)
+        return dense(M), None if C is None else dense(C), dense(K)
 
     def check_sizes(
         self, p: Mapping[str, float], mass: float, damping: float, stiffness: float

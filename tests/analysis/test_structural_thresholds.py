@@ -28,7 +28,7 @@ def test_the_threshold_is_certified():
 
 def test_a_count_that_disagrees(monkeypatch):
     system, mu, _ = large.with_loss_factor(np.random.default_rng(4))
-    monkeypatch.setattr(critical, "count_roots", lambda *given: Count(3, 1, 0.0))
+    monkeypatch.setattr(critical, "count_roots", lambda *given: Count(3, 1))
     found = system_thresholds(system, 1.4, wanted=REGION)
     assert found.certified is False
     assert found.points[0].mu == pytest.approx(mu, rel=1e-10)

@@ -13,7 +13,6 @@ from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
 from squeal.stability import CriticalPoint, Crossing, thresholds
-from squeal.stability.dampings import dense
 from squeal.stability.eigen import ComplexArray
 from squeal.stability.following.search import search
 from squeal.stability.matrices import ILL, unit_diagonal
@@ -23,7 +22,7 @@ from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.sparse.region import Discs, Rectangle
-from squeal.stability.terms import TermSystem
+from squeal.stability.terms import TermSystem, dense
 
 STEPS = 13  # values at which a reduced system has to be good
 START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero

@@ -13,7 +13,6 @@ from squeal.analysis.systems.wanted import MODES, TERMS, Progress, Wanted, is_sm
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.stability import Judgement, UnstableMode
-from squeal.stability.dampings import dense
 from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
 from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, Reduced, first_order, reduce
@@ -27,7 +26,7 @@ from squeal.stability.sparse.region import Disc, Discs, Rectangle
 from squeal.stability.sparse.scaled import ScaledSystem, quadratic
 from squeal.stability.sparse.spectrum import dense_spectrum
 from squeal.stability.sparse.zeros import slow_noise
-from squeal.stability.terms import Matrix, TermSystem
+from squeal.stability.terms import TermSystem
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
@@ -86,7 +85,7 @@ def system_roots(
         whole = Wanted(wanted.band, wanted.region)
         return system_roots(system, whole, changes, progress).lowest(wanted.modes)
     if is_small(system):
-        return _of_all(system.at(changes), wanted)
+        return _of_all(system.arrays(changes), wanted)
     problem = ScaledSystem(system).at(changes)
     rectangle, limit = wanted.rectangle, None
     if rectangle is not None and wanted.band is not None:
@@ -170,10 +169,10 @@ def noise_at(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> NDArray[np.f
     return np.where(size > 0, np.minimum(error * size, most), 0.0)
 
 
-def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
-    M, C, K = (None if X is None else dense(X) for X in matrices)
-    assert M is not None
-    assert K is not None
+def _of_all(
+    matrices: tuple[np.ndarray, np.ndarray | None, np.ndarray], wanted: Wanted
+) -> SystemRoots:
+    M, C, K = matrices
     words = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved

@@ -9,7 +9,7 @@ from control import StateSpace
 from squeal.analysis.systems.wanted import ALL_ROWS, TERMS
 from squeal.errors import InputError
 from squeal.files.arguments import takes
-from squeal.stability.dampings import dense
+from squeal.stability.loop import state_matrices
 from squeal.stability.terms import TermSystem
 
 
@@ -27,15 +27,10 @@ def system_state_space(
             f"system_state_space: {system.n} rows are not allowed; at most {ALL_ROWS} are, so "
             "reduce the system first"
         )
-    M, C, K = (None if X is None else dense(X) for X in system.at(changes))
-    assert M is not None
-    assert K is not None
+    M, C, K = system.arrays(changes)
     n = len(M)
     C = np.zeros((n, n)) if C is None else C
     if any(np.iscomplexobj(X) for X in (M, C, K)) or np.linalg.matrix_rank(M) < n:
         raise InputError("system_state_space: real matrices and a regular M are required")
-    lower = np.linalg.solve(M, np.hstack([-K, -C, np.eye(n)]))
-    eye, zero = np.eye(n), np.zeros((n, n))
-    A = np.block([[zero, eye], [lower[:, :n], lower[:, n : 2 * n]]])
-    B = np.vstack([zero, lower[:, 2 * n :]])
-    return control.ss(A, B, np.hstack([eye, zero]), zero)
+    A, B = state_matrices(M, C, K)
+    return control.ss(A, B, np.eye(n, 2 * n), np.zeros((n, n)))

@@ -14,7 +14,6 @@ from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
 from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
 from squeal.errors import InputError, InputWarning
 from squeal.files.journal import Checkpoint
-from squeal.stability.dampings import dense
 from squeal.stability.eigen import ordered
 from squeal.stability.sparse.dense import dense_values
 from squeal.stability.sparse.factor import one_thread
@@ -169,10 +168,7 @@ def full_rows(
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
     """The roots of a small system in the band or region, by rising frequency, values alone."""
-    M, C, K = (None if X is None else dense(X) for X in system.at(changes))
-    assert M is not None
-    assert K is not None
-    roots = dense_values(M, C, K)
+    roots = dense_values(*system.arrays(changes))
     if not system.real:
         roots = roots[roots.imag >= 0.0]
     if wanted.band is not None:

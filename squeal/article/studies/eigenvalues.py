@@ -12,6 +12,7 @@ from squeal.errors import ComputationError
 from squeal.files.records import Missing
 from squeal.model.linear import Linearisation
 from squeal.scene import Scene, read_scene
+from squeal.stability.loop import state_matrices
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 
@@ -24,9 +25,7 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     """
     import control
 
-    from squeal.analysis.state_space import first_order
-
-    A, B = first_order(system.M, system.C, system.K)
+    A, B = state_matrices(system.M, system.C, system.K)
     plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))
     with np.errstate(invalid="ignore", divide="ignore"):
         _, ratios, values = control.damp(plant, doprint=False)

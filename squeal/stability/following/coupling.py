@@ -29,7 +29,6 @@ class Couplings:
     l: NDArray[np.intp]
     conjugate: NDArray[np.bool_]
     apart: ComplexArray  # z_k - z_l
-    inverse: ComplexArray  # 1 / (z_k - z_l), 0 where rounding could make them one
     own: ComplexArray  # (2, pairs) W_kk and W_ll
     direct: ComplexArray  # (2, pairs) W
     indirect: ComplexArray  # (2, pairs) T
@@ -65,7 +64,6 @@ class Couplings:
             l,
             conjugate[k, l],
             apart[k, l],
-            inverse[k, l],
             own[pairs[0]],
             W[pairs],
             indirect,

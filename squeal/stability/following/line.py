@@ -34,7 +34,7 @@ from squeal.stability.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.stability.terms import TermSystem, is_sparse
+from squeal.stability.terms import TermSystem, dense
 
 Slopes = Callable[[float], tuple[Array | None, Array | None, Array | None]]
 DIFFERENCE = 1e-6  # of the range: step of the derivative of a function of one parameter
@@ -229,11 +229,9 @@ class _Terms:
         terms = [t.matrix for t in (*system.C, *system.K)]
         if any(np.iscomplexobj(X) for X in terms):
             return None
-        M = _full(system.M[0].matrix)
-        assert M is not None
-        left, right, rounding = _normalising(M)
+        left, right, rounding = _normalising(dense(system.M[0].matrix))
         C, K = (
-            [np.asarray(left @ np.asarray(_full(t.matrix)) @ right) for t in part]
+            [np.asarray(left @ dense(t.matrix) @ right) for t in part]
             for part in (system.C, system.K)
         )
         return _Terms(system, K, C, rounding)
@@ -275,10 +273,8 @@ def norm(A: Array) -> float:
     return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
-def _full(X: object) -> Array | None:
-    if X is None:
-        return None
-    return np.asarray(X.toarray() if is_sparse(X) else X)  # type: ignore[attr-defined]
+def _full(X: Any) -> Array | None:
+    return None if X is None else dense(X)
 
 
 def _vectors(A: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:

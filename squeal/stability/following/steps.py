@@ -28,13 +28,13 @@ def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
     return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
 
 
-def _zeros(cubic: Array) -> list[float]:
-    """Real zeros in 0 <= t <= 1."""
+def zeros_between(cubic: Array) -> list[float]:
+    """Real zeros in 0 <= t <= 1, or next to it, of a cubic by rising powers."""
     if not np.any(cubic[1:]):
         return []
     roots = np.roots(cubic[::-1])
     real = roots[np.abs(roots.imag) < 1e-9].real
-    return sorted(float(t) for t in real if -1e-12 <= t <= 1 + 1e-12)
+    return sorted(float(t) for t in real if -1e-9 <= t <= 1 + 1e-9)
 
 
 class Stepper:
@@ -196,7 +196,7 @@ class _Step:
         if sure:  # on the line at an end of the range: what is beside it follows from the slope
             ends = np.where(np.abs(z.real) <= self.noise[k], 0.0, z.real)
             cubic = hermite_cubic(ends[0], z[1].real, ends[2], z[3].real)
-        for t in _zeros(cubic):
+        for t in zeros_between(cubic):
             value = complex(np.polyval(hermite_cubic(*z)[::-1], t))
             at = self.a if t < 0.5 else self.b
             index = k if t < 0.5 else self.j[k]

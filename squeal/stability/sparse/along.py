@@ -20,7 +20,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.stability.following.line import Line
 from squeal.stability.following.line import State as LineState
 from squeal.stability.following.locate import located
-from squeal.stability.following.steps import hermite_cubic
+from squeal.stability.following.steps import hermite_cubic, zeros_between
 from squeal.stability.following.windows import foreseen, windows
 from squeal.stability.sparse.critical import AxisCrossing, axis_crossing
 from squeal.stability.sparse.factor import one_thread
@@ -59,32 +59,14 @@ class State:
         return np.asarray(self.coupling.diagonal())
 
 
-@dataclass(frozen=True)
-class Step:
-    """A root from one value to the next: its index at both."""
-
-    before: State
-    after: State
-    first: int
-    second: int
-
-    def real_part(self) -> np.ndarray:
-        """The cubic in 0 <= t <= 1 through the real parts and their derivatives, rising powers."""
-        h = self.after.value - self.before.value
-        a, b = self.before.roots[self.first].real, self.after.roots[self.second].real
-        da = h * self.before.slopes[self.first].real
-        db = h * self.after.slopes[self.second].real
-        return hermite_cubic(a, da, b, db)
-
-    def zeros(self) -> Iterator[tuple[float, complex]]:
-        """Values of the parameter at which that cubic vanishes, and the root there."""
-        cubic = self.real_part()
-        zeros = np.roots(cubic[::-1]) if np.any(cubic[1:]) else np.array([])
-        h = self.after.value - self.before.value
-        first, last = self.before.roots[self.first], self.after.roots[self.second]
-        for t in np.sort(zeros[np.abs(zeros.imag) < 1e-9].real):
-            if -1e-9 <= t < 1 + 1e-9:
-                yield self.before.value + t * h, complex(first + t * (last - first))
+def _zeros(before: State, after: State, i: int, j: int) -> Iterator[tuple[float, complex]]:
+    """Where the cubic through the real parts of one root, and their derivatives, vanishes between
+    two values, i and j being its index at both; and the root there."""
+    h = after.value - before.value
+    a, b = before.roots[i], after.roots[j]
+    cubic = hermite_cubic(a.real, h * before.slopes[i].real, b.real, h * after.slopes[j].real)
+    for t in zeros_between(cubic):
+        yield before.value + t * h, complex(a + t * (b - a))
 
 
 class Along:
@@ -149,8 +131,12 @@ class Along:
         """The zeros of the real parts of matched roots, None if a change of sign shows none."""
         result = []
         for i, j in pairs:
-            step = Step(before, after, i, j)
-            zeros = [z for value, root in step.zeros() if (z := self.refined(value, root, step))]
+            ends = before.value, after.value
+            zeros = [
+                z
+                for value, root in _zeros(before, after, i, j)
+                if (z := self.refined(value, root, *ends))
+            ]
             if not zeros and _changes_sign(before.roots[i], after.roots[j]):
                 return None
             result += zeros
@@ -204,10 +190,11 @@ class Along:
                         found.append((state, k))
         return found
 
-    def refined(self, value: float, root: complex, step: Step) -> tuple[State, int] | None:
-        """The zero of the reduced system's real part next to a guess: the last state and the root;
-        None if there is none."""
-        low, high = step.before.value, step.after.value
+    def refined(
+        self, value: float, root: complex, low: float, high: float
+    ) -> tuple[State, int] | None:
+        """The zero of the reduced system's real part next to a guess between two values: the last
+        state and the root; None if there is none."""
         width = high - low
         for _ in range(NEWTON):
             state = self.at(value)

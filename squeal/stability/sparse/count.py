@@ -46,7 +46,6 @@ class Count:
 
     inside: int | None
     evaluations: int  # factorisations
-    largest_step: float  # between phases and rates, rad; below a quarter turn
 
 
 @dataclass(frozen=True)
@@ -92,8 +91,8 @@ class _Outline:
         error = float(np.std(diagonal[k:]) / math.sqrt(PROBES))
         return _Node(place, phase, complex(rate), error)
 
-    def steps(self, a: float, b: float, depth: int = FINEST) -> list[tuple[float, float]] | None:
-        """Changes of the phase from a to b and how far they are from the rates', or None."""
+    def steps(self, a: float, b: float, depth: int = FINEST) -> list[float] | None:
+        """Changes of the phase from a to b, or None."""
         first, last = self.node(a), self.node(b)
         way = last.place - first.place
         foreseen = float(((first.rate + last.rate) / 2 * way).imag)
@@ -103,7 +102,7 @@ class _Outline:
         bent = BEND * (abs(bend) if self.strict else abs(bend.imag))
         most = CLEAR + unsure + bent if self.strict else QUARTER
         if max(unsure, bent) < QUARTER and abs(off) < min(QUARTER, most):
-            return [(foreseen + off, abs(off))]
+            return [foreseen + off]
         if depth == 0:
             return None
         middle = (a + b) / 2
@@ -111,9 +110,9 @@ class _Outline:
         right = None if left is None else self.steps(middle, b, depth - 1)
         return None if left is None or right is None else left + right
 
-    def along(self, nodes: list[float]) -> list[tuple[float, float]] | None:
+    def along(self, nodes: list[float]) -> list[float] | None:
         """The same from each node to the next, or None."""
-        changes: list[tuple[float, float]] = []
+        changes: list[float] = []
         for a, b in itertools.pairwise(nodes):
             found = self.steps(a, b)
             if found is None:
@@ -152,16 +151,16 @@ def count_roots(
         changes = outline.along(nodes)
         evaluations = len(outline.nodes) - (not half)
         if changes is None:
-            return Count(None, evaluations, math.pi)
-        winding = sum(change for change, _ in changes) / (math.pi if half else 2 * math.pi)
+            return Count(None, evaluations)
+        winding = sum(changes) / (math.pi if half else 2 * math.pi)
         counts.append(round(winding) + listed)
         # what agrees with the list is confirmed by it; anything else by two
         # strict looks at steps of half the length
         if counts[-1] == listed or (counts[-1] >= 0 and counts[-1:] == counts[1:][-2:-1]):
-            return Count(counts[-1], evaluations, max(off for _, off in changes))
+            return Count(counts[-1], evaluations)
         outline.strict = True
         nodes = sorted({*nodes, *((a + b) / 2 for a, b in itertools.pairwise(nodes))})
-    return Count(None, evaluations, math.pi)
+    return Count(None, evaluations)
 
 
 def _conjugate(
@@ -192,7 +191,7 @@ def _conjugate(
             if np.max(np.abs(off)) < QUARTER:
                 inside = round(float(np.sum(way + off)) / math.pi)
                 inside += int(np.sum(region.contains(known.values)))
-                return Count(inside, len(logs), float(np.max(np.abs(off))))
+                return Count(inside, len(logs))
         before = foreseen
     return None
 

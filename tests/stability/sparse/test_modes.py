@@ -223,7 +223,7 @@ def test_a_count_that_is_no_list_is_taken_if_two_looks_agree(turns, inside, monk
 
     def along(self, nodes):
         turn = next(looks)
-        return None if turn is None else [(2 * np.pi * turn, 0.1)]
+        return None if turn is None else [2 * np.pi * turn]
 
     monkeypatch.setattr(count._Outline, "along", along)
     w = np.arange(1.0, 31.0)
