@@ -203,7 +203,7 @@ def write_tables(given: argparse.Namespace, spectrum: Spectrum, steps: list[swee
         if steps:
             sweeps.write_sweep(given.table, steps)
         else:
-            sweeps.write_eigenvalues(given.table, spectrum)
+            sweeps.write_eigenvalues(given.table, spectrum.eigenvalues)
 
 
 def run(given: argparse.Namespace) -> Answer:

@@ -1,5 +1,6 @@
 """Sweeps of mu in the queries: as JSON rows, table, CSV and figure; of scenes and plain systems."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from squeal.commands.tables import elided, number
 from squeal.files.writing import picked, write_table
 from squeal.scene import PlainSystem, Scene
 from squeal.stability import Spectrum
+from squeal.stability.eigen import Eigenvalue
 
 LISTED = 8  # frequencies in a line of a table
 NOISE = 1e-9  # of an eigenvalue: growth that is rounding
@@ -80,12 +82,17 @@ def plain_shape_rows(spectrum: Spectrum) -> dict[str, Any]:
     return shape_rows(shapes, names, "largest entry 1")
 
 
-def write_eigenvalues(path: Path, spectrum: Spectrum) -> None:
-    """A row for each eigenvalue, with its backward error and condition."""
+def root_row(e: Eigenvalue) -> dict[str, Any]:
+    """An eigenvalue with its backward error and condition; None where that is infinite."""
+    condition = e.condition if math.isfinite(e.condition) else None
+    return e.to_dict() | {"residual": e.residual, "condition": condition}
+
+
+def write_eigenvalues(path: Path, eigenvalues: Sequence[Eigenvalue]) -> None:
+    """A row for each eigenvalue, as `root_row`."""
     units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
     columns = units | {"residual": "", "condition": ""}
-    rows = ([*e.to_dict().values(), e.residual, e.condition] for e in spectrum.eigenvalues)
-    write_table(path, columns, rows)
+    write_table(path, columns, ([*root_row(e).values()] for e in eigenvalues))
 
 
 def sweep_rows(steps: Sequence[Step], contact: bool) -> list[dict[str, Any]]:

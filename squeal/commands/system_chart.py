@@ -57,7 +57,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
         names = (sides[0].name, sides[1].name)
         values = (sides[0].values, sides[1].values)
         draw_chart(given.figure, system.name, names, values, found.codes)
-    inputs, wanted = [given.source.file, *file.inputs], wanted_of(given)
+    inputs = [given.source.file, *file.inputs]
     return Answer(lambda: _data(found, wanted), lambda: _text(found, wanted), inputs)
 
 

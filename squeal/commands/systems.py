@@ -17,7 +17,7 @@ from squeal.analysis.systems.wanted import Wanted, extent, is_small
 from squeal.commands.base import Answer
 from squeal.commands.numbers import few, spaced
 from squeal.commands.outputs import option_of
-from squeal.commands.sweep import plain_shape_rows
+from squeal.commands.sweep import plain_shape_rows, root_row, write_eigenvalues
 from squeal.commands.system_options import (
     check_work,
     progress_of,
@@ -34,10 +34,8 @@ from squeal.files.matrices import fingerprint
 from squeal.files.writing import picked, write_table
 from squeal.scene.terms import SystemFile
 from squeal.stability import Spectrum, UnstableMode, crossings, unstable_modes
-from squeal.stability.dampings import dense
-from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.reduction import Reduction
-from squeal.stability.terms import TermSystem
+from squeal.stability.terms import TermSystem, dense
 
 SAME = 1e-6  # of |lambda|: one root, computed in two ways
 CHECKED = 25  # values of a sweep at which its basis is checked
@@ -166,12 +164,6 @@ def identity(system: TermSystem) -> dict[str, Any]:
             for t in terms
         ],
     }
-
-
-def root_row(e: Eigenvalue) -> dict[str, Any]:
-    """An eigenvalue as a JSON row."""
-    condition = e.condition if np.isfinite(e.condition) else None
-    return e.to_dict() | {"residual": e.residual, "condition": condition}
 
 
 def sweep_row(row: sweeps.SweepRow) -> dict[str, Any]:
@@ -318,9 +310,7 @@ def _write(
         if swept.rows:
             write_sweep(given.table, system.parameter, swept.rows)
         else:
-            units = {"real": "1/s", "imag": "rad/s", "frequency_hz": "", "damping_ratio": ""}
-            units |= {"residual": "", "condition": ""}
-            write_table(given.table, units, ([*root_row(e).values()] for e in roots.eigenvalues))
+            write_eigenvalues(given.table, roots.eigenvalues)
     if given.figure is not None and given.shape is None:
         from squeal.plots.systems import draw_roots, draw_system_sweep
 

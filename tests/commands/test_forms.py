@@ -1,5 +1,7 @@
 """The short and the general form of one system: the same ranges, keys and answers; no scenes."""
 
+import json
+
 import pytest
 
 from tests.commands.calls import answer, assert_refused, run
@@ -86,3 +88,14 @@ def test_what_takes_a_scene_says_so(forms, capsys, command):
         assert err == (
             f"squeal: {path}: M: a system of matrices is not allowed here; it must be a scene\n"
         )
+
+
+def test_a_table_leaves_out_the_condition_of_a_root_without_one(tmp_path, capsys):
+    """K = [[0, 1], [0, 0]] has one vector for four roots of zero."""
+    files = {"short": "K0: [[0, 1], [0, 0]]\n", "general": "K: [{matrix: [[0, 1], [0, 0]]}]\n"}
+    for name, rows in files.items():
+        path, table = tmp_path / f"{name}.yaml", tmp_path / f"{name}.json"
+        path.write_text(f"M: [[1, 0], [0, 1]]\n{rows}")
+        assert run(capsys, "eigenvalues", path, "--table", table)[0] == 0
+        found = json.loads(table.read_text())["rows"]
+        assert [row["condition"] for row in found] == [None] * 4
