@@ -21,7 +21,6 @@ from squeal.stability import (
     Batched,
     CriticalPoint,
     Crossing,
-    Matrices,
     System,
     thresholds,
 )
@@ -146,22 +145,9 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
     """
     model = damped_model(scene)
     if model.linear:
-
-        def at_origin(mu: float) -> Matrices:
-            matrices = about_origin(model.replace(mu=mu))
-            return matrices.M, matrices.C, matrices.K
-
-        return at_origin, None
+        return lambda mu: about_origin(model.replace(mu=mu)), None
     path = Path.of(model, mu_max)
-
-    def one(mu: float) -> Matrices:
-        at = path.linearisation(mu)
-        return at.M, at.C, at.K
-
-    def many(mus: list[float]) -> list[Matrices]:
-        return [(at.M, at.C, at.K) for at in path.linearisations(mus)]
-
-    return Batched(one, many), path
+    return Batched(path.linearisation, path.linearisations), path
 
 
 def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:

@@ -18,7 +18,7 @@ from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
-from squeal.stability import Judgement, Matrices, Spectrum, System, judge
+from squeal.stability import Judgement, Spectrum, System, judge
 
 _AT_ORIGIN = "about the origin, full contact"
 
@@ -90,25 +90,20 @@ def article_linearisation(scene: Scene) -> Analysis:
 
 def _about_origin(model: PadModel) -> Analysis:
     at = about_origin(model)
-    found = roots_and_verdict(at.M, at.C, at.K)
+    found = roots_and_verdict(*at)
     return Analysis(model.name, (0.0, 0.0, 0.0), None, model.full, _AT_ORIGIN, at, *found)
 
 
 def _about(model: PadModel, e: Equilibrium, how: str) -> Analysis:
     at = at_equilibrium(model.replace(mu=e.mu), e)
-    found = (*roots_and_verdict(at.M, at.C, at.K), e.on_branch, e.warnings)
+    found = (*roots_and_verdict(*at), e.on_branch, e.warnings)
     return Analysis(model.name, e.q, e.R_n, e.state, how, at, *found)
 
 
 def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:
     """mu -> (M, C, K) of the scene's pad with the equilibrium held where it is."""
     own, q = damped_model(scene), np.array(at.q)
-
-    def system(mu: float) -> Matrices:
-        matrices = linearise(own.replace(mu=mu), q, at.state)
-        return matrices.M, matrices.C, matrices.K
-
-    return system
+    return lambda mu: linearise(own.replace(mu=mu), q, at.state)
 
 
 @takes_scene
@@ -144,8 +139,7 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     model = damped_model(scene)
     judged = []
     for found in _with_taken(find_all(model), sliding_equilibrium(model)[0], scene.pad.w):
-        matrices = at_equilibrium(model, found)
-        judged.append((found, judge(matrices.M, matrices.C, matrices.K)))
+        judged.append((found, judge(*at_equilibrium(model, found))))
     return judged
 
 

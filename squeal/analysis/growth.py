@@ -51,7 +51,7 @@ def fit(scene: Scene, at: Equilibrium) -> Fit | None:
     """
     model = damped_model(scene).replace(mu=at.mu)
     matrices = at_equilibrium(model, at)
-    mode = complex_eigenvalues(matrices.M, matrices.C, matrices.K).dominant
+    mode = complex_eigenvalues(*matrices).dominant
     if mode.value.imag == 0.0:
         return None
     period = 2 * np.pi / abs(mode.value.imag)

@@ -144,9 +144,7 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     for name in parameters(model):
         by = change(model, q, analysis.state, name, held=scene.pad_model.linear)
         by = replace(by, C=by.C + damping.get(name, 0.0))
-        found[name] = sensitivities(
-            m.M, m.C, m.K, dM=by.M, dC=by.C, dK=by.K, spectrum=analysis.spectrum
-        )
+        found[name] = sensitivities(*m, dM=by.M, dC=by.C, dK=by.K, spectrum=analysis.spectrum)
     return found
 
 

@@ -34,7 +34,7 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     allowed, ComputationError if no steady sliding exists.
     """
     analysis = _analysed(scene, mu)
-    A, B = state_matrices(analysis.matrices.M, analysis.matrices.C, analysis.matrices.K)
+    A, B = state_matrices(*analysis.matrices)
     names = {
         "states": list(STATES),
         "inputs": ["force x", "force y", "moment"],

@@ -102,11 +102,10 @@ class Threshold:
             return gap, np.array([way.gaps[self.point] for way in ways]) / height
         m = linearise(model, q, self.state)
         if self.kind == "flutter" and m.C.any():
-            spectrum = complex_eigenvalues(m.M, m.C, m.K)
+            spectrum = complex_eigenvalues(*m)
             k = self._pair(spectrum.values)
             rates = [
-                sensitivities(m.M, m.C, m.K, dM=w.M, dC=w.C, dK=w.K, spectrum=spectrum)[k].real
-                for w in ways
+                sensitivities(*m, dM=w.M, dC=w.C, dK=w.K, spectrum=spectrum)[k].real for w in ways
             ]
             return float(spectrum.values[k].real) / self.omega, np.array(rates) / self.omega
         A = np.linalg.solve(m.M, m.K)
@@ -144,7 +143,7 @@ class Threshold:
     def _lost(self, model: PadModel, q: np.ndarray) -> bool:
         """True if a mode grows once the contact has changed, or the branch turns back there."""
         beyond = linearise(model, q, self.state.flip(self.point))
-        values = complex_eigenvalues(beyond.M, beyond.C, beyond.K).values
+        values = complex_eigenvalues(*beyond).values
         before = np.linalg.det(linearise(model, q, self.state).K)
         turns = bool(before * np.linalg.det(beyond.K) < 0.0)
         return turns or float(values.real.max()) > GROWS * float(np.abs(values).max())
@@ -152,7 +151,7 @@ class Threshold:
     def _others(self, model: PadModel, q: np.ndarray) -> np.ndarray:
         """Real parts over the spectral radius of the modes that are not at their threshold."""
         m = linearise(model, q, self.state)
-        values = complex_eigenvalues(m.M, m.C, m.K).values
+        values = complex_eigenvalues(*m).values
         size = np.abs(values).max()
         if self.kind == "contact":
             return np.asarray(values.real / size)
@@ -168,7 +167,7 @@ class Threshold:
             return 0.0
         m = linearise(model, q, self.state)
         if m.C.any():
-            values = complex_eigenvalues(m.M, m.C, m.K).values
+            values = complex_eigenvalues(*m).values
             return float(values.imag[self._pair(values)])
         s = np.linalg.eigvals(np.linalg.solve(m.M, m.K))
         pairs = [(abs(s[i] - s[j]), (s[i] + s[j]).real / 2) for i, j in ((0, 1), (0, 2), (1, 2))]

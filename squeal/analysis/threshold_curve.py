@@ -217,7 +217,7 @@ def _with_pair(local: Threshold, z: np.ndarray) -> Threshold:
     m = linearise(local.model(u), q, local.state)
     if local.kind != "flutter" or not m.C.any():
         return local
-    values = complex_eigenvalues(m.M, m.C, m.K).values
+    values = complex_eigenvalues(*m).values
     pair = values[np.argmax(np.where(values.imag > 0.0, values.real, -np.inf))]
     return Threshold(
         local.scene, local.axes, local.kind, local.state, local.point, float(pair.imag)

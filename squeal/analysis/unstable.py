@@ -13,7 +13,7 @@ def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     An onset is None where the mode grows without friction, or where the equilibrium does not lie
     on the branch that begins there, or lies beyond a fold of it.
     """
-    own, mu = (analysis.matrices.M, analysis.matrices.C, analysis.matrices.K), scene.pad.mu
+    own, mu = analysis.matrices, scene.pad.mu
     grow = unstable_modes(lambda _: own, mu)
     if not grow or mu == 0.0 or not analysis.on_branch:
         return grow

@@ -1,7 +1,6 @@
 """Model B3 and linearisation: Eqs. (21)-(22), and the matrices of complex eigenvalue analysis."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,17 +9,21 @@ from squeal.model.pad import Pad
 from squeal.model.states import State
 
 
-@dataclass(frozen=True)
-class Linearisation:
+class Linearisation(NamedTuple):
     """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units, unwritable."""
 
     M: np.ndarray
     C: np.ndarray
     K: np.ndarray
 
-    def __post_init__(self) -> None:
-        for X in (self.M, self.C, self.K):
-            X.flags.writeable = False
+
+def _matrices(model: PadModel, q: Any, state: State) -> Linearisation:
+    """`linearise` about one place or several, as stacks (3, 3, n) but for M."""
+    C, K = 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
+    found = Linearisation(model.mass_matrix, C, K)
+    for X in found:
+        X.flags.writeable = False
+    return found
 
 
 def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
@@ -29,14 +32,12 @@ def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
     K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by place and
     velocity, exact to rounding; C is zero for the article's pad, which has no damping.
     """
-    return Linearisation(
-        model.mass_matrix, 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
-    )
+    return _matrices(model, q, state)
 
 
 def linearised_at(model: PadModel, q: np.ndarray, state: State) -> list[Linearisation]:
     """`linearise` about each of the places q (3, n); parameters of the pad may be arrays (n,)."""
-    M, C, K = model.mass_matrix, 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
+    M, C, K = _matrices(model, q, state)
     return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(q.shape[1])]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
@@ -25,7 +25,7 @@ class Batched:
     """A system (`one`) of which `many` values of mu together take hardly longer than one."""
 
     one: System
-    many: Callable[[list[float]], list[Matrices]]
+    many: Callable[[list[float]], Sequence[Matrices]]
 
     def __call__(self, mu: float) -> Matrices:
         return self.one(mu)

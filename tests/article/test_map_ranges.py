@@ -75,7 +75,7 @@ def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
     for a1, a2 in beyond.tolist():
         model = scene.pad_model.replace(alpha1=a1, alpha2=a2)
         matrices = [linearise(model, e.q, e.state) for e in find_all(model)]
-        verdicts = [verdict(one.M, one.C, one.K) for one in matrices]
+        verdicts = [verdict(*one) for one in matrices]
         others += bool(verdicts)
         kept += bool({"stable", "marginal"} & set(verdicts))
     assert 0 < found.found <= others

@@ -82,7 +82,7 @@ def test_b3_map_agrees_with_single_matrices():
     for i, a in enumerate(axes[0].values):
         for j, b in enumerate(axes[1].values):
             one = about_origin(scene.pad_model.replace(alpha1=a, alpha2=b))
-            assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
+            assert NAMES[codes[i, j]] == verdict(*one)
 
 
 def test_b3_map_agrees_with_numpy():
@@ -106,7 +106,7 @@ def test_b2_map_agrees_with_single_equilibria():
                 continue
             e, _ = sliding_equilibrium(task.pad_model)
             one = at_equilibrium(task.pad_model, e)
-            assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
+            assert NAMES[codes[i, j]] == verdict(*one)
 
 
 def test_map_over_other_parameters():
@@ -116,7 +116,7 @@ def test_map_over_other_parameters():
     for i, mu in enumerate(axes[0].values):
         for j, k_c in enumerate(axes[1].values):
             one = about_origin(scene.pad_model.replace(mu=mu, k_c=k_c))
-            assert NAMES[codes[i, j]] == verdict(one.M, one.C, one.K)
+            assert NAMES[codes[i, j]] == verdict(*one)
 
 
 def test_shares_are_areas():

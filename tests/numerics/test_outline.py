@@ -97,7 +97,7 @@ def test_undamped_flutter_of_b3_starts_where_the_discriminant_vanishes():
             told = []
             for beside in (mu - 1e-6, mu + 1e-6):
                 one = about_origin(scene.pad_model.replace(mu=beside, alpha1=alpha1))
-                told.append(verdict(one.M, one.C, one.K))
+                told.append(verdict(*one))
             assert told[0] != told[1]
             checked += 1
     assert checked > 10
@@ -130,7 +130,7 @@ def test_b2_boundaries_have_both_verdicts_beside_them():
             pad = scene.pad.replace(alpha1=place[k] + d, alpha2=y[j[k]])
             model = dataclasses.replace(scene, pad=pad).pad_model
             one = at_equilibrium(model, Path.of(model, pad.mu).equilibrium(pad.mu))
-            told.append(verdict(one.M, one.C, one.K))
+            told.append(verdict(*one))
         assert sorted(told) == ["flutter", "marginal"]
 
 

@@ -25,7 +25,7 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     """
     import control
 
-    A, B = state_matrices(system.M, system.C, system.K)
+    A, B = state_matrices(*system)
     plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))
     with np.errstate(invalid="ignore", divide="ignore"):
         _, ratios, values = control.damp(plant, doprint=False)
