@@ -104,10 +104,13 @@ class Statics:
         error = np.fmax(np.max(self.rounding(z), axis=0), TINY)
         return np.asarray(error / np.fmax(self.deepest(z), error))
 
+    def touches(self, z: np.ndarray) -> np.ndarray:
+        """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
+        return np.asarray(np.any(self.gaps(z) <= self.rounding(z), axis=0))
+
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
-        touches = np.any(self.gaps(z) <= self.rounding(z), axis=0)
-        return np.asarray(touches & (self.blur(z) > HIDDEN))
+        return np.asarray(self.touches(z) & (self.blur(z) > HIDDEN))
 
     def why_hidden(self, z: np.ndarray) -> str:
         """Why rounding hides the contact of one pad at z (4,) or (4, 1); empty if it does not."""
@@ -129,8 +132,7 @@ class Statics:
         c, at = self.model.c, pose(np, tuple(self.place(z)))
         one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
         forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two)
-        touches = np.any(self.gaps(z) <= self.rounding(z), axis=0)
-        return np.asarray(touches & (~self.hidden(z) | (c.F_n > 0.0) | forced))
+        return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, state: State) -> bool:
         """True if the gaps at z (4,) tell the state, and the lower face faces the surface.

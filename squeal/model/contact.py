@@ -57,7 +57,6 @@ FORMULATION_CHOICES: dict[str, tuple[str, ...]] = {
     name: key.kind.choices for name, key in FORMULATION.keys.items() if isinstance(key.kind, Word)
 }
 CONSISTENT = Formulation()
-AS_PRINTED = Formulation("mean", "frame", "-")
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from squeal.analysis.systems.chart import NAMES
+from squeal.analysis.systems.sweeps import SweepRow
 from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 from squeal.plots.units import Unit, in_unit, units_of
@@ -20,22 +20,6 @@ NOISE = 1e-9  # of |lambda|: growth that may be rounding
 MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
 STABLE, GROWING = "0.25", "#C8380E"
 NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": GROWING}
-
-
-class Row(Protocol):
-    """One value of a sweep."""
-
-    @property
-    def value(self) -> float:
-        """The parameter."""
-
-    @property
-    def roots(self) -> NDArray[np.complex128]:
-        """Eigenvalues, rad/s."""
-
-    @property
-    def verdict(self) -> str:
-        """The verdict on them."""
 
 
 def _grows(values: np.ndarray) -> np.ndarray:
@@ -62,7 +46,7 @@ def roots_figure(values: np.ndarray) -> Figure:
     return figure
 
 
-def sweep_figure(parameter: str, rows: Sequence[Row]) -> Figure:
+def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
     """Roots over a parameter: frequency and growth rate, and their way in the complex plane.
 
     Points that grow are red; the frequencies that grow anywhere are named where they grow most.
@@ -101,7 +85,7 @@ def sweep_figure(parameter: str, rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Row]) -> None:
+def _background(axes_list: Sequence, x: np.ndarray, rows: Sequence[SweepRow]) -> None:
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     for axes in axes_list:
         for low, high, row in zip(edges, edges[1:], rows, strict=False):
@@ -175,7 +159,7 @@ def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
     save(Drawing(figure, text, f"Roots of {name}", origin(__name__)), path, text=False)
 
 
-def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[Row]) -> None:
+def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[SweepRow]) -> None:
     """Save a sweep as PDF, SVG or PNG."""
     seen = ", ".join(dict.fromkeys(row.verdict for row in rows))
     text = (

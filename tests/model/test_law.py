@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.model.contact import AS_PRINTED, CONSISTENT, MODELS, Formulation, contact_law
+from squeal.model.contact import CONSISTENT, MODELS, Formulation, contact_law
 from squeal.model.mechanics import coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import states
@@ -14,7 +14,7 @@ from tests.conftest import HEYOKA, needs_heyoka, random_pad
 if HEYOKA:
     import heyoka as hy
 
-FORMULATIONS = (CONSISTENT, Formulation("mean"), AS_PRINTED)
+FORMULATIONS = (CONSISTENT, Formulation("mean"), Formulation("mean", "frame", "-"))
 LAWS = [
     contact_law(name, formulation)
     for name, model in MODELS.items()

@@ -7,7 +7,7 @@ import yaml
 
 from squeal.errors import InputError
 from squeal.files.document import DEEPEST, read_document
-from squeal.model.contact import AS_PRINTED, CONSISTENT, MODELS, models_with
+from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
 from squeal.scene import read_scene
 
@@ -227,7 +227,7 @@ def test_forces_over_a_zero_brake_force_are_refused(read):
 def test_formulations(read):
     assert read(text("B2")).formulation == CONSISTENT
     printed = 'formulation: {line_force: mean, delta_from: frame, delta_moment: "-"}\n'
-    assert read(text("B2", more=printed)).formulation == AS_PRINTED
+    assert read(text("B2", more=printed)).formulation == Formulation("mean", "frame", "-")
     assert_refused(
         read, text("B2", more="formulation: {line_force: sum}\n"), "line_force", "integral, mean"
     )

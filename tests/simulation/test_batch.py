@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
-from squeal.model.contact import AS_PRINTED, CONSISTENT, Formulation
+from squeal.model.contact import CONSISTENT, Formulation
 from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
@@ -22,7 +22,8 @@ from tests.simulation.closed import bouncing, upright
 pytestmark = needs_heyoka
 
 STOP = 60.0
-LAWS = [("B1", CONSISTENT), ("B2", CONSISTENT), ("B2", Formulation("mean")), ("B2", AS_PRINTED)]
+PRINTED = Formulation("mean", "frame", "-")
+LAWS = [("B1", CONSISTENT), ("B2", CONSISTENT), ("B2", Formulation("mean")), ("B2", PRINTED)]
 
 
 def some(model, count, seed, **fixed):

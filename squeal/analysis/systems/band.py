@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from squeal.numerics.grouping import together
 from squeal.stability import CriticalPoint, Crossing
 from squeal.stability.eigen import ComplexArray
 from squeal.stability.following.answer import TIGHT
@@ -72,7 +73,7 @@ class Placed:
 def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) -> Placed:
     """Crossings of a band by rising value; `values` from the first to the last are looked at."""
     low, high = values[0], values[-1]
-    groups = _together(rows, SAME * (high - low))
+    groups = together(rows, SAME * (high - low), lambda c: c.mu)
     margin = BESIDE * (high - low)
     beyond = bool(groups) and high - groups[-1][-1].mu <= margin  # what follows is seen there
     edges = [low, *(group[0].mu for group in groups), high + 2 * margin * beyond]
@@ -112,17 +113,6 @@ def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) 
         tuple(unexplained),
         tuple(left.values()),
     )
-
-
-def _together(rows: Sequence[Crossing], near: float) -> list[list[Crossing]]:
-    """Crossings by place: what begins or ends at one value stands together."""
-    groups: list[list[Crossing]] = []
-    for c in rows:
-        if groups and c.mu - groups[-1][-1].mu <= near:
-            groups[-1].append(c)
-        else:
-            groups.append([c])
-    return groups
 
 
 def _leads(group: Sequence[Crossing], change: VerdictChange) -> list[Crossing]:

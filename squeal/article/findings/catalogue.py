@@ -22,7 +22,7 @@ class Finding(NamedTuple):
 FINDINGS = (
     Finding("E1", "Eq. (22i)",
             "The printed K33 lacks the term of spring 2.",
-            lambda s: equations.stiffness_entries(motion.pads(s.b2))),
+            lambda s: equations.stiffness_entries([scene.pad for scene in s.b2.values()])),
     Finding("E2", "Sec. 6",
             "K is a sum of two rank-one matrices, so singular for every pad; the printed one is "
             "not.",

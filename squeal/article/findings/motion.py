@@ -249,8 +249,3 @@ def sliding(study: Study) -> Measured:
         f"{text}; the pad's greatest velocity along the surface is {100 * greatest:.3g} % of V, "
         f"that of its lower face while it touches {100 * face:.3g} %.",
     )
-
-
-def pads(scenes: Mapping[str, Scene]) -> list[Any]:
-    """Pads of the cases, in order."""
-    return [scene.pad for scene in scenes.values()]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 
 from squeal.article.claims.rules import CALM, SWINGS, TRIED
-from squeal.article.report.latex import in_words, number, percent
+from squeal.article.report.latex import counted, in_words, number, percent
 from squeal.article.results.claims import Hammering, Loaded, Settled
 from squeal.article.results.starts import SceneStarts, Starts
 
@@ -52,7 +52,7 @@ def touching(found: Starts) -> str:
     windows = max(
         one.maps[0].windows for one in found.scenes.values() if isinstance(one, SceneStarts)
     )
-    over = "one window" if windows == 1 else f"{windows} windows"
+    over = counted(windows, "window")
     of = (
         f"Of the {starts} starts of Fig.~\\ref{{fig:starts}} in each of {cases} of model B2, "
         f"undamped and over {over}"

@@ -10,6 +10,7 @@ from squeal.article.report import works
 from squeal.article.report.latex import (
     Generated,
     at_most,
+    counted,
     in_words,
     number,
     percent,
@@ -126,7 +127,7 @@ def springs_table(found: LineSprings) -> str:
     rows = {
         what: [
             [
-                f"{words}, {_times(of_case[0].windows)}",
+                f"{words}, {counted(of_case[0].windows, 'time')}",
                 *(f"{getattr(one, what)[0]} / {getattr(one, what)[1]}" for one in of_case),
             ]
             for of_case in zip(*found.starts.values(), strict=True)
@@ -249,10 +250,6 @@ class _Count(NamedTuple):
         return f"{self.of} of {self.starts}, {percent(self.low, 0)} to {percent(self.high, 0)}"
 
 
-def _times(windows: int) -> str:
-    return "one time" if windows == 1 else f"{windows} times"
-
-
 def _starts(found: Starts) -> dict[str, str]:
     scenes = _scenes(found)
     if not scenes:
@@ -287,7 +284,7 @@ def _starts(found: Starts) -> dict[str, str]:
     either = in_words([f"{_cases(most[m])} with {m.upper()}" for m in most if most[m]])
     early = {name: _Count.on(one.maps[0]) for name, one in scenes.items()}
     told = [
-        f"{title(name)} {counts[name]} (over {_times(one.maps[0].windows)} {early[name]})"
+        f"{title(name)} {counts[name]} (over {counted(one.maps[0].windows, 'time')} {early[name]})"
         for name, one in scenes.items()
         if name[-1] in both
     ]
@@ -296,7 +293,9 @@ def _starts(found: Starts) -> dict[str, str]:
         if either
         else "In no case are losses shown to alternate from most of these starts"
     )
-    hammers += f", over {_times(max(one.windows for one in last.values()))} the time of the scene"
+    hammers += (
+        f", over {counted(max(one.windows for one in last.values()), 'time')} the time of the scene"
+    )
     hammers += f", shown with both models in {_cases(both) if both else 'no case'}"
     hammers += f" and undecided in {_cases(undecided)}" if undecided else ""
     hammers += f": {'; '.join(told)}" if told else ""

@@ -7,6 +7,7 @@ from squeal.article.report.latex import in_words, number, typeset
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Onset, Step, Sweep
 from squeal.files.records import Missing
+from squeal.numerics.grouping import together
 
 
 def _mu(value: float) -> str:
@@ -24,12 +25,7 @@ def _at(found: Onset, name: str) -> Sweep | None:
 
 def _span(found: Onset, steps: Sequence[Step]) -> str:
     """The friction of some steps, those in a row together."""
-    runs: list[list[float]] = []
-    for step in steps:
-        if runs and step.mu - runs[-1][-1] < 1.5 * found.step:
-            runs[-1].append(step.mu)
-        else:
-            runs.append([step.mu])
+    runs = together([step.mu for step in steps], 1.5 * found.step, float)
     each = [f"{r[0]:.3g} to {r[-1]:.3g}" if r[1:] else f"{r[0]:.3g}" for r in runs]
     return rf"$\mu =$ {in_words(each)}"
 

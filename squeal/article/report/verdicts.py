@@ -10,7 +10,7 @@ from pathlib import Path
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.lasting import hammering_on
-from squeal.article.report.latex import Generated, in_words, number, percent
+from squeal.article.report.latex import Generated, counted, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
 from squeal.article.results.angles import Angles
 from squeal.article.results.claims import Claims, Hammering, JudgedClaim
@@ -195,8 +195,7 @@ def perpetual(starts: Starts) -> tuple[str, str]:
         return "not judged", "No other starts were simulated"
     words = in_words([f"{percent(share, 0)} in ({name[-1]})" for name, share in kept.items()])
     verdict = "does not hold" if any(kept.values()) else "supported"
-    windows = max(part.windows for part in first.values())
-    over = "one window" if windows == 1 else f"{windows} windows"
+    over = counted(max(part.windows for part in first.values()), "window")
     return (
         verdict,
         f"Over {over} B1 loses no contact from {words} of the other starts of "

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.numerics.grouping import together
 from squeal.stability.following.ends import (
     beginning,
     completed,
@@ -138,13 +139,7 @@ def _same(line: Line, one: Located, other: Located) -> bool:
 
 def _places(line: Line, found: list[Located]) -> list[list[Located]]:
     """Crossings by place: neighbours within rounding stand together."""
-    places: list[list[Located]] = []
-    for one in found:
-        if places and one.value - places[-1][-1].value <= 4 * SAME * (line.high - line.low):
-            places[-1].append(one)
-        else:
-            places.append([one])
-    return places
+    return together(found, 4 * SAME * (line.high - line.low), lambda one: one.value)
 
 
 def _middles(line: Line, places: Sequence[Sequence[Located]]) -> list[float]:

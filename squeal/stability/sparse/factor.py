@@ -32,6 +32,14 @@ class Factor(Protocol):
         """log det A, its imaginary part up to whole turns."""
 
 
+def _solved(solve: Callable[[NDArray], NDArray], right: NDArray, kind: Any) -> NDArray:
+    """What a factor of a type gives; by parts for a complex right side of a real one."""
+    if np.iscomplexobj(right) and kind.kind != "c":
+        real, imaginary = (solve(np.ascontiguousarray(x, kind)) for x in (right.real, right.imag))
+        return np.asarray(real + 1j * imaginary)
+    return np.asarray(solve(right.astype(kind, copy=False)))
+
+
 class _SuperLU:
     def __init__(self, matrix: Any) -> None:
         from scipy.sparse.linalg import splu
@@ -51,13 +59,7 @@ class _SuperLU:
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         trans = "T" if transposed else "N"
-        if np.iscomplexobj(right) and self._type.kind != "c":
-            real, imaginary = (
-                self._lu.solve(np.ascontiguousarray(x, self._type), trans)
-                for x in (right.real, right.imag)
-            )
-            return np.asarray(real + 1j * imaginary)
-        return np.asarray(self._lu.solve(right.astype(self._type, copy=False), trans))
+        return _solved(lambda b: self._lu.solve(b, trans), right, self._type)
 
     def logarithm(self) -> complex:
         return _logarithm(self._lu.U.diagonal(), _odd(self._lu.perm_r) != _odd(self._lu.perm_c))
@@ -89,12 +91,7 @@ class _Mumps:
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         self._mumps.icntl[9] = 2 if transposed else 1
-        if np.iscomplexobj(right) and self._type.kind != "c":
-            real, imaginary = (
-                self._context.solve(x.astype(self._type)) for x in (right.real, right.imag)
-            )
-            return np.asarray(real + 1j * imaginary)
-        return np.asarray(self._context.solve(right.astype(self._type, copy=False)))
+        return _solved(self._context.solve, right, self._type)
 
     def logarithm(self) -> complex:
         mantissa = complex(self._mumps.rinfog[12])
