@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.settings import LIMITS, AdmissibleLimits
+from squeal.equilibrium.settings import LIMITS
 from squeal.equilibrium.statics import Statics
 from squeal.model.mechanics import pose
 
@@ -20,17 +20,16 @@ class Excursion(NamedTuple):
     travel: Any
     reaction: Any
 
-    def beyond(self, limits: AdmissibleLimits = LIMITS) -> np.ndarray:
+    def beyond(self) -> np.ndarray:
         """Which of the three exceeds its limit, shape (3, ...)."""
-        each = (limits.tilt, limits.travel, limits.reaction)
-        pairs = zip(self, each, strict=True)
+        pairs = zip(self, (LIMITS.tilt, LIMITS.travel, LIMITS.reaction), strict=True)
         return np.array([~(np.asarray(value) <= limit) for value, limit in pairs])
 
-    def warnings(self, limits: AdmissibleLimits = LIMITS) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """A sentence for each limit that one equilibrium exceeds."""
         values = (np.degrees(self.tilt), self.travel, self.reaction)
-        bounds = (np.degrees(limits.tilt), limits.travel, limits.reaction)
-        rows = zip(_SENTENCES, values, bounds, self.beyond(limits), strict=True)
+        bounds = (np.degrees(LIMITS.tilt), LIMITS.travel, LIMITS.reaction)
+        rows = zip(_SENTENCES, values, bounds, self.beyond(), strict=True)
         return tuple(
             f"the equilibrium {words.format(value=f'{value:.3g}')}; the model means at most "
             f"{bound:.3g}"

@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.find import least_at_zero
-from squeal.equilibrium.settings import DEFAULT, LIMITS, ContinuationSettings
+from squeal.equilibrium.settings import DEFAULT, LIMITS
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
 from squeal.model.states import State
@@ -92,9 +92,7 @@ def solved(
     return np.where((size < CONVERGED) & upright, side, 0.0)
 
 
-def moved_little(
-    statics: Statics, z: np.ndarray, before: np.ndarray, settings: ContinuationSettings = DEFAULT
-) -> np.ndarray:
+def moved_little(statics: Statics, z: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Where the places z (4, n) are still on the branch of those before.
 
     Beside stiff contact the load displaces the springs by far more than one, the contact's share.
@@ -103,7 +101,7 @@ def moved_little(
     contact = sum(getattr(pad, name) for name in statics.model.law.parameters)
     far = SOFT * contact / np.maximum(pad.k1 + pad.k2, EPS * contact)
     size = np.maximum(1.0, far) + np.max(np.abs(before[:3]), axis=0)
-    return np.asarray(np.max(np.abs(z[:3] - before[:3]), axis=0) < settings.jump * size)
+    return np.asarray(np.max(np.abs(z[:3] - before[:3]), axis=0) < DEFAULT.jump * size)
 
 
 def _seeds(statics: Statics, n: int) -> Iterator[np.ndarray]:
@@ -185,10 +183,7 @@ def _far(model: PadModel, names: tuple[str, ...]) -> np.ndarray | None:
 
 
 def branch_ends(
-    statics: Statics,
-    names: tuple[str, ...],
-    mu: np.ndarray,
-    settings: ContinuationSettings = DEFAULT,
+    statics: Statics, names: tuple[str, ...], mu: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Equilibria (4, n) on the branches from mu = 0; the determinant's sign, 0 short of mu.
 
@@ -198,16 +193,16 @@ def branch_ends(
     z, side = rests(statics, names, mu.size)
     reached = (side != 0.0) & (mu == 0.0)
     active = (side != 0.0) & ~reached
-    step = settings.first_share * mu
+    step = DEFAULT.first_share * mu
     while active.any():
         index = np.flatnonzero(active)
         part = dataclasses.replace(statics, model=subset(statics.model, names, index))
         trial, before = z[:, index], z[:, index]
         trial[3] = np.minimum(trial[3] + step[index], mu[index])
         good = solved(part, names, trial, 8) == side[index]
-        good &= moved_little(part, trial, before, settings)
+        good &= moved_little(part, trial, before)
         z[:, index[good]] = trial[:, good]
-        step[index] *= np.where(good, settings.growth, 0.5)
+        step[index] *= np.where(good, DEFAULT.growth, 0.5)
         reached |= active & (z[3] >= mu)
-        active &= ~reached & (step > settings.shortest_share * mu)
+        active &= ~reached & (step > DEFAULT.shortest_share * mu)
     return z, np.where(reached, side, 0.0)

@@ -41,11 +41,11 @@ def draw_eigenvalues(axes: Axes, values: np.ndarray, beside: np.ndarray | None =
         axes.legend(loc="lower right", borderaxespad=0.4)
 
 
-def eigenvalue_figure(values: np.ndarray, beside: np.ndarray | None = None) -> Figure:
+def eigenvalue_figure(values: np.ndarray) -> Figure:
     """Eigenvalues alone."""
     with style():
         figure = Figure(figsize=(SINGLE, 2.9))
-        draw_eigenvalues(figure.add_subplot(), values, beside)
+        draw_eigenvalues(figure.add_subplot(), values)
     return figure
 
 

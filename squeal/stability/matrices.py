@@ -268,6 +268,12 @@ def _frobenius(X: Array) -> Array:
         return np.asarray(np.ldexp(np.sqrt(np.einsum("...ij,...ij->...", X, X)), exponent))
 
 
+def norm_of(A: Any) -> float:
+    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array."""
+    size = abs(A)
+    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
+
+
 def noise_of(A: Any, rounding: float = 4 * EPS) -> float:
     """Singular values of A (n, n) up to this are rounding, of a relative size."""
     return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))

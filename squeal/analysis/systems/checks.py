@@ -1,13 +1,13 @@
 """What can be said of matrices before anything is solved: symmetry, definiteness, condition."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from squeal.scene.terms import SystemFile
+from squeal.stability.matrices import norm_of
 from squeal.stability.sparse.factor import factorise
-from squeal.stability.sparse.quadratic import norm_of
+from squeal.stability.sparse.growth import definite
 from squeal.stability.terms import Matrix, TermSystem
 
 SYMMETRIC = 1e-12  # of the largest entry
@@ -44,25 +44,6 @@ def condition(matrix: Any) -> float:
     return 1.0 / (largest * float(abs(scaled).sum(axis=0).max()))
 
 
-def is_definite(matrix: Any) -> bool:
-    """True if a symmetric CSC array is positive definite: all pivots of its LDL' are positive."""
-    from scipy.sparse.linalg import splu
-
-    if np.any(matrix.diagonal() <= 0.0):
-        return False
-    try:
-        lu = splu(
-            matrix,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:
-        return False
-    on_diagonal = np.array_equal(lu.perm_r, lu.perm_c)
-    return bool(on_diagonal and np.all(lu.U.diagonal() > 0.0))
-
-
 def told_of(name: str, matrix: Matrix) -> str:
     """Symmetry, definiteness and condition of M or K in words."""
     from scipy.sparse import csc_array
@@ -75,7 +56,7 @@ def told_of(name: str, matrix: Matrix) -> str:
         reciprocal = condition(sparse)
         if reciprocal <= SINGULAR:
             parts.append("numerically singular")
-        elif parts[0] == "symmetric" and is_definite(sparse):
+        elif parts[0] == "symmetric" and definite(sparse):
             parts.append("positive definite")
         else:
             parts.append("regular")
@@ -83,9 +64,9 @@ def told_of(name: str, matrix: Matrix) -> str:
     return ", ".join(parts)
 
 
-def system_checks(system: TermSystem, changes: Mapping[str, float] | None = None) -> dict[str, str]:
-    """What is to be said of M, C and K at the parameters, some of them changed."""
-    M, C, K = system.at(changes)
+def system_checks(system: TermSystem) -> dict[str, str]:
+    """What is to be said of M, C and K at the system's parameters."""
+    M, C, K = system.at()
     found = {"M": told_of("M", M), "K": told_of("K", K)}
     if C is not None and norm_of(C):
         found["C"] = "symmetric" if is_symmetric(C) else "not symmetric"

@@ -31,6 +31,7 @@ from squeal.stability.matrices import (
     checked,
     first_order,
     matrices_at,
+    norm_of,
     reduce,
     unit_diagonal,
 )
@@ -179,7 +180,7 @@ class Line:
             coupling = left[rows].conj().T @ moved.view(complex)
             coupling = np.nan_to_num(coupling / across[:, None])
         error = 2 * len(A) * min(rounding, 4 * EPS) / 4
-        noise = norm(A) * np.minimum(error * condition, np.sqrt(error))
+        noise = norm_of(A) * np.minimum(error * condition, np.sqrt(error))
         return State(p, roots, coupling.diagonal(), right, left, noise, coupling, self.damped)
 
     def hides(self, p: float) -> bool:
@@ -265,12 +266,6 @@ def _normalising(M: Array) -> tuple[Any, Any, float]:
             ) from None
         return np.linalg.inv(M), np.eye(len(M)), EPS * condition
     return reduced.T.T, reduced.T, reduced.rounding
-
-
-def norm(A: Array) -> float:
-    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm."""
-    size = np.abs(A)
-    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
 def _full(X: Any) -> Array | None:

@@ -8,10 +8,10 @@ import numpy as np
 from squeal.numerics.inverse import near_singular
 from squeal.stability.crossing import Crossing
 from squeal.stability.following.coupling import ComplexArray
-from squeal.stability.following.line import Line, norm
+from squeal.stability.following.line import Line
 from squeal.stability.following.pairs import SURE, pair_at
 from squeal.stability.following.windows import Guess
-from squeal.stability.matrices import EPS
+from squeal.stability.matrices import EPS, norm_of
 
 STEPS = 25
 CONVERGED = 4 * EPS
@@ -59,7 +59,7 @@ def _refined_vectors(
     from scipy.linalg import lu_solve
 
     x, y = right, left
-    size = norm(A)
+    size = norm_of(A)
     for _ in range(3):
         shift = z + 1e-14 * size * (1 + 1j)
         factor = near_singular(A - shift * np.eye(len(A)))
@@ -132,7 +132,7 @@ def _beside(line: Line, guess: Guess) -> Located | None:
             z = complex(roots[np.argmin(np.abs(roots.real))])
             half = (z - near) or 1e-300
             slope = complex(pair.mean_slope + (pair.d_slope + 2 * move * pair.d_bend) / (2 * half))
-            size = norm(line.both(p)[0])
+            size = norm_of(line.both(p)[0])
             noise = abs(pair.noise / (2 * half)) + EPS * size
             real = bool(abs(z.imag) <= max(1e-9 * float(np.abs(roots).max()), noise))
             wide = 2 * noise / max(abs(slope.real), 1e-300) + abs(move) + 2 * EPS * abs(p)
@@ -172,13 +172,13 @@ def _passing(line: Line, guess: Guess) -> Located | None:
         if abs(p - guess.value) > limit:
             return None
         if abs(move) <= max(CONVERGED * abs(p), noise / abs(slope.real) / 4):
-            if abs(move * slope.real) > NOT_ZERO * norm(A):
+            if abs(move * slope.real) > NOT_ZERO * norm_of(A):
                 return None  # where two roots coalesce the slope is without bound, and this no zero
             real = not line.damped or abs(z.imag) <= 4 * noise
             half = float(2 * noise / abs(slope.real) + abs(move) + 2 * EPS * abs(p))
             direction = 1 if (slope.real > 0) == line.damped else -1
             rest = A @ x - z * x
-            residual = float(np.linalg.norm(rest) / norm(A))
+            residual = float(np.linalg.norm(rest) / norm_of(A))
             omega = 0.0 if real else line.omega(z)
             return Located(p, omega, direction, (p - half, p + half), residual, False)
     return None

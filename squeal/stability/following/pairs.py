@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.numerics.inverse import near_singular
-from squeal.stability.following.line import Line, norm
-from squeal.stability.matrices import EPS
+from squeal.stability.following.line import Line
+from squeal.stability.matrices import EPS, norm_of
 
 ROUNDS = 60  # of block inverse iteration, at most
 CONVERGED = 64 * EPS  # of |A|: residual of a subspace that has converged
@@ -54,7 +54,7 @@ def pair_at(line: Line, p: float, near: complex, right: NDArray, left: NDArray) 
     from scipy.linalg import lu_solve
 
     A, derivative, rounding = line.both(p)
-    size = norm(A)
+    size = norm_of(A)
     shift = near + NUDGE * (abs(near) or size) * (1 + 1j)
     if not line.damped and abs(near.imag) <= NUDGE * abs(near):
         shift = shift.real

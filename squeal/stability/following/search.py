@@ -23,12 +23,12 @@ from squeal.stability.following.ends import (
     meetings_at_end,
     start_as_one,
 )
-from squeal.stability.following.line import Line, State, norm
+from squeal.stability.following.line import Line, State
 from squeal.stability.following.locate import Located, located
 from squeal.stability.following.sign import count_right
 from squeal.stability.following.steps import Stepper
 from squeal.stability.growth import Growth
-from squeal.stability.matrices import System
+from squeal.stability.matrices import System, norm_of
 
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
@@ -323,7 +323,7 @@ def _counted(line: Line, p: float, growth: Growth) -> int | None:
         z = np.sqrt(-state.roots + 0j)
         z = np.concatenate([z, -z])
         noise = np.concatenate([state.noise, state.noise])
-        unit = float(np.sqrt(norm(line.both(p)[0]))) or 1.0
+        unit = float(np.sqrt(norm_of(line.both(p)[0]))) or 1.0
         z, noise = z / unit, noise / unit**2
     quiet = z.real <= noise if line.damped else np.abs(z.real) <= np.sqrt(noise)
     quiet |= z.real <= 0

@@ -10,7 +10,7 @@ method on the full system has the last word.
 """
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -72,15 +72,13 @@ def _zeros(before: State, after: State, i: int, j: int) -> Iterator[tuple[float,
 class Along:
     """A reduced system along one parameter."""
 
-    def __init__(
-        self, reduction: Reduction, region: Rectangle, name: str, changes: Mapping[str, float]
-    ) -> None:
+    def __init__(self, reduction: Reduction, region: Rectangle, name: str) -> None:
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(
                 f"region {region.low_real:g}:{region.high_real:g}:{region.low_imag:g}:"
                 f"{region.high_imag:g}: must hold a part of the upper imaginary axis"
             )
-        self.reduction, self.name, self.changes = reduction, name, changes
+        self.reduction, self.name = reduction, name
         # a root of real matrices is real below this; complex ones mean what is above the axis
         self.real = REAL * region.high_imag if reduction.system.real else 0.0
         low = max(region.low_imag, -self.real)
@@ -90,7 +88,7 @@ class Along:
     def at(self, value: float) -> State:
         """The roots at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
-            at = {**self.changes, self.name: value}
+            at = {self.name: value}
             M, C, _ = self.reduction.system.at(at)
             C = np.zeros_like(M) if C is None else C
             found = self.reduction.roots(self.region, at, left=True)
@@ -177,7 +175,7 @@ class Along:
         Of a real system with regular M.
         """
         states = [self._states[value] for value in sorted(self._states)]
-        system = replace(self.reduction.system.replace(self.changes), parameter=self.name)
+        system = replace(self.reduction.system, parameter=self.name)
         found = []
         with suppress(InputError):  # complex matrices, M singular
             line = Line(system, states[0].value, states[-1].value)
@@ -229,11 +227,7 @@ class Found:
 
 
 def crossings_along(
-    reduction: Reduction,
-    region: Rectangle,
-    name: str,
-    values: Sequence[float],
-    changes: Mapping[str, float] | None = None,
+    reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
 ) -> Found:
     """All crossings of the imaginary axis inside a region between the first and last value.
 
@@ -241,7 +235,7 @@ def crossings_along(
     crossing is located on the full system; what it does not confirm is named. Raises InputError
     for a region without the axis.
     """
-    along = Along(reduction, region, name, changes or {})
+    along = Along(reduction, region, name)
     scaled, basis = reduction.basis.scaled, reduction.basis.vectors
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
@@ -254,7 +248,7 @@ def crossings_along(
             right, left = combined(basis, pair).T
             try:
                 found = axis_crossing(
-                    scaled, name, state.value, 0.0 if real else omega, right, left, changes
+                    scaled, name, state.value, 0.0 if real else omega, right, left
                 )
             except ComputationError as error:
                 unconfirmed.append(str(error))

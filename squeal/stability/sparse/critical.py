@@ -10,7 +10,6 @@ solves is refined until the residual is rounding.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -132,7 +131,6 @@ def axis_crossing(
     omega: float,
     right: ComplexArray,
     left: ComplexArray,
-    changes: Mapping[str, float] | None = None,
 ) -> AxisCrossing:
     """The crossing of the axis next to a guess: parameter `name` at `value`, omega (rad/s; 0 for a
     real root), right and left vectors (n,) in the scaled coordinates.
@@ -145,7 +143,7 @@ def axis_crossing(
     scale_p = abs(p) or 1.0
     last: _Bordered | None = None
     for _ in range(STEPS):
-        at = {**(changes or {}), name: p}
+        at = {name: p}
         problem = scaled.at(at)
         root = complex(0.0, w)
         try:

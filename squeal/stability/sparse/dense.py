@@ -5,10 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from squeal.numerics.inverse import near_singular
-from squeal.stability.matrices import EPS, ILL, noise_of, unit_diagonal
+from squeal.stability.matrices import EPS, ILL, noise_of, norm_of, unit_diagonal
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.pencil import pencil_roots
-from squeal.stability.sparse.quadratic import ComplexArray, norm_of
+from squeal.stability.sparse.quadratic import ComplexArray
 from squeal.stability.sparse.region import Region
 from squeal.stability.sparse.scaled import quadratic
 from squeal.stability.sparse.zeros import ROUNDING, free_motions

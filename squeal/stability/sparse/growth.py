@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from squeal.stability.matrices import norm_of
 from squeal.stability.sparse.factor import FULL
-from squeal.stability.sparse.quadratic import Quadratic, norm_of
+from squeal.stability.sparse.quadratic import Quadratic
 from squeal.stability.sparse.region import Rectangle
 
 ROWS = 20_000  # of larger systems no bound is sought: its factorisations cost as much as the roots
@@ -38,7 +39,7 @@ def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
             return parts + (a + b * t) * C - (b - a * t) * skew[1]
 
         slope = 2 * (a + low * t) * M + C + t * skew[1]
-        if _definite(turned(high)) and _definite(_lifted(slope)) and _definite(turned(low)):
+        if definite(turned(high)) and definite(_lifted(slope)) and definite(turned(low)):
             return a
     return None
 
@@ -59,11 +60,11 @@ def _lifted(A: Any) -> Any:
     return A + ROUNDING * norm_of(A) * eye_array(A.shape[0])
 
 
-def _definite(A: Any) -> bool:
-    """True if a Hermitian matrix is positive definite: if all pivots on its diagonal are."""
+def definite(A: Any) -> bool:
+    """True if a Hermitian sparse array is positive definite: if all pivots on its diagonal are."""
     from scipy.sparse.linalg import splu
 
-    A = A.tocsc()
+    A = A.tocsc(copy=True)
     A.eliminate_zeros()
     if A.nnz == A.shape[0]:
         return bool(np.all(A.diagonal().real > 0.0))

@@ -35,6 +35,12 @@ class Roots:
         return Roots(values, right, left)
 
 
+def span(x: ComplexArray) -> ComplexArray:
+    """An orthonormal basis (n, k) of what vectors (n, m) span but for small parts."""
+    basis, singular, _ = np.linalg.svd(x, full_matrices=False)
+    return np.asarray(basis[:, singular > SPANNED * singular[0]])
+
+
 def merged(old: Roots, new: Roots, near: np.ndarray) -> Roots:
     """`old` and what `new` adds to it.
 
@@ -50,8 +56,7 @@ def merged(old: Roots, new: Roots, near: np.ndarray) -> Roots:
         distance = np.abs(old.values - value)
         there = np.flatnonzero(distance <= near[j])
         if len(there):
-            basis, singular, _ = np.linalg.svd(old.right[:, there], full_matrices=False)
-            basis = basis[:, singular > SPANNED * singular[0]]
+            basis = span(old.right[:, there])
             x = new.right[:, j]
             outside = np.linalg.norm(x - basis @ (basis.conj().T @ x))
             open_ones = there[free[there]]

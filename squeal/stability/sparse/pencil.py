@@ -7,9 +7,9 @@ the roots of the heavy ones no digit.
 
 import numpy as np
 
-from squeal.stability.matrices import EPS, Array, rank_of, unit_diagonal
+from squeal.stability.matrices import EPS, Array, norm_of, rank_of, unit_diagonal
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.quadratic import ComplexArray, norm_of
+from squeal.stability.sparse.quadratic import ComplexArray
 from squeal.stability.sparse.zeros import free_motions
 from squeal.stability.terms import Matrix
 

@@ -87,9 +87,3 @@ def combined(V: Array, inner: ComplexArray) -> ComplexArray:
     """V inner of a real V (n, d) and complex columns (d, m), without a complex copy of V."""
     real, imaginary = np.split(V @ np.hstack([inner.real, inner.imag]), 2, axis=1)
     return np.asarray(real + 1j * imaginary)
-
-
-def norm_of(A: Any) -> float:
-    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm."""
-    size = abs(A)
-    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.stability.matrices import norm_of
 from squeal.stability.sparse.correction import corrected_modes, enlarged
 from squeal.stability.sparse.dense import dense_roots, dense_values, roots_at
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.modes import Modes, Progress, modes_in
-from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined, norm_of
+from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
 from squeal.stability.terms import Term, TermSystem
@@ -216,16 +217,15 @@ def reduce_system(
     scaled: ScaledSystem,
     region: Rectangle,
     values: Sequence[Changes],
-    tolerance: float = TOLERANCE,
     progress: Progress = lambda text: None,
     begun: Begun | None = None,
     keep: Callable[[Begun], None] = lambda begun: None,
 ) -> Reduction:
-    """A reduced system whose roots in a region meet a tolerance at all values of the parameters.
+    """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
     parameters) start the basis; of the other values that where a root's residual in the full
-    problem is worst adds its own, until all are below `tolerance` (a backward error). Where the
+    problem is worst adds its own, until all are below that (a backward error). Where the
     full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
     if 20 samples do not suffice. Of a region without a root the basis holds those around it. `keep`
     is given what there is after each sample, and `begun` goes on from there. Raises InputError for
@@ -250,11 +250,11 @@ def reduce_system(
                     basis.extend(_certified(scaled.at(values[where]), region, progress))
                     proved.add(where)
                     continue
-                worst, where = errors.largest(~errors.spurious, tolerance)
-                if worst <= tolerance:
+                worst, where = errors.largest(~errors.spurious, TOLERANCE)
+                if worst <= TOLERANCE:
                     break
-                others, where = errors.largest(~errors.sampled, tolerance)
-                if others <= tolerance or len(samples) == SAMPLES:
+                others, where = errors.largest(~errors.sampled, TOLERANCE)
+                if others <= TOLERANCE or len(samples) == SAMPLES:
                     worst, _ = errors.largest(~errors.spurious)
                     break
             progress(f"sample {len(samples) + 1} at {_named(values[where])}")

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.stability.sparse.quadratic import Array, Quadratic, norm_of
+from squeal.stability.matrices import norm_of
+from squeal.stability.sparse.quadratic import Array, Quadratic
 from squeal.stability.terms import Matrix, Term, TermSystem
 
 PARTS = ("M", "C", "K")

@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.stability.matrices import EPS, noise_of, null_spaces, zero_roots
 from squeal.stability.sparse.factor import factorise
-from squeal.stability.sparse.merge import SAME, SPANNED, Roots
+from squeal.stability.sparse.merge import SAME, SPANNED, Roots, span
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic
 from squeal.stability.terms import Matrix
 
@@ -93,7 +93,7 @@ def _null_spaces(problem: Quadratic, x: ComplexArray) -> tuple[ComplexArray, Com
         return x[:, :0], x[:, :0]
     spaces = []
     for transposed, K in ((False, problem.K), (True, problem.K.T)):
-        z = _span(x.conj() if transposed else x)
+        z = span(x.conj() if transposed else x)
         for _ in range(2):
             z = np.linalg.qr(factor.solve(z, transposed))[0]
         _, singular, right = np.linalg.svd(K @ z, full_matrices=False)
@@ -103,8 +103,3 @@ def _null_spaces(problem: Quadratic, x: ComplexArray) -> tuple[ComplexArray, Com
     if null.shape != conull.shape:
         return x[:, :0], x[:, :0]
     return null, conull
-
-
-def _span(x: ComplexArray) -> ComplexArray:
-    basis, singular, _ = np.linalg.svd(x, full_matrices=False)
-    return np.asarray(basis[:, singular > SPANNED * singular[0]])
