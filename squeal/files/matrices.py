@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.files.matrix_text import read_abaqus, read_harwell_boeing
-from squeal.files.memory import check_rows
+from squeal.files.matrix_text import read_abaqus, read_harwell_boeing, read_matrix_market
 from squeal.files.writing import write_whole
 
 HARWELL_BOEING = (".hb", ".rua", ".rsa")
@@ -73,6 +72,8 @@ def _first(error: BaseException) -> str:
 def _checked(path: Path, found: FileMatrix) -> FileMatrix:
     from scipy.sparse import csc_array
 
+    if hasattr(found.matrix, "check_format"):
+        found.matrix.check_format(full_check=True)  # SciPy trusts the indices of a file
     matrix = csc_array(found.matrix)
     if matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
         rows, columns = matrix.shape
@@ -91,10 +92,7 @@ def _checked(path: Path, found: FileMatrix) -> FileMatrix:
 
 def _read(path: Path, suffix: str, key: str | None) -> FileMatrix:
     if suffix == ".mtx":
-        from scipy.io import mminfo, mmread
-
-        check_rows(float(mminfo(path)[0]))
-        return FileMatrix(mmread(path, spmatrix=False))
+        return FileMatrix(read_matrix_market(path))
     if suffix == ".mat":
         return FileMatrix(_of_mat(path, key))
     if suffix == ".npz":

@@ -1,12 +1,75 @@
-"""Matrices written as text: Harwell-Boeing and Abaqus."""
+"""Matrices written as text: Matrix Market, Harwell-Boeing and Abaqus."""
 
 import io
+import mmap
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from squeal.files.memory import check_rows
+
+_INTEGER = rb"-?\d++"
+_NUMBER = rb"-?(?:(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?+|(?i:nan|inf))"
+_GAP = rb"[ \t]++"
+_HEAD = rb"[^\n]*+\n(?:[ \t]*+(?:%[^\n]*+|\r?)\n)*+[^\n]*+\n?"
+_VALUES = {  # of a line, by the field that the first line names, and in words
+    "real": ([_NUMBER], "a number such as -3.4e+05"),
+    "double": ([_NUMBER], "a number such as -3.4e+05"),
+    "integer": ([_INTEGER], "a whole number"),
+    "unsigned-integer": ([_INTEGER], "a whole number"),
+    "complex": ([_NUMBER, _NUMBER], "two numbers"),
+    "pattern": ([], ""),
+}
+
+
+def read_matrix_market(path: Path) -> Any:
+    """The matrix (COO, or dense) of a Matrix Market file. Raises ValueError.
+
+    SciPy reads a number as far as it understands it and leaves out what follows, so that 2.0D+01
+    is 2: the lines are checked before.
+    """
+    from scipy.io import mminfo, mmread
+
+    size, _, entries, form, field, symmetry = mminfo(path)
+    check_rows(float(size))
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as text:
+        _check_lines(text, form == "coordinate", field)
+        # SciPy reads beyond a last line that ends in a blank
+        ended = text[-1:] not in b" \t\r"
+        matrix = mmread(path if ended else io.BytesIO(text[:] + b"\n"), spmatrix=False)
+    if form == "coordinate" and symmetry != "general":
+        rows, columns = (k[:entries] for k in matrix.coords)  # SciPy puts the mirrored ones behind
+        _check_triangle(symmetry, rows, columns)
+        if symmetry == "skew-symmetric" and np.any(matrix.diagonal()):
+            raise ValueError("a skew-symmetric file has no diagonal, and this has")
+    return matrix
+
+
+def _check_lines(text: mmap.mmap, placed: bool, field: str) -> None:
+    values, words = _VALUES[field]
+    line = _GAP.join([_INTEGER] * 2 * placed + values)
+    good = rb"%b(?:[ \t]*+(?:%b)?+[ \t\r]*+(?:\n|\Z))*+" % (_HEAD, line)
+    found = re.match(good, text)
+    end = found.end() if found else 0
+    if end < len(text):
+        number = text[:end].count(b"\n") + 1
+        wrong = text[end : end + 60].splitlines()[0].decode(errors="replace").strip()
+        allowed = ", ".join(["row", "column"] * placed + [words] * bool(words))
+        raise ValueError(f"line {number}, {wrong}: {allowed} is allowed")
+
+
+def _one_sided(rows: Any, columns: Any) -> bool:
+    return bool(np.all(rows >= columns) or np.all(rows <= columns))
+
+
+def _check_triangle(symmetry: str, rows: Any, columns: Any) -> None:
+    if not _one_sided(rows, columns):
+        raise ValueError(
+            f"a {symmetry} file holds one triangle, and this has entries on both sides of the "
+            "diagonal"
+        )
 
 
 def read_harwell_boeing(path: Path) -> Any:
@@ -27,7 +90,11 @@ def read_harwell_boeing(path: Path) -> Any:
         lines[1] = f"{lines[1][:56].ljust(56)}{'0':>14}\n"
         del lines[4]
     matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
-    return _mirrored(matrix) if kind[1] == "S" else matrix
+    matrix.check_format(full_check=True)
+    if kind[1] == "U":
+        return matrix
+    _check_triangle("symmetric", *matrix.tocoo().coords)
+    return _mirrored(matrix)
 
 
 def _mirrored(matrix: Any) -> Any:
@@ -72,7 +139,6 @@ def read_abaqus(path: Path) -> tuple[Any, tuple[tuple[int, int], ...] | None]:
         rows, columns = whole[:, 0] - 1, whole[:, 1] - 1
     n = int(max(rows.max(), columns.max())) + 1
     matrix = coo_array((values, (rows, columns)), shape=(n, n)).tocsc()
-    one_sided = bool(np.all(rows >= columns) or np.all(rows <= columns))
-    if "TYPE=UNSYMMETRIC" not in heads and one_sided:
+    if "TYPE=UNSYMMETRIC" not in heads and _one_sided(rows, columns):
         matrix = _mirrored(matrix)
     return matrix, labels

@@ -59,8 +59,9 @@ damping: {rayleigh: [2.0, 1.0e-7]}
 
 A file stands beside the system file and is read by its suffix: Matrix Market `.mtx`, MATLAB `.mat`,
 NumPy `.npz`, Harwell-Boeing `.hb`, `.rua`, `.rsa`, Nastran `.op4` (with pyyeti), Abaqus text
-`.inp`, `.txt`. `--set mu=0.3` changes a named number. Up to 2000 rows may be written into the
-file itself.
+`.inp`, `.txt`. Of Abaqus text whose entries all lie on one side of the diagonal the other side is
+filled in, unless a line that begins with `*` says TYPE=UNSYMMETRIC. `--set mu=0.3` changes a named
+number. Up to 2000 rows may be written into the file itself.
 """
 _SHORT = """## The short form
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.io import savemat
-from scipy.sparse import csc_array, random_array, save_npz
+from scipy.io import mmwrite, savemat
+from scipy.sparse import coo_array, csc_array, random_array, save_npz
 
 from squeal.errors import InputError
 from squeal.files.matrices import aligned, fingerprint, read_matrix, write_matrix
@@ -142,6 +142,114 @@ def test_a_wrong_file_gets_one_sentence(tmp_path, name, content, words):
         read_matrix(tmp_path / "K.mtx", "K")
     with pytest.raises(InputError, match="to write"):
         write_matrix(tmp_path / "K.doc", np.eye(2))
+
+
+@pytest.mark.parametrize(
+    ("kind", "line", "allowed"),
+    [
+        ("coordinate real", "1 1 2.0D+01", "row, column, a number such as -3.4e+05"),
+        ("coordinate real", "1 1 2,5", "row, column, a number"),
+        ("coordinate real", "1 1 2.5abc", "row, column, a number"),
+        ("coordinate real", "1 1 0x10", "row, column, a number"),
+        ("coordinate real", "1 1 2.0+101", "row, column, a number"),
+        ("coordinate real", "1 1 2 0.1", "row, column, a number"),
+        ("coordinate integer", "1 1 2.7", "row, column, a whole number"),
+        ("coordinate integer", "1 1 2e3", "row, column, a whole number"),
+        ("coordinate complex", "1 1 2 0 7", "row, column, two numbers"),
+        ("coordinate pattern", "1 1 2", "row, column"),
+        ("array real", "2.0D+01", "a number"),
+    ],
+)
+def test_a_matrix_market_line_is_read_to_its_end(tmp_path, kind, line, allowed):
+    path = tmp_path / "K.mtx"
+    size = "1 1 1" if kind.startswith("coordinate") else "1 1"
+    path.write_text(f"%%MatrixMarket matrix {kind} general\n% note\n\n{size}\n{line}\n")
+    with pytest.raises(InputError) as refused:
+        read_matrix(path)
+    assert f"{path}: no readable .mtx matrix: line 5, {line}: {allowed}" in str(refused.value)
+    assert str(refused.value).endswith(" allowed")
+
+
+@pytest.mark.parametrize("value", ["-.5e-1", "5.", "1E+3", " 7\t", "7\r"])
+@pytest.mark.parametrize("field", ["real", "double", "REAL"])
+def test_a_matrix_market_number_may_be_written_in_many_ways(tmp_path, field, value):
+    path = tmp_path / "K.mtx"
+    head = f"%%MatrixMarket matrix coordinate {field} general\n1 1 1\n"
+    path.write_bytes(f"{head}\n 1\t1 {value}".encode())
+    assert read_matrix(path).matrix.toarray().tolist() == [[float(value)]]
+
+
+@pytest.mark.parametrize("field", ["real", "integer", "complex"])
+@pytest.mark.parametrize("dense", [False, True])
+def test_what_scipy_writes_is_read(tmp_path, field, dense):
+    square = np.array([[2, -1], [0, 3]])
+    mmwrite(tmp_path / "K.mtx", square if dense else coo_array(square), field=field)
+    assert read_matrix(tmp_path / "K.mtx").matrix.toarray().tolist() == square.tolist()
+
+
+@pytest.mark.parametrize("upper", [False, True])
+def test_a_symmetric_file_holds_one_triangle(tmp_path, upper):
+    path = tmp_path / "K.mtx"
+    corner = "1 2 -1" if upper else "2 1 -1"
+    path.write_text(
+        f"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n{corner}\n2 2 3\n"
+    )
+    assert read_matrix(path).matrix.toarray().tolist() == [[2, -1], [-1, 3]]
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "entries"),
+    [("symmetric", "1 2 -1\n2 1 -1\n"), ("skew-symmetric", "1 2 -1\n2 1 1\n")],
+)
+def test_both_triangles_of_a_symmetric_file_are_not_added(tmp_path, symmetry, entries):
+    path = tmp_path / "K.mtx"
+    path.write_text(f"%%MatrixMarket matrix coordinate real {symmetry}\n2 2 2\n{entries}")
+    with pytest.raises(InputError, match=f"a {symmetry} file holds one triangle"):
+        read_matrix(path)
+
+
+def test_a_skew_symmetric_file_has_no_diagonal(tmp_path):
+    path = tmp_path / "G.mtx"
+    head = "%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 2\n2 1 -1\n"
+    path.write_text(f"{head}2 2 0\n")
+    assert read_matrix(path).matrix.toarray().tolist() == [[0, 1], [-1, 0]]
+    path.write_text(f"{head}2 2 5\n")
+    with pytest.raises(InputError, match="a skew-symmetric file has no diagonal"):
+        read_matrix(path)
+
+
+def harwell_boeing(kind, pointers, rows, values):
+    head = f"{'t':80}\n{3:14}{1:14}{1:14}{1:14}{0:14}\n"
+    head += f"{kind:14}{2:14}{2:14}{len(rows):14}{0:14}\n{'(8I10)':16}{'(8I10)':16}(8E10.1)\n"
+    lists = ("".join(f"{k:10}" for k in numbers) for numbers in (pointers, rows))
+    return head + "\n".join([*lists, "".join(f"{v:10.1e}" for v in values)]) + "\n"
+
+
+def test_both_triangles_of_a_symmetric_harwell_boeing_file_are_not_added(tmp_path):
+    path = tmp_path / "K.rsa"
+    path.write_text(harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]))
+    with pytest.raises(InputError, match="a symmetric file holds one triangle"):
+        read_matrix(path)
+    path.write_text(harwell_boeing("RUA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]))
+    assert read_matrix(path).matrix.toarray().tolist() == [[2, -1], [-1, 3]]
+
+
+@pytest.mark.parametrize("kind", ["RUA", "RSA"])
+def test_a_row_beyond_the_last_is_refused(tmp_path, kind):
+    path = tmp_path / "K.hb"
+    path.write_text(harwell_boeing(kind, [1, 2, 3], [1, 7], [2, 3]))
+    with pytest.raises(InputError, match=r"no readable \.hb matrix: .*ind"):
+        read_matrix(path)
+    np.savez(
+        tmp_path / "K.npz",
+        format=b"csc",
+        shape=[2, 2],
+        data=[2.0, 3.0],
+        indices=[0, 6],
+        indptr=[0, 1, 2],
+    )
+    with pytest.raises(InputError, match=r"no readable \.npz matrix: .*ind"):
+        read_matrix(tmp_path / "K.npz")
 
 
 def test_matlabs_later_form_is_refused_by_its_name(tmp_path):
