@@ -82,6 +82,7 @@ def made(
         longer=150,
         early=(1, 3),
         wider=3.0,
+        moving=0,
         seen=2,
         step_windows=20,
         confidence=0.95,

@@ -195,8 +195,8 @@ def test_losses_in_both_models():
     apart = case(shares={FULL: 0.8, LEAD: 0.2})
     four, other = [QUIET] * 4, case(shares={FULL: 0.6, NONE: 0.4})
     assert more_loss_in_b1(apart, *four[1:], other, *four[1:]).measured == (
-        "an edge apart for 5.0 % of the time in B1, 10.0 % in B2; all contact lost for 0.0 % and "
-        "10.0 %"
+        "mean over cases: an edge apart for 5.0 % of the time in B1, 10.0 % in B2; all contact "
+        "lost for 0.0 % and 10.0 %"
     )
     assert verdict("B12-more-loss", b1_a=apart) == YES
     assert verdict("B12-more-loss", b1_a=apart, b2_d=case(shares={FULL: 0.7, NONE: 0.3})) == NO

@@ -122,21 +122,23 @@ def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scen
 
 
 def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
-    """Of made-up shares that are small where mu exceeds 0.6, or 0.2 for the tallest pads."""
+    """Of made-up shares that are small where mu exceeds 0.6, or 0.2 on the stiffest contact."""
 
     def shares(_, pads, cells):
-        small = pads.mu > np.where(pads.h / pads.w > 0.85, 0.2, 0.6)
+        small = pads.mu > np.where(pads.k_c / pads.k1 > 2.0, 0.2, 0.6)
+        pressed = -pads.y0 * pads.k1 / pads.F_n  # by an upright spring at touch
+        assert np.unique(pressed.round(9)).tolist() == [0.0, 4.0, 8.0]
         return (np.where(small, 0.1, 0.5),) * 3
 
     monkeypatch.setattr(ranges_study, "_equilibria", shares)
     found = ranges_study._full(scene)
-    assert (found.pads, found.small, found.cells) == (125, 2 * 25 + 2 * 5, 90)
-    assert list(found.small_at["mu"].values()) == [0, 5, 5, 25, 25]
-    assert list(found.small_at["h/w"].values()) == [10, 10, 10, 10, 20]
-    assert list(found.small_at["k2/k1"].values()) == [12] * 5
-    assert deciding(found) == ["friction", "height"]
+    assert (found.pads, found.small, found.cells) == (243, 81 + 27, 90)
+    assert list(found.small_at["mu"].values()) == [0, 27, 81]
+    assert list(found.small_at["k_c/k1"].values()) == [27, 27, 54]
+    assert all(list(found.small_at[n].values()) == [36] * 3 for n in ("h/w", "k2/k1", "preload"))
+    assert deciding(found) == ["mu", "k_c/k1"]
     assert found.near == found.near_others == 0
-    spread = np.linspace(0.0, 1.0, 125)
+    spread = np.linspace(0.0, 1.0, 243) ** 2
     monkeypatch.setattr(ranges_study, "_equilibria", lambda *_: (spread, 1 - spread, spread))
     below, above = spread[spread < 0.25], spread[spread >= 0.25]
     near = sum(0.25 - below <= 0.06), sum(above - 0.25 <= 0.06)
@@ -147,7 +149,7 @@ def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
     words = known.physics(ranges=dataclasses.replace(known.of(MapRanges), full=found))
     assert words["physics.map.margin"] == "$6$"
     assert (
-        "0, 5, 5, 25 and 25 at $\\mu$ of 0.1, 0.3, 0.5, 0.7 and 0.9, each of 25 pads"
+        "27, 27 and 54 at $k_c/k_1$ of 0.05, 0.4 and 3, each of 81 pads"
         in (words["physics.map.small"])
     )
 

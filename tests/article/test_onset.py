@@ -1,6 +1,7 @@
 """Onset and attractors: what settles, against simulations and eigenvalues."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -172,6 +173,7 @@ def test_other_starts_are_those_of_a_simulation(monkeypatch):
     scene = hammering_scene("b2-c")
     monkeypatch.setattr(_late, "RATIOS", (1e-9, 0.3))
     monkeypatch.setattr(_late, "SIDE", 2)
+    monkeypatch.setattr(_late, "MOVING", 0)
     free, damped_ = _late.late({"b2-c": scene})["b2-c"].others
     assert free.starts == damped_.starts == 4
     assert (damped_.lasting, damped_.hammer, damped_.edges, damped_.ends) == (0, 0, 0, 0)
@@ -209,9 +211,53 @@ def test_first_spans_are_looked_at_one_after_the_other(monkeypatch):
 
 def test_starts_without_an_equilibrium_are_the_own_one(monkeypatch):
     scene = hammering_scene("b2-c")
-    assert len(_late.starts(scene)) == 1 + _late.SIDE**2
+    assert [len(some) for some in _late.starts(scene)] == [1 + _late.SIDE**2, _late.MOVING]
     monkeypatch.setattr(_late, "sliding_equilibrium", lambda model: (None, "none"))
-    assert _late.starts(scene) == pytest.approx(np.array([scene.initial]))
+    own, moved = _late.starts(scene)
+    assert own == pytest.approx(np.array([scene.initial]))
+    assert moved.shape == (0, 6)
+
+
+def test_starts_in_motion_have_places_and_speeds_of_one_size():
+    """k_c y = F_n at rest; a mass m that swings by A on a spring k1 is as fast as A sqrt(k1/m)."""
+    scene = hammering_scene("b2-c")
+    pad, at = scene.pad, np.array([1e-6, 2e-6, 3e-6])
+    off = _late.moving(scene, at) - np.append(at, np.zeros(3))
+    reach = _late.WIDER * pad.F_n / pad.k_c * np.array([1.0, 1.0, 1.0 / pad.w])
+    size = np.concatenate([reach, reach * math.sqrt(pad.k1 / pad.m)])
+    most = np.abs(off / size).max(axis=0)
+    assert np.all((most > 0.9) & (most <= 1.0))
+    assert np.all(np.abs((off / size).mean(axis=0)) < 0.3)
+
+
+@needs_heyoka
+def test_only_beside_an_equilibrium_that_is_not_unstable_starts_are_in_motion(monkeypatch):
+    """B1 (d) flutters at its friction with little damping, not with much."""
+    scene = hammering_scene("b1-d")
+    monkeypatch.setattr(_late, "RATIOS", (0.005, 0.3))
+    monkeypatch.setattr(_late, "SIDE", 1)
+    unstable, stable = _late.late({"b1-d": scene})["b1-d"].others
+    assert unstable.growth > 0.0 > stable.growth
+    assert (unstable.starts, stable.starts) == (1, 1 + _late.MOVING)
+
+
+def test_other_starts_that_rub_faster_than_the_surface_end(monkeypatch):
+    scene = hammering_scene("b2-c")
+    fates = {0: settled_one(0.4, face=2.0), 1: settled_one(0.4, face=2.0), 2: settled_one(0.4)}
+    monkeypatch.setattr(_late, "RATIOS", (0.005,))
+    monkeypatch.setattr(_late, "SIDE", 2)
+    monkeypatch.setattr(_late, "MOVING", 0)
+    monkeypatch.setattr(_late, "_early", lambda own, stop: {lane[:2]: (None,) for lane in own})
+
+    def after(motions, growth, stop):
+        ends = {lane: np.full(6, lane.start) for lane in motions}
+        return ends, {lane: fates.get(lane.start, _late._KEPT) for lane in motions}
+
+    monkeypatch.setattr(_late, "_after", after)
+    (found,) = _late.late({"b2-c": scene})["b2-c"].others
+    assert (found.starts, found.ends, found.lasting) == (4, 1, 1)
+    assert found.liveliest is not None
+    assert found.liveliest.slides
 
 
 def test_without_heyoka_the_reason_is_drawn_and_told():

@@ -166,7 +166,7 @@ def test_a_motion_that_settles_is_told_by_the_rule():
 
 def test_what_the_article_argues_with_is_told_apart_from_our_reading():
     names = ("B1-all-separate", "B2-only-c", "B12-more-loss")
-    assert "this pad keeps; the conclusion itself is our reading" in verdicts.argued(
+    assert "this pad keeps; the conclusion itself we read" in verdicts.argued(
         dict(zip(names, (True, True, False), strict=True))
     )
     assert "keeps all three" in verdicts.argued(dict.fromkeys(names, True))

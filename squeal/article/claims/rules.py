@@ -178,8 +178,9 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
     b1, b2 = (1.0 - sum(_share(c, FULL) for c in four) / 4 for four in models)
     both = [sum(_share(c, NONE) for c in four) / 4 for four in models]
     words = (
-        f"an edge apart for {100 * b1:.1f} % of the time in B1, {100 * b2:.1f} % in B2; all "
-        f"contact lost for {100 * both[0]:.1f} % and {100 * both[1]:.1f} %"
+        f"mean over cases: an edge apart for {100 * b1:.1f} % of the time in B1, "
+        f"{100 * b2:.1f} % in B2; all contact lost for {100 * both[0]:.1f} % and "
+        f"{100 * both[1]:.1f} %"
     )
     return Outcome(b1 - b2, words)
 

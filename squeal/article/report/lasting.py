@@ -172,8 +172,8 @@ def _other_law(found: Onset, case: str) -> str:
     for name, law in names.items():
         if name != own and ratios[name] != ratios[own]:
             every = sorted(set().union(*ratios[name]))
-            at = f"at {dampings(every)} only" if every else "from none"
-            parts.append(f" (B2 under the {LAWS[law]} {at})")
+            at = f"at {dampings(every)}" if every else "from none"
+            parts.append(f"B2 under the {LAWS[law]} {at}")
     return "".join(parts)
 
 
@@ -186,22 +186,26 @@ def _which(found: Onset) -> str:
         for way in dict.fromkeys((*sides, *edges)):
             rules = ((r"by $\delta$", sides.get(way)), ("by the edges", edges.get(way)))
             if sides.get(way) == edges.get(way):
-                told.append(f"with {way} at {dampings(sides[way])}, by either rule of B2")
+                either = "" if way == "B1 alone" else ", by either rule of B2"
+                told.append(f"with {way} at {dampings(sides[way])}{either}")
             else:
                 each = [f"{rule} at {dampings(ratios)}" for rule, ratios in rules if ratios]
                 told.append(f"with {way}, {', '.join(each)}")
-        if not told:
+        other = _other_law(found, case)
+        if not told and not other:
             continue
-        own = any(
-            _beats(found, _own_law(found, model, case), rule)[0]
-            for model in ("b1", "b2")
-            for rule in (by_side, by_edges)
-        )
-        start = "" if own else f", from some of {starts} other starts,"
-        words.append(f"({case}){start} {', '.join(told)}{_other_law(found, case)}")
+        names = [_own_law(found, model, case) for model in ("b1", "b2")]
+        if not told:
+            names = [name for name in found.late if name.startswith(f"b2-{case}")]
+        own = any(_beats(found, name, rule)[0] for name in names for rule in (by_side, by_edges))
+        ways = ", ".join(told) or f"with {other} alone"
+        if told and other:
+            ways += f" ({other})"
+        words.append(f"({case}){'' if own else '*'} {ways}")
     if not words:
         return "no case goes on hammering, by either rule"
-    return f"these go on hammering: {'; '.join(words)}"
+    star = f" (* from some of {starts} other starts)" if any(")*" in one for one in words) else ""
+    return f"these go on hammering{star}: {'; '.join(words)}"
 
 
 def hammer_table(found: Onset) -> str:
@@ -220,7 +224,7 @@ def hammer_table(found: Onset) -> str:
             ]
             late = {case: found.late[name][i] for case, name in names.items()}
             cells.append([c for c, one in late.items() if isinstance(one, Late) and rule(one)])
-            away = [f"{c} ({_count(o, rule)})" for c, o in others.items() if _count(o, rule)]
+            away = [f"{c} ({n}/{o.starts})" for c, o in others.items() if (n := _count(o, rule))]
             words = [", ".join(cell) or "--" for cell in cells] + [", ".join(away) or "none"]
             block.append([title if not i else "", rf"{100.0 * ratio:g}\,\%", *words])
         rows.append(block)
@@ -315,6 +319,7 @@ def _laws(found: Onset) -> str:
 def sentences(found: Onset) -> dict[str, str]:
     """What lasts, hammers and stands beside a stable equilibrium."""
     stable = beside_rest(found)
+    still = _starts(found) - found.moving
     beside = (
         f"The equilibrium of {grouped(stable)} is stable: contact goes on changing beside it, and "
         "linear analysis does not announce it."
@@ -324,8 +329,9 @@ def sentences(found: Onset) -> dict[str, str]:
     return _hammering(found) | {
         "onset.law": _laws(found),
         "onset.beside": beside,
-        "onset.others": str(_starts(found)),
-        "onset.among": ", the equilibrium among them," if _starts(found) % 2 else "",
+        "onset.still": str(still),
+        "onset.moving": str(found.moving),
+        "onset.among": ", the equilibrium among them" if still % 2 else "",
         "onset.wider": number(found.wider),
         "onset.first": in_words(_spans(found)),
     }

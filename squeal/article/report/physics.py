@@ -62,11 +62,13 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         if of.kept
         else "so that the branch tells all there is to tell"
     )
-    by = {name: _small(name, at, found.full.pads) for name, at in found.full.small_at.items()}
+    by = [
+        f"{counted(name, at)}, each of {found.full.pads // len(at)} pads"
+        for name, at in found.full.small_at.items()
+    ]
     return {
-        "physics.map.small": "; ".join(by.values()),
+        "physics.map.small": "; ".join(by),
         "physics.map.margin": number(100.0 * found.full.margin, 2),
-        "physics.map.small-mu": _counted("mu", found.full.small_at["mu"]),
         "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
         "physics.map.widest": f"${_SYMBOLS[widest]}$",
@@ -75,17 +77,19 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     }
 
 
-def _small(name: str, at: dict[str, int], pads: int) -> str:
+def counted(name: str, at: dict[str, int]) -> str:
     """On how many pads the region is small, by the values of one parameter."""
-    return f"{_counted(name, at)}, each of {pads // len(at)} pads"
-
-
-def _counted(name: str, at: dict[str, int]) -> str:
     values, counts = (in_words([str(v) for v in some]) for some in (at.keys(), at.values()))
     return f"{counts} at ${_SYMBOLS[name]}$ of {values}"
 
 
-_SYMBOLS = {"h/w": "h/w", "k2/k1": "k_2/k_1", "mu": r"\mu"}
+_SYMBOLS = {
+    "h/w": "h/w",
+    "k2/k1": "k_2/k_1",
+    "mu": r"\mu",
+    "k_c/k1": "k_c/k_1",
+    "preload": "-y_0 k_1/F_n",
+}
 
 
 def _cases(names: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from squeal.article.report.hammering import by_edges, by_model, settles, touchin
 from squeal.article.report.lasting import hammering_on
 from squeal.article.report.latex import Generated, counted, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
+from squeal.article.report.physics import counted
 from squeal.article.results.angles import Angles
 from squeal.article.results.claims import Claims, Hammering, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
@@ -25,7 +26,13 @@ from squeal.files.records import Missing
 SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST, FEW = 0.5, 0.1  # of random pads
 APART = 0.25  # of the pads with one value: counts that differ by more depend on the parameter
-NAMES = {"mu": "friction", "h/w": "height", "k2/k1": "springs"}
+NAMES = {
+    "mu": "friction",
+    "k_c/k1": "contact stiffness",
+    "h/w": "height",
+    "k2/k1": "springs",
+    "preload": "preload",
+}
 CLOSED = 0.01  # how far a closed form for small tilts may be from what is measured
 
 
@@ -54,8 +61,8 @@ def argued(held: dict[str, bool]) -> str:
     if held["B12-more-loss"]:
         return "This pad keeps all three"
     return (
-        "The related two, the article's argument, this pad keeps; the conclusion itself is our "
-        "reading as a share of time"
+        "The related two, the article's argument, this pad keeps; the conclusion itself we "
+        "read as a share of time"
     )
 
 
@@ -67,7 +74,7 @@ def region(full: Upright, printed: QuasiStatic) -> str:
         return "does not hold"
     if full.small == full.pads:
         return "holds"
-    return f"by full contact, depends on {in_words(deciding(full)) or 'the pad'}"
+    return f"by full contact, depends on {in_words(_named(deciding(full))) or 'the pad'}"
 
 
 def touching_at_rest(full: Upright) -> str:
@@ -79,11 +86,16 @@ def touching_at_rest(full: Upright) -> str:
 
 def deciding(full: Upright) -> list[str]:
     """The parameters on which it depends most whether the region of a pad is small."""
-    spans = {
-        name: max(at.values()) - min(at.values()) > APART * full.pads / len(at)
-        for name, at in full.small_at.items()
-    }
-    return [NAMES[name] for name in sorted(spans, key=list(NAMES).index) if spans[name]]
+    return [
+        name
+        for name in NAMES
+        if (at := full.small_at.get(name))
+        and max(at.values()) - min(at.values()) > APART * full.pads / len(at)
+    ]
+
+
+def _named(parameters: Sequence[str]) -> list[str]:
+    return [NAMES[name] for name in parameters]
 
 
 def singular(held: dict[str, bool], angles: Angles) -> str:
@@ -221,6 +233,8 @@ def generated(
     (friction,) = (c for c in claims.claims if c.id == "B2-b-raised")
     of_raised, factor = raised(friction, own.numbers)
     of_perpetual, keeping = perpetual(starts)
+    full = ranges.full
+    most = deciding(full)
     return {
         "verdict.origin": origin(own.origin),
         "verdict.hammering": of_pads(held, ensembles, "hammering"),
@@ -233,9 +247,11 @@ def generated(
         "verdict.exaggeration": of_pads(held, ensembles, "exaggeration"),
         "verdict.exaggeration.kept": kept_briefly(ensembles, "exaggeration"),
         "verdict.argued": argued(held),
-        "verdict.region": region(ranges.full, printed),
-        "verdict.region.touching": touching_at_rest(ranges.full),
-        "verdict.region.by": (in_words(deciding(ranges.full)) or "the pad").capitalize(),
+        "verdict.region": region(full, printed),
+        "verdict.region.touching": touching_at_rest(full),
+        "verdict.region.by": (in_words(_named(most)) or "the pad").capitalize(),
+        "verdict.region.small": "; ".join(counted(name, full.small_at[name]) for name in most)
+        or "depending on no parameter more than on others",
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,
         "verdict.raised.closed": percent(factor),

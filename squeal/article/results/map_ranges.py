@@ -71,7 +71,7 @@ class OffBranch(Record):
 class Upright(Record):
     """Where an equilibrium is kept in full contact, as the article's sliding state is.
 
-    pads: every other value of each parameter; low, high: least and greatest share of the map;
+    pads: how many, over five parameters; low, high: least and greatest share of the map;
     small: on how many pads it is below `below`, which counts as small; small_at: of these by
     parameter and its values, each of which equally many pads have; cells: points of the grid of
     angles that a share rests on; near, near_others: how many of the small and of the others are

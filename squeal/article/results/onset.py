@@ -62,10 +62,10 @@ class Others(Record):
     modal damping of one ratio.
 
     early: of the own start, in spans that end after so many windows, each by itself, None from
-    where the model ends; starts: of the grid; ends: of these leave the model; lasting: go on losing
-    contact; hammer, edges: and hammer, by either rule; liveliest: of all that go on, the own one
-    among them, the one that hammers, by both rules rather, and has most turns; growth: of the
-    equilibrium as in `Late`, of rest too.
+    where the model ends; starts: how many; ends: of these leave the model or rub faster than the
+    surface; lasting: go on losing contact; hammer, edges: and hammer, by either rule; liveliest: of
+    all that go on, the own one among them, the one that hammers, by both rules rather, and has most
+    turns; growth: as in `Late`, of every equilibrium.
     """
 
     ratio: Share
@@ -191,7 +191,8 @@ class Onset(Result):
     """Names are those of motions, as in `squeal.article.results.energy`.
 
     late: own starts under both laws, others: a grid of starts on the plane of the maps of starts,
-    `wider` times as wide; thresholds: of the scenes under their own law, the friction at which
+    `wider` times as wide, and `moving` starts in motion where the equilibrium is not unstable;
+    thresholds: of the scenes under their own law, the friction at which
     their equilibria begin to flutter at the damping `ratio`, None if they do not at any of `mu`;
     sweeps: of those that flutter at this ratio, of those whose own start goes on losing contact or
     that have a lively motion beside a stable equilibrium at others too; windows: of `late` and
@@ -214,6 +215,7 @@ class Onset(Result):
     longer: int
     early: tuple[int, ...]
     wider: float
+    moving: int
     seen: int
     step_windows: int
     confidence: Annotated[float, ".0%"]

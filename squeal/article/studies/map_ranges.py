@@ -31,6 +31,14 @@ VALUES = {
     "mu": np.linspace(0.1, 0.9, 9),
 }
 """MapRanges: flat to square pads, springs of like size, brake linings."""
+SPREAD = {
+    "h/w": (0.1, 0.5, 0.9),
+    "k2/k1": (0.25, 1.0, 4.0),
+    "mu": (0.1, 0.5, 0.9),
+    "k_c/k1": (0.05, 0.4, 3.0),
+    "preload": (0.0, 4.0, 8.0),
+}
+"""Upright: the same, soft to stiff contact, and springs that press with -y0 k1 over F_n."""
 SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.9)}
 CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined
@@ -118,8 +126,8 @@ def _equilibria(
     `pads` holds parameters as arrays (n,); so do the shares.
     """
     angles = _angles(cells)
-    names = ("h", "I", "k1", "k2", "mu")
-    given = [np.asarray(getattr(pads, name), dtype=float) for name in names]
+    names = ("h", "I", "k1", "k2", "mu", "k_c", "y0")
+    given = np.broadcast_arrays(*(getattr(pads, name) for name in names))
     count, each = len(given[0]), len(angles[0])
     values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, each) for v in given)])
     found = codes_at(scene, ("alpha1", "alpha2", *names), values)
@@ -131,14 +139,17 @@ def _equilibria(
 
 def _full(scene: Scene) -> results.Upright:
     """Shares of the map with an equilibrium that is kept in full contact, over many pads."""
-    some = [values[::2] for values in VALUES.values()]
-    grid = [values.ravel() for values in np.meshgrid(*some, indexing="ij")]
-    _, kept, full = _equilibria(scene, with_values(scene.pad, *grid), COARSEST)
+    some = list(SPREAD.values())
+    *grid, contact, preload = (v.ravel() for v in np.meshgrid(*some, indexing="ij"))
+    pads = with_values(scene.pad, *grid)
+    assert pads.F_n is not None
+    pads = pads.replace(k_c=contact * pads.k1, y0=-preload * pads.F_n / pads.k1)
+    _, kept, full = _equilibria(scene, pads, COARSEST)
     small = (full < SMALL).reshape([len(values) for values in some])
     at = {
         name: dict(zip((f"{v:.3g}" for v in values), counts.tolist(), strict=True))
-        for i, (name, values) in enumerate(zip(VALUES, some, strict=True))
-        for counts in (small.sum(axis=tuple({0, 1, 2} - {i})),)
+        for i, (name, values) in enumerate(SPREAD.items())
+        for counts in (small.sum(axis=tuple(set(range(small.ndim)) - {i})),)
     }
     cells = COARSEST * (COARSEST + 1)
     close = np.abs(full - SMALL) <= MARGIN
