@@ -63,7 +63,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         else "so that the branch tells all there is to tell"
     )
     by = [
-        f"{counted(name, at)}, each of {found.full.pads // len(at)} pads"
+        f"{small_by(name, at)}, each of {found.full.pads // len(at)} pads"
         for name, at in found.full.small_at.items()
     ]
     return {
@@ -77,7 +77,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
     }
 
 
-def counted(name: str, at: dict[str, int]) -> str:
+def small_by(name: str, at: dict[str, int]) -> str:
     """On how many pads the region is small, by the values of one parameter."""
     values, counts = (in_words([str(v) for v in some]) for some in (at.keys(), at.values()))
     return f"{counts} at ${_SYMBOLS[name]}$ of {values}"

@@ -12,7 +12,7 @@ from squeal.article.report.hammering import by_edges, by_model, settles, touchin
 from squeal.article.report.lasting import hammering_on
 from squeal.article.report.latex import Generated, counted, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
-from squeal.article.report.physics import counted
+from squeal.article.report.physics import small_by
 from squeal.article.results.angles import Angles
 from squeal.article.results.claims import Claims, Hammering, JudgedClaim
 from squeal.article.results.ensembles import Ensembles
@@ -250,7 +250,7 @@ def generated(
         "verdict.region": region(full, printed),
         "verdict.region.touching": touching_at_rest(full),
         "verdict.region.by": (in_words(_named(most)) or "the pad").capitalize(),
-        "verdict.region.small": "; ".join(counted(name, full.small_at[name]) for name in most)
+        "verdict.region.small": "; ".join(small_by(name, full.small_at[name]) for name in most)
         or "depending on no parameter more than on others",
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,
