@@ -14,6 +14,7 @@ from squeal.stability.following.locate import located
 from squeal.stability.following.pairs import NUDGE, pair_at
 from squeal.stability.following.search import _bisected, search
 from squeal.stability.following.sign import count_right
+from squeal.stability.following.steps import _Step
 from squeal.stability.following.windows import Guess
 from squeal.stability.terms import Term, TermSystem
 from tests.known import known_system
@@ -116,7 +117,19 @@ def test_bisection_goes_on_beyond_a_crossing_that_is_known():
     assert first.value == pytest.approx(1.0, rel=1e-15)
     places = _bisected(line, 0.5, 1.5, [first])
     assert [p.value for (p,) in places] == pytest.approx([1.0, 1.001], rel=1e-9)
+    assert {p.kind for (p,) in places} == {"divergence"}
     assert [p.value for (p,) in _bisected(line, 0.5, 1.0005, [first])] == [first.value]
+
+
+def test_two_real_roots_that_pass_zero_in_one_step_are_both_located():
+    def system(mu):
+        return np.eye(4), None, np.diag([10 * (0.4 - mu), 3 * (0.6 - mu), 50.0, 70.0])
+
+    line = Line(system, 0.0, 1.0)
+    step = _Step(line, line.at(0.0), line.at(1.0))
+    small = np.flatnonzero(np.abs(step.za) < 10)
+    found = {round(located(line, g).value, 9) for g in step._pair(*small)}
+    assert found == {0.4, 0.6}
 
 
 @pytest.mark.parametrize("times", [1, 2])

@@ -260,7 +260,9 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
         if rise < 0:
             state = line.at(low)
         # of what grows on one side alone the least above rounding
-        above = state.roots.real / state.noise
+        z = state.roots
+        rates = z.real if line.damped else np.where(np.abs(z.imag) <= state.noise, -z.real, 0.0)
+        above = rates / state.noise
         k = int(np.argmin(np.where(above > 1, above, np.inf)))
         hidden = float(2 * state.noise[k] / max(abs(state.slopes[k].real), 1e-300))
     margin = max(1e-7 * (line.high - line.low), hidden)

@@ -249,9 +249,9 @@ class _Step:
             real = d.real >= 0
             for n in np.flatnonzero((product[1:] * product[:-1] < 0) & real[1:] & real[:-1]):
                 right, left = vectors[int(t[n] > 0.5)]
-                yield Guess(
-                    self.a.value + t[n] * self.h, 0j, right[:, 0], left[:, 0], False, self.h
-                )
+                for i in (0, 1):  # either may be the one
+                    p = self.a.value + t[n] * self.h
+                    yield Guess(p, 0j, right[:, i], left[:, i], False, self.h)
 
     def _coalescences(
         self, t: Array, m: ComplexArray, d: ComplexArray, vectors: list
