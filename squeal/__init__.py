@@ -12,6 +12,9 @@ are loaded when they are first used, so that importing the package costs nothing
 from __future__ import annotations
 
 import importlib
+import re
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -69,41 +72,6 @@ if TYPE_CHECKING:
     )
     from squeal.stability.terms import Term, TermSystem
 
-_HOME = {
-    "squeal.analysis.advice": "Advice Lever Outcome Tolerance advise",
-    "squeal.analysis.critical": "CriticalFriction critical_friction",
-    "squeal.analysis.eigenvalues": (
-        "Analysis analyse article_linearisation judged_equilibria sweep_mu"
-    ),
-    "squeal.analysis.maps": "Axis StabilityMap angle_axes stability_map",
-    "squeal.analysis.modes": "ModeShape ModeSweep mode_shapes sweep_modes",
-    "squeal.analysis.records": "to_dataframe to_records",
-    "squeal.analysis.scatter": "Quantile Scatter Spread scatter",
-    "squeal.analysis.sensitivity": "eigenvalue_sensitivities threshold_sensitivities",
-    "squeal.analysis.spread_file": "SpreadFile read_spreads",
-    "squeal.analysis.state_space": "friction_plant state_space",
-    "squeal.analysis.systems.chart": "Chart Side system_chart",
-    "squeal.analysis.systems.critical": "SystemThresholds system_thresholds",
-    "squeal.analysis.systems.roots": "SystemRoots system_roots",
-    "squeal.analysis.systems.state_space": "system_state_space",
-    "squeal.analysis.systems.wanted": "Wanted",
-    "squeal.analysis.unstable": "growing_modes",
-    "squeal.equilibrium": "Equilibrium",
-    "squeal.errors": "ComputationError InputError",
-    "squeal.model.contact": "Formulation",
-    "squeal.model.linear": "Linearisation",
-    "squeal.model.pad": "Pad",
-    "squeal.scene": "Damping PlainSystem Scene read_plain read_scene",
-    "squeal.scene.terms": "SystemFile read_system",
-    "squeal.simulation": "Event Response Simulation simulate",
-    "squeal.stability.terms": "Term TermSystem",
-    "squeal.stability": (
-        "CriticalPoint Crossing Eigenvalue FrictionLoop Judgement LoopAnswer LoopThreshold "
-        "Spectrum TrackedModes UnstableMode complex_eigenvalues critical_points crossings "
-        "friction_loop judge track unstable_modes verdict"
-    ),
-}
-_MODULE = {name: module for module, names in _HOME.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Analysis", "Axis", "Chart", "ComputationError", "CriticalFriction",
@@ -124,12 +92,20 @@ __all__ = [
 # fmt: on
 
 
+@cache
+def _modules() -> dict[str, str]:
+    """The module of each name, read from the imports above, which are for type checkers alone."""
+    text = Path(__file__).read_text(encoding="utf-8")
+    found = re.findall(r"^    from (squeal\.[\w.]+) import (\([^)]*\)|.+)$", text, re.M)
+    return {name: module for module, names in found for name in re.findall(r"\w+", names)}
+
+
 def __getattr__(name: str) -> Any:
     if name == "plots":
         return importlib.import_module("squeal.plots")
-    if name not in _MODULE:
+    if name not in __all__:
         raise AttributeError(f"module 'squeal' has no attribute {name!r}")
-    return getattr(importlib.import_module(_MODULE[name]), name)
+    return getattr(importlib.import_module(_modules()[name]), name)
 
 
 def __dir__() -> list[str]:
