@@ -73,11 +73,7 @@ def call(function: Callable[..., T], words: Sequence[str]) -> T:
     return function(*(k.read(Path(w)) if hasattr(k, "read") else k(w) for k, w in given))
 
 
-@cache
-def _hints(kind: type) -> dict[str, Any]:
-    return typing.get_type_hints(kind)
-
-
+_hints = cache(typing.get_type_hints)
 _names: Callable[[Any], frozenset[str]] = cache(
     lambda kind: frozenset(f.name for f in dataclasses.fields(kind))
 )
@@ -102,15 +98,13 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
             return tuple(_from(k, entry, at / i) for i, (k, entry) in pairs)
     if origin in (dict, Mapping) and isinstance(value, dict):
         return {key: _from(inner[1], entry, at / key) for key, entry in value.items()}
-    if isinstance(value, dict) and hasattr(kind, "from_dict") and not _is_record(kind):
-        return kind.from_dict(value)
-    if isinstance(value, dict) and dataclasses.is_dataclass(kind):
-        return _record(kind, value, at)
+    if isinstance(value, dict) and isinstance(kind, type):
+        own = getattr(kind, "from_dict", None)
+        if own and not issubclass(kind, Record):
+            return own(value)
+        if dataclasses.is_dataclass(kind):
+            return _record(kind, value, at)
     raise at.refuse(f"{shown(value)} is not allowed; it must be {_word(kind)}")
-
-
-def _is_record(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Record)
 
 
 def _word(kind: Any) -> str:
