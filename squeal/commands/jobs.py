@@ -203,10 +203,6 @@ def _kind(file: Path) -> tuple[str, dict[str, Any]]:
     return name, given
 
 
-def _logarithmic(said: dict[str, Any]) -> bool:
-    return said.get("spread") == "logarithms"
-
-
 def _sweep(given: dict[str, Any], at: Place) -> Job:
     source = read_source(given["scene"], ())
     general, plain = source.terms(), source.system()
@@ -235,13 +231,13 @@ def read_job(file: Path) -> Job:
     scene = read_scene(Path(given["scene"]))
     if kind == "pads":
         ranges = tuple(
-            Range(name, each["low"], each["high"], _logarithmic(each))
+            Range(name, each["low"], each["high"], each.get("spread") == "logarithms")
             for name, each in given["ranges"].items()
         )
         more = {name: given[name] for name in ("bins", "seed") if name in given}
         return Pads(RandomPads(scene, ranges, given["count"], **more))
     axes = [
-        Axis(name, each["low"], each["high"], each["n"], _logarithmic(each))
+        Axis(name, each["low"], each["high"], each["n"], each.get("spread") == "logarithms")
         for name, each in given["axes"].items()
     ]
     if len(axes) != 2:

@@ -39,13 +39,10 @@ class Pair:
     right: NDArray = field(repr=False)
     left: NDArray = field(repr=False)
 
-    def ds(self, step: np.ndarray) -> np.ndarray:
-        """d at values beyond this one by `step`."""
-        return np.asarray(self.d + step * self.d_slope + step**2 * self.d_bend)
-
     def roots(self, step: np.ndarray) -> np.ndarray:
-        """Both roots, (..., 2)."""
-        mean, half = self.mean + step * self.mean_slope, np.sqrt(self.ds(step) + 0j)
+        """Both roots, (..., 2), at values beyond this one by `step`."""
+        d = self.d + step * self.d_slope + step**2 * self.d_bend
+        mean, half = self.mean + step * self.mean_slope, np.sqrt(np.asarray(d) + 0j)
         return np.stack([mean - half, mean + half], axis=-1)
 
 
