@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
 from squeal.files.provenance import Provenance
@@ -84,6 +85,17 @@ def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     return {"Title": title, "Description": text, "Source": made, **own}
 
 
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out for a PDF, for which `savefig` alone would draw it twice."""
+    figure.set_dpi(72)  # as a PDF has it
+    FigureCanvasPdf(figure)
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
+    with matplotlib.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+
+
 def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     """Write a PDF, SVG or PNG by the end of the name, equal bytes for equal input.
 
@@ -92,6 +104,8 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     kind = path.suffix[1:]
     metadata = _metadata(drawing, kind)
     with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
+        if kind == "pdf":
+            _lay_out(drawing.figure)
         write_whole(
             path,
             lambda stream: drawing.figure.savefig(stream, format=kind, dpi=200, metadata=metadata),

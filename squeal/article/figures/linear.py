@@ -30,7 +30,7 @@ def linear(timings: Sequence[Timing]) -> Figure:
             axes.plot(x, y, line, marker=marker, ms=3.2, linewidth=0.7, color=colour, label=name)
         axes.set(xscale="log", yscale="log", title=title, xlabel=label, ylabel="run time [ms]")
         axes.invert_xaxis()
-        axes.tick_params(which="minor", length=0)
+        axes.minorticks_off()
     figure.legend(*grid[1].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 

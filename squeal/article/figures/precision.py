@@ -42,7 +42,7 @@ def _panel(axes: Axes, points: Sequence[Point], error: str, title: str) -> None:
             axes.plot(a, b, marker, color=colour, mfc=face, ms=3.2, mew=0.7, zorder=2)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.tick_params(which="minor", length=0)
+    axes.minorticks_off()
     axes.set_title(title)
 
 
