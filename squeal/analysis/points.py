@@ -1,7 +1,6 @@
 """Linearisations of many pads that differ in a few parameters: maps and contours rest on them."""
 
 import dataclasses
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -15,7 +14,6 @@ from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.numerics.newton import complex_step
 from squeal.scene import Scene
@@ -23,31 +21,14 @@ from squeal.scene import Scene
 Names = tuple[str, ...]
 
 
-def _stiffness(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
+def _stiffness(model: PadModel, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
     """K (3, 3, n) of n pads about q (3, n); touching (points, n): one at least touches."""
-    K = np.empty((3, 3, q.shape[1]))
-    for state, here, part in _by_state(model, names, touching):
-        K[:, :, here] = -complex_step(partial(part.loads, state=state), q[:, here])
-    return K
+    return -complex_step(partial(model.loads, state=1.0 * touching), q)
 
 
-def _falling(model: PadModel, names: Names, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
+def _falling(model: PadModel, q: np.ndarray, touching: np.ndarray) -> np.ndarray:
     """C (3, 3, n) of friction that falls with speed, as `_stiffness` gives K."""
-    C = np.empty((3, 3, q.shape[1]))
-    for state, here, part in _by_state(model, names, touching):
-        still = q[:, here]
-        C[:, :, here] = -complex_step(partial(part.loads, still, state), 0.0 * still)
-    return C
-
-
-def _by_state(
-    model: PadModel, names: Names, touching: np.ndarray
-) -> Iterator[tuple[State, np.ndarray, PadModel]]:
-    """The contact states of n pads, where each is (n,), and the pads in it."""
-    for state in filter(any, model.states):
-        here = np.all(touching == np.array(state)[:, None], axis=0)
-        if here.any():
-            yield state, here, subset(model, names, here)
+    return -complex_step(partial(model.loads, q, 1.0 * touching), 0.0 * q)
 
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
@@ -71,7 +52,7 @@ def _damping(scene: Scene, statics: Statics, names: Names, values: np.ndarray) -
     if not scene.pad_model.linear:
         z, _ = rests(rest, names, n)
         touching = rest.gaps(z) < 0.0
-    A = normalised(rest.model.pad, _stiffness(rest.model, names, rest.place(z), touching))
+    A = normalised(rest.model.pad, _stiffness(rest.model, rest.place(z), touching))
     if scene.damping.ratios is None:
         assert scene.damping.rayleigh is not None
         alpha, beta = scene.damping.rayleigh
@@ -155,10 +136,10 @@ def points_at(
         here &= ~_hidden(statics, names, values, z, side != 0.0)
     part = dataclasses.replace(statics, model=subset(statics.model, names, here))
     q, touch = statics.place(z)[:, here], touching[:, here]
-    K = _stiffness(part.model, names, q, touch)
+    K = _stiffness(part.model, q, touch)
     B = _damping(scene, part, names, values[:, here])
     if part.model.terms:
-        falling = normalised(part.model.pad, _falling(part.model, names, q, touch))
+        falling = normalised(part.model.pad, _falling(part.model, q, touch))
         B = falling if B is None else B + falling
     beyond = np.zeros((3, int(here.sum())), dtype=bool)
     if not held:

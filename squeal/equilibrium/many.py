@@ -11,6 +11,7 @@ from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.settings import DEFAULT, LIMITS
 from squeal.equilibrium.statics import Statics
 from squeal.model.equations import PadModel
+from squeal.model.law import Touching
 from squeal.model.states import State
 from squeal.model.units import natural_units
 from squeal.numerics.newton import newton_steps
@@ -31,7 +32,7 @@ def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadMode
 
 
 def _balance(
-    statics: Statics, names: tuple[str, ...], z: np.ndarray, kept: State | None
+    statics: Statics, z: np.ndarray, kept: State | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """One pass of Newton's method in the state `kept`, or that of the gaps; z (4, n) is moved.
 
@@ -39,33 +40,22 @@ def _balance(
     changes at a fold. A separated pad is treated as if in full contact, which pulls it back.
     """
     heights = statics.gaps(z)
-    size, side = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
-    for state in filter(any, statics.model.states) if kept is None else (kept,):
-        here = np.all((heights < 0.0) == np.array(state)[:, None], axis=0)
-        if kept is not None:
-            here[:] = True
-        elif all(state):
-            here |= np.all(heights >= 0.0, axis=0)
-        if not here.any():
-            continue
-        part = statics
-        if not here.all():
-            part = dataclasses.replace(statics, model=subset(statics.model, names, here))
-        at = z[:, here]
-        with np.errstate(all="ignore"):
-            step, side[here] = newton_steps(*part.linearised(at, state, 3))
-        if kept is not None:  # a search: no leap to a place that the start has nothing to do with
-            pad = part.model.pad
-            longest = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
-            with np.errstate(invalid="ignore"):
-                ratio = np.abs(step) / np.array(np.broadcast_arrays(*longest, step[0])[:3])
-                step = step / np.maximum(1.0, ratio.max(axis=0))
-        at[:3] -= step
-        z[:, here] = at
-        far = 1.0 + np.max(np.abs(at[:3]), axis=0)
-        fine = np.clip(-np.min(heights[:, here], axis=0) / (SHALLOW * far), FINEST, 1.0)
-        size[here] = np.where(side[here] == 0.0, np.inf, np.max(np.abs(step), axis=0) / far / fine)
-    return size, side
+    touching: Touching = (heights < 0.0) + 1.0 * np.all(heights >= 0.0, axis=0)
+    if kept is not None:
+        touching = kept
+    with np.errstate(all="ignore"):
+        step, side = newton_steps(*statics.linearised(z, touching, 3))
+    if kept is not None:  # a search: no leap to a place that the start has nothing to do with
+        pad = statics.model.pad
+        longest = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
+        with np.errstate(invalid="ignore"):
+            ratio = np.abs(step) / np.array(np.broadcast_arrays(*longest, step[0])[:3])
+            step = step / np.maximum(1.0, ratio.max(axis=0))
+    z[:3] -= step
+    far = 1.0 + np.max(np.abs(z[:3]), axis=0)
+    fine = np.clip(-np.min(heights, axis=0) / (SHALLOW * far), FINEST, 1.0)
+    size = np.max(np.abs(step), axis=0) / far / fine
+    return np.where(side == 0.0, np.inf, size), side
 
 
 def solved(
@@ -80,7 +70,7 @@ def solved(
     part, going = statics, np.arange(z.shape[1])
     for _ in range(passes):
         at = z[:, going]
-        size[going], side[going] = _balance(part, names, at, kept)
+        size[going], side[going] = _balance(part, at, kept)
         z[:, going] = at
         left = ~(size[going] < CONVERGED)
         if not left.any():

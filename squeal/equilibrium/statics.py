@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.model.equations import PadModel, net_loads
+from squeal.model.law import Touching
 from squeal.model.mechanics import Pose, pose, springs
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
@@ -60,14 +61,14 @@ class Statics:
         """q = (x, y, theta) in SI units, shape (3,)."""
         return self.units.to_si(np.append(np.real(z[:3]), np.zeros(3)))[:3]
 
-    def residual(self, z: np.ndarray, state: State) -> np.ndarray:
+    def residual(self, z: np.ndarray, state: Touching) -> np.ndarray:
         """Net loads (Fx, Fy, M/w) of a contact state, shape (3, ...), real or complex."""
         c = dataclasses.replace(self.model.c, mu=z[3])
         f = net_loads(np, c, self.model.law, tuple(self.place(z)), state)
         return np.array(np.broadcast_arrays(f.x, f.y, f.moment / self.model.pad.w))
 
     def linearised(
-        self, z: np.ndarray, state: State, unknowns: int = 4
+        self, z: np.ndarray, state: Touching, unknowns: int = 4
     ) -> tuple[np.ndarray, np.ndarray]:
         """The residual (3, ...) and its derivative (3, unknowns, ...) by the first parts of z."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a search that hits the law's pole

@@ -81,7 +81,7 @@ class PadModel:
         """Coefficients of the equations as plain numbers."""
         return coefficients(np, self.pad, self.law.absolute_gap)
 
-    def loads(self, q: Any, state: State, rates: Any = None) -> np.ndarray:
+    def loads(self, q: Any, state: Touching, rates: Any = None) -> np.ndarray:
         """Net force and moment (Fx, Fy, M) in a given state; q of shape (3, ...), real or complex.
 
         The state is taken as given, so the result is smooth in q; it is the physical load where
