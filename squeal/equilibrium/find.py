@@ -1,6 +1,7 @@
 """All sliding equilibria of a pad, by Newton's method from many places at once."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -107,15 +108,18 @@ def _seeds(statics: Statics, mu: float, near: bool) -> np.ndarray:
     return z
 
 
-def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
-    """Damped Newton from all seeds (4, n) together; the places (4, m) that converged."""
+def _newton_many(statics: Statics, seeds: np.ndarray, states: Sequence[State]) -> list[np.ndarray]:
+    """Damped Newton from all seeds (4, n) in all states together; for each state the places (4, m)
+    that converged."""
     pad = statics.model.pad
     longest = np.array([0.5 * (pad.w + max(pad.L1, pad.L2))] * 2 + [0.3 * pad.w])[:, None]
-    done = []
+    z, own = np.tile(seeds, len(states)), np.repeat(np.arange(len(states)), seeds.shape[1])
+    touching = np.array(states, dtype=float).T
+    done, met = [z[:, :0]], [own[:0]]
     for _ in range(60):
         with np.errstate(all="ignore"):
-            step, side = newton_steps(*statics.linearised(z, state, 3))
-        z, step = z[:, side != 0.0], step[:, side != 0.0]
+            step, side = newton_steps(*statics.linearised(z, touching[:, own], 3))
+        z, step, own = z[:, side != 0.0], step[:, side != 0.0], own[side != 0.0]
         if z.shape[1] == 0:
             break
         step /= np.maximum(1.0, np.max(np.abs(step) / longest, axis=0))
@@ -123,8 +127,10 @@ def _newton_many(statics: Statics, z: np.ndarray, state: State) -> np.ndarray:
         turn = np.abs(statics.tilt(z)) < np.pi  # lost otherwise
         small = np.max(np.abs(step), axis=0) <= 1e-10 * (1.0 + np.max(np.abs(z[:3]), axis=0))
         done.append(z[:, small & turn])
-        z = z[:, ~small & turn]
-    return np.concatenate(done, axis=1) if done else z[:, :0]
+        met.append(own[small & turn])
+        z, own = z[:, ~small & turn], own[~small & turn]
+    ends, own = np.concatenate(done, axis=1), np.concatenate(met)
+    return [ends[:, own == i] for i in range(len(states))]
 
 
 def _is_near(z: np.ndarray, others: list[np.ndarray], distance: float) -> bool:
@@ -147,8 +153,9 @@ def _find(model: PadModel, near: bool) -> list[tuple[Equilibrium, bool]]:
     """As `find_all`, also where the surfaces touch without pressing; for each whether they do."""
     statics = Statics.of(model)
     found: list[tuple[np.ndarray, State]] = []
-    for state in filter(any, model.states):
-        ends = _newton_many(statics, _seeds(statics, model.pad.mu, near), state)
+    states = [*filter(any, model.states)]
+    each_ends = _newton_many(statics, _seeds(statics, model.pad.mu, near), states)
+    for state, ends in zip(states, each_ends, strict=True):
         ends = ends[:, np.lexsort(np.round(ends[:3], 6))] if ends.shape[1] else ends
         refused: list[np.ndarray] = []  # the same places are met from many seeds
         for z in ends.T:

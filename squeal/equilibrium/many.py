@@ -31,9 +31,7 @@ def subset(model: PadModel, names: tuple[str, ...], pick: np.ndarray) -> PadMode
     return model.replace(**changes)
 
 
-def _balance(
-    statics: Statics, z: np.ndarray, kept: State | None
-) -> tuple[np.ndarray, np.ndarray]:
+def _balance(statics: Statics, z: np.ndarray, kept: State | None) -> tuple[np.ndarray, np.ndarray]:
     """One pass of Newton's method in the state `kept`, or that of the gaps; z (4, n) is moved.
 
     Returns the size of each step relative to z, and the sign of the balance's determinant, which

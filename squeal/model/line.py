@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from squeal.model.law import FACE_STATES, NORMAL_REACTION, Touching, face_state
-from squeal.model.mechanics import Coefficients, Loads, Number, Point, Pose, facing, gaps
+from squeal.model.mechanics import Coefficients, Loads, Number, Point, Pose, edges, gaps
 
 LineForce = Literal["integral", "mean"]
 DeltaFrom = Literal["centre", "frame"]
@@ -79,8 +79,9 @@ class LineContact:
 
     def _middle(self, c: Coefficients, at: Pose) -> tuple[Number, Number]:
         """cos(theta0 + theta), and where the middle of the face lies, as delta is counted."""
-        middle = (at.arm(c.rlx, c.rly)[0] + at.arm(c.rtx, c.rty)[0]) / 2.0
-        return facing(c, at), middle if self.delta_from == "centre" else middle + c.x0 + at.x
+        leading, trailing = edges(c, at)
+        cos_phi, middle = (trailing - leading) / (2.0 * c.w), (leading + trailing) / 2.0
+        return cos_phi, middle if self.delta_from == "centre" else middle + c.x0 + at.x
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
         """Rn, Rf = mu Rn and their moment, Eqs. (8)-(10) (friction at the constant arm h)."""

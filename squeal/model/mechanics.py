@@ -124,11 +124,19 @@ class Pose(NamedTuple):
 
     def displacement(self, rx: Number, ry: Number) -> Point:
         """Displacement of the body point that lay at (rx, ry) from the mass centre."""
-        return self.x + self.C * rx - self.S * ry, self.y + self.S * rx + self.C * ry
+        return self.x + self.C * rx - self.S * ry, self.rise(rx, ry)
+
+    def rise(self, rx: Number, ry: Number) -> Number:
+        """Displacement of that point along y alone."""
+        return self.y + self.S * rx + self.C * ry
 
     def arm(self, rx: Number, ry: Number) -> Point:
         """Where that point now lies from the mass centre."""
-        return rx + self.C * rx - self.S * ry, ry + self.S * rx + self.C * ry
+        return self.aside(rx, ry), ry + self.S * rx + self.C * ry
+
+    def aside(self, rx: Number, ry: Number) -> Number:
+        """Where it lies along x alone."""
+        return rx + self.C * rx - self.S * ry
 
 
 def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
@@ -173,12 +181,18 @@ def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
 
 def gaps(c: Coefficients, at: Pose) -> Point:
     """Height of the leading and the trailing lower edge over the surface, Eqs. (7), (11)."""
-    return (c.gap_l + at.displacement(c.rlx, c.rly)[1], c.gap_t + at.displacement(c.rtx, c.rty)[1])
+    return c.gap_l + at.rise(c.rlx, c.rly), c.gap_t + at.rise(c.rtx, c.rty)
+
+
+def edges(c: Coefficients, at: Pose) -> Point:
+    """Where the leading and the trailing lower edge lie along x from the mass centre."""
+    return at.aside(c.rlx, c.rly), at.aside(c.rtx, c.rty)
 
 
 def facing(c: Coefficients, at: Pose) -> Number:
     """cos(theta0 + theta): positive as long as the lower face faces the surface."""
-    return (at.arm(c.rtx, c.rty)[0] - at.arm(c.rlx, c.rly)[0]) / (2.0 * c.w)
+    leading, trailing = edges(c, at)
+    return (trailing - leading) / (2.0 * c.w)
 
 
 def spring_vectors(c: Coefficients, at: Pose) -> tuple[Point, Point]:
