@@ -99,14 +99,11 @@ class Series:
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """The state at times t, shape (len(t), 6)."""
-        last = len(self.coefficients) - 1
-        step = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, last)
-        lapse = (t - self.nodes[step])[:, None]
-        c = self.coefficients[step]
-        value = c[:, :, -1]
-        for k in range(c.shape[2] - 2, -1, -1):
-            value = value * lapse + c[:, :, k]
-        return value
+        step = np.searchsorted(self.nodes[1:-1], t, side="right")
+        powers = np.ones((len(t), self.coefficients.shape[2]))
+        powers[:, 1:] = (t - self.nodes[step])[:, None]
+        np.multiply.accumulate(powers, axis=1, out=powers)
+        return np.asarray(self.coefficients[step] @ powers[:, :, None])[:, :, 0]
 
 
 def _recorded(ta: Any, stop: float) -> tuple[Any, Series]:
