@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from squeal.analysis.modes import ModeSweep
 from squeal.plots.areas import VERDICT_COLOURS
-from squeal.plots.curves import COLOURS, FINE, LINES, draw_locus, draw_modes, mark_events
+from squeal.plots.curves import COLOURS, FINE, LOOKS, draw_locus, draw_modes, mark_events
 from squeal.plots.parameters import symbol
 from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, save, style
@@ -43,10 +43,7 @@ def _growing(found: ModeSweep) -> list[int]:
 def _looks(found: ModeSweep, growing: Sequence[int]) -> list[dict[str, Any]]:
     count = found.values.shape[1] // 2
     if count <= FEW:
-        return [
-            {"color": c, "linestyle": s}
-            for c, s in zip(COLOURS[:count], LINES[:count], strict=True)
-        ]
+        return LOOKS[:count]
     looks: list[dict[str, Any]] = [{"color": "0.72", "linewidth": 0.5, "zorder": 1}] * count
     colours = (*COLOURS[::-1], *MORE)
     for i, k in enumerate(growing):

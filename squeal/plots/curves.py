@@ -9,7 +9,10 @@ from matplotlib.axes import Axes
 from squeal.plots.units import Unit
 
 COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
-LINES: tuple[Any, ...] = ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5)))
+LOOKS: list[dict[str, Any]] = [
+    {"color": colour, "linestyle": line}
+    for colour, line in zip(COLOURS, ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5))), strict=True)
+]
 FINE = 3.0  # size of the dots of many modes in a root locus
 WIDTH_OF_LABEL = 0.12  # of the axis of mu
 

@@ -122,7 +122,7 @@ class _Locus:
         """mu, the sign of the pole's growth and omega where a pair leaves or reaches the axis."""
         found: list[float] = []
         for x in self._zeros():
-            refined = _refined(self._stationary if self.B is None else self._real, x)
+            refined = _refined(self._imaginary, x)
             if refined is None or any(abs(refined - other) <= SAME * refined for other in found):
                 continue
             found.append(refined)
@@ -134,10 +134,9 @@ class _Locus:
                 value, by_s = self.in_s(1j * omega)
                 yield value.real, by_s.real, omega
 
-    def _stationary(self, x: float) -> tuple[float, float]:
-        return self.in_x(x)[1:]
-
-    def _real(self, x: float) -> tuple[float, float]:
+    def _imaginary(self, x: float) -> tuple[float, float]:
+        if self.B is None:
+            return self.in_x(x)[1:]
         omega = math.sqrt(x)
         value, by_s = self.in_s(1j * omega)
         return value.imag, by_s.real / (2 * omega)

@@ -16,7 +16,7 @@ from squeal.stability.sparse.correction import corrected_modes, enlarged
 from squeal.stability.sparse.dense import dense_roots, dense_values, roots_at
 from squeal.stability.sparse.factor import one_thread
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import Modes, Progress, modes_in
+from squeal.stability.sparse.modes import Progress, modes_in
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
@@ -247,7 +247,7 @@ def reduce_system(
                 if doubtful := errors.with_spurious - proved:
                     where = doubtful.pop()
                     progress(f"counting the roots at {_named(values[where])}")
-                    basis.extend(_certified(scaled.at(values[where]), region, progress))
+                    basis.extend(_vectors(scaled.at(values[where]), region, True, progress))
                     proved.add(where)
                     continue
                 worst, where = errors.largest(~errors.spurious, TOLERANCE)
@@ -317,7 +317,7 @@ def _snapshots(
     near = corrected_modes(problem, region, known, progress)
     if near is not None:
         return np.hstack([near.right, near.left])
-    return _vectors(problem, modes_in(problem, region, certify=False, progress=progress))
+    return _vectors(problem, region, False, progress)
 
 
 def _around(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
@@ -330,12 +330,11 @@ def _around(problem: Quadratic, region: Rectangle, progress: Progress) -> Comple
     raise ComputationError("no root lies in the region or around it")
 
 
-def _certified(problem: Quadratic, region: Rectangle, progress: Progress) -> ComplexArray:
-    """The same from a search that a count has confirmed."""
-    return _vectors(problem, modes_in(problem, region, progress=progress))
-
-
-def _vectors(problem: Quadratic, full: Modes) -> ComplexArray:
+def _vectors(
+    problem: Quadratic, region: Rectangle, certify: bool, progress: Progress
+) -> ComplexArray:
+    """The same from a search, which a count confirms if it is to certify."""
+    full = modes_in(problem, region, certify=certify, progress=progress)
     columns = [v / problem.scale for e in full.eigenvalues for v in (e.right, e.left)]
     columns = [c for c in columns if not np.isnan(c[0])]
     return np.array(columns).T if columns else np.zeros((problem.n, 0), dtype=complex)
