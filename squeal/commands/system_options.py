@@ -14,8 +14,9 @@ from squeal.errors import InputError, InputWarning
 from squeal.scene import PlainSystem
 
 if TYPE_CHECKING:
-    from squeal.analysis.systems.wanted import Progress, Wanted
+    from squeal.analysis.systems.wanted import Wanted
     from squeal.scene.terms import SystemFile
+    from squeal.stability.sparse.factor import Progress
     from squeal.stability.terms import TermSystem
 
 MOST = 100_000
@@ -107,7 +108,7 @@ def check_work(given: argparse.Namespace, system: TermSystem) -> None:
 
 def progress_of(given: argparse.Namespace) -> Progress:
     """Where the steps of long work are told: on standard error if it is a terminal or on demand."""
-    from squeal.analysis.systems.wanted import quiet
+    from squeal.stability.sparse.factor import quiet
 
     if not (given.progress or sys.stderr.isatty()):
         return quiet

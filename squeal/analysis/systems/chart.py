@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.roots import NO_ROOT
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
-from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
 from squeal.stability import VERDICTS
-from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.factor import Progress, one_thread, quiet
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.terms import TermSystem
 

@@ -8,7 +8,7 @@ import numpy as np
 from squeal.analysis.systems.band import BandRates, Placed, placed
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
-from squeal.analysis.systems.wanted import TERMS, Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
@@ -18,7 +18,7 @@ from squeal.stability.following.search import search
 from squeal.stability.matrices import ILL, unit_diagonal
 from squeal.stability.sparse.along import crossings_along
 from squeal.stability.sparse.count import count_roots
-from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.factor import Progress, one_thread, quiet
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.reduction import Reduction
 from squeal.stability.sparse.region import Discs, Rectangle

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.wanted import MODES, TERMS, Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.stability import Judgement, UnstableMode
@@ -17,7 +17,7 @@ from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden,
 from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, Reduced, first_order, reduce
 from squeal.stability.sparse.count import count_roots
-from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.factor import Progress, one_thread, quiet
 from squeal.stability.sparse.growth import growth_bound
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.modes import Modes, lowest_modes, modes_in

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
-from squeal.analysis.systems.wanted import Progress, Wanted, is_small, quiet
+from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.files.journal import Checkpoint
 from squeal.stability.eigen import ordered
 from squeal.stability.sparse.dense import dense_values
-from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.factor import Progress, one_thread, quiet
 from squeal.stability.sparse.modes import lowest_modes
 from squeal.stability.sparse.reduction import (
     TOLERANCE,

@@ -1,7 +1,6 @@
 """Which roots of a system are asked for, and what it takes to get them."""
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
@@ -22,12 +21,6 @@ TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
 BAND = Row(2)
 REGION = Instance(Rectangle, "a Rectangle")
 MODES_ASKED = Whole(1, 10**6)
-
-Progress = Callable[[str], None]
-
-
-def quiet(text: str) -> None:
-    """Progress that nobody reads."""
 
 
 @dataclass(frozen=True)

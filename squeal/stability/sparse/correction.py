@@ -6,12 +6,10 @@ iteration, Neumaier 1985, as a subspace method). What a factor in single precisi
 enough for that, since the residuals are those of the full problem in double precision.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from squeal.stability.sparse.dense import dense_roots
-from squeal.stability.sparse.factor import Factor, factorise_at
+from squeal.stability.sparse.factor import Factor, Progress, factorise_at, quiet
 from squeal.stability.sparse.krylov import Krylov
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined
@@ -29,7 +27,7 @@ def corrected_modes(
     problem: Quadratic,
     region: Rectangle,
     start: Array | None = None,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Progress = quiet,
 ) -> Roots | None:
     """The roots in a region with unit right and left vectors of backward errors below 2e-9.
 

@@ -16,13 +16,12 @@ phase is the harmonic conjugate of the logarithm of its size, which the pivots g
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.stability.sparse.factor import factorise_at
+from squeal.stability.sparse.factor import Progress, factorise_at, quiet
 from squeal.stability.sparse.merge import Roots
 from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
 from squeal.stability.sparse.region import Disc, Discs, Region, paced
@@ -60,7 +59,7 @@ class _Outline:
     """The phase along a region's outline, each node computed once."""
 
     def __init__(
-        self, problem: Quadratic, region: Region, known: Roots, progress: Callable[[str], None]
+        self, problem: Quadratic, region: Region, known: Roots, progress: Progress
     ) -> None:
         self.problem, self.region, self.known = problem, region, known
         self.progress = progress
@@ -126,7 +125,7 @@ def count_roots(
     region: Region,
     known: Roots,
     discs: Discs,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Progress = quiet,
 ) -> Count:
     """The number of roots of P inside a region, multiple ones counted as often.
 
@@ -164,7 +163,7 @@ def count_roots(
 
 
 def _conjugate(
-    problem: Quadratic, region: Region, known: Roots, progress: Callable[[str], None]
+    problem: Quadratic, region: Region, known: Roots, progress: Progress
 ) -> Count | None:
     """The number of roots in a disc around zero of real matrices, None if it is left in doubt.
 

@@ -21,6 +21,12 @@ PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: f
 MUMPS_ROWS = 10_000  # below, SuperLU is as fast
 SINGULAR = (-6, -10)  # errors of MUMPS for a matrix that is singular
 
+Progress = Callable[[str], None]
+
+
+def quiet(text: str) -> None:
+    """Progress that nobody reads."""
+
 
 class Factor(Protocol):
     """A factorised matrix A (n, n)."""

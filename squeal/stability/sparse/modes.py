@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.stability.eigen import Eigenvalue
 from squeal.stability.sparse.count import Count, count_roots
-from squeal.stability.sparse.factor import Factor, factorise_at, one_thread
+from squeal.stability.sparse.factor import Factor, Progress, factorise_at, one_thread, quiet
 from squeal.stability.sparse.krylov import Krylov, Near
 from squeal.stability.sparse.merge import SAME, Roots, merged
 from squeal.stability.sparse.quadratic import ComplexArray, Quadratic
@@ -22,12 +22,6 @@ AROUND = 1.5  # the same of the lowest modes
 PIECES = 200  # shifts before a region is refused
 FAST = 10 * FASTEST  # of the system's rate: what is slower may be a rigid body
 TRIES = 3  # starts for a region whose count tells of missing roots
-
-Progress = Callable[[str], None]
-
-
-def _quiet(text: str) -> None:
-    pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +142,7 @@ def modes_in(
     region: Rectangle,
     left: bool = True,
     certify: bool = True,
-    progress: Progress = _quiet,
+    progress: Progress = quiet,
     whole: Rectangle | None = None,
 ) -> Modes:
     """All roots in a rectangle, with left vectors if wanted, and the count that certifies them.
@@ -200,7 +194,7 @@ def lowest_modes(
     modes: int,
     left: bool = True,
     certify: bool = True,
-    progress: Progress = _quiet,
+    progress: Progress = quiet,
 ) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 

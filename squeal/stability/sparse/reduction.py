@@ -14,9 +14,9 @@ from squeal.errors import ComputationError, InputError
 from squeal.stability.matrices import norm_of
 from squeal.stability.sparse.correction import corrected_modes, enlarged
 from squeal.stability.sparse.dense import dense_roots, dense_values, roots_at
-from squeal.stability.sparse.factor import one_thread
+from squeal.stability.sparse.factor import Progress, one_thread, quiet
 from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import Progress, modes_in
+from squeal.stability.sparse.modes import modes_in
 from squeal.stability.sparse.quadratic import Array, ComplexArray, Quadratic, combined
 from squeal.stability.sparse.region import Rectangle
 from squeal.stability.sparse.scaled import PARTS, ScaledSystem
@@ -217,7 +217,7 @@ def reduce_system(
     scaled: ScaledSystem,
     region: Rectangle,
     values: Sequence[Changes],
-    progress: Progress = lambda text: None,
+    progress: Progress = quiet,
     begun: Begun | None = None,
     keep: Callable[[Begun], None] = lambda begun: None,
 ) -> Reduction:
