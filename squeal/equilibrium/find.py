@@ -190,7 +190,7 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     return z, best.state
 
 
-@lru_cache(maxsize=8)  # one question asks for the same pad several times
+@lru_cache(maxsize=64)  # one question asks for the same pads several times
 def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
     each = _find(smooth, near=True)

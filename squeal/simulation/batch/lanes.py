@@ -126,7 +126,7 @@ class _Run:
         given, lefts = list(rows[:, :inputs]), list(rows[:, LEFT])
         done = 0
         while done < most and (done % LOOK or not done or np.count_nonzero(lefts[done]) >= enough):
-            step(given[done], pars=pars, outputs=rows[done + 1])
+            step(given[done], pars=pars, outputs=rows[done + 1], batch_parallel=False)
             done += 1
         rows = rows[: done + 1]
         self._note(rows)
@@ -168,7 +168,8 @@ class _Run:
         given[-1] = self._apart[pads]
         given[-2] = number * given[-1] - t[which, lane]
         out = np.empty((6 * SAMPLED, len(steps)))
-        function(given, pars=self._pars[: function.nparams].take(pads, axis=1), outputs=out)
+        pars = self._pars[: function.nparams].take(pads, axis=1)
+        function(given, pars=pars, outputs=out, batch_parallel=False)
         at = self._first[pads] + number
         for i in range(SAMPLED):
             some = (number + i < done[steps]).nonzero()[0]
