@@ -92,7 +92,8 @@ def test_before_zero_is_before_any_zero():
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("WIDE", 8), ("AT_ONCE", 50), ("IDLE", 0.9), ("MOST_STEPS", 5)]
+    ("name", "value"),
+    [("WIDE", 8), ("AT_ONCE", 50), ("IDLE", 0.9), ("CALL", 1), ("MOST_STEPS", 5)],
 )
 def test_neither_neighbours_nor_portions_change_a_motion(monkeypatch, name, value):
     pads, initial = some("B2", 21, 60)
@@ -107,6 +108,17 @@ def test_neither_neighbours_nor_portions_change_a_motion(monkeypatch, name, valu
         return
     assert np.array_equal(s["final"], r["final"], equal_nan=True)
     assert np.array_equal(s["second"], r["second"], equal_nan=True)
+
+
+@pytest.mark.parametrize("memory", [True, False])
+def test_two_addresses_of_one_memory(monkeypatch, memory):
+    if not memory:
+        monkeypatch.delattr("os.memfd_create", raising=False)
+    one, other = lanes.twice(1000)
+    one[:], other[500:] = np.arange(1000.0), -1.0
+    assert not np.may_share_memory(one, other)
+    assert other[:500].tolist() == list(range(500))
+    assert set(one[500:]) == {-1.0}
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])

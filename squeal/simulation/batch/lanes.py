@@ -1,5 +1,8 @@
 """Many pads at once in the lanes of the processor: all take a step, each its own, at every call."""
 
+import mmap
+import os
+import tempfile
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -23,7 +26,8 @@ from squeal.simulation.batch.step import (
 from squeal.simulation.integrators.pool import Pool
 
 WIDE = 1000  # pads on their way at once: calls from Python count little, arrays stay in the cache
-LOOK = 8  # steps until it is looked how many lanes are idle
+LOOK = 8  # most steps in one call, after which it is looked how many lanes are idle
+CALL = 256  # steps of all pads in one call, beside which what the call itself costs is little
 IDLE = 0.125  # share of the lanes that may wait for others
 MOST_STEPS = 1_000_000  # of a pad
 AT_ONCE, MOST_AT_ONCE = 50_000, 1_000  # steps, of all pads and of one, kept before they are read
@@ -72,6 +76,15 @@ class Lanes:
         return run.course(touching, stop)
 
 
+def twice(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Two arrays (size,) in one memory: what is written to one is read from the other."""
+    handle = os.memfd_create("steps") if hasattr(os, "memfd_create") else None
+    with tempfile.TemporaryFile() if handle is None else os.fdopen(handle, "w+b") as file:
+        file.truncate(8 * size)
+        one, other = (np.frombuffer(mmap.mmap(file.fileno(), 8 * size)) for _ in range(2))
+    return one, other
+
+
 class _Run:
     """Pads on their way, a column each of the rows of a step, and what is kept of all pads.
 
@@ -87,7 +100,8 @@ class _Run:
         self._pars = np.concatenate([pars, pars[:, -1:]], axis=1)
         self._ids = np.empty(0, dtype=int)
         self._now = np.empty((len(given), 0))
-        self._room = np.empty((AT_ONCE + WIDE + WIDTH) * (len(given) + 1))
+        self._room = np.empty((AT_ONCE + (LOOK + 1) * (WIDE + WIDTH)) * (len(given) + 1))
+        self._read, self._written = twice(2 * (CALL + WIDE + WIDTH) * (len(given) + 2))
         self._limit = np.full(self._count + 1, -1)
         # pads, codes and times of the changes of contact, and with samples all rows of the input
         self._changes = [(np.empty(0, dtype=int), np.empty(0), np.empty(0))]
@@ -115,24 +129,32 @@ class _Run:
     def go(self) -> None:
         """Take steps until some lanes are idle and others can take their place, or all are done."""
         step, ids, inputs = self._lanes.step, self._ids, len(self._now)
-        pars = self._pars[: step.nparams].take(ids, axis=1)
         share = 1.0 - IDLE if self._begun < self._count else 0.5
         enough = 1 if len(ids) == WIDTH else share * len(ids)
-        most = min(MOST_AT_ONCE, AT_ONCE // len(ids))
+        # Columns are worked through in turn. Those of each step are written where those of the
+        # next are read, which takes two addresses, since heyoka refuses arrays that overlap.
+        steps = min(LOOK, max(2, CALL // len(ids)))
+        size = steps * len(ids)
+        given = self._read[: inputs * size].reshape(inputs, size)
+        made = self._written[len(ids) :][: (inputs + 1) * size].reshape(inputs + 1, size)
+        each = made.reshape(inputs + 1, steps, -1).swapaxes(0, 1)
+        pars = np.tile(self._pars[: step.nparams].take(ids, axis=1), steps)
+        most = max(1, min(MOST_AT_ONCE, AT_ONCE // len(ids)) // steps) * steps
         # of each step the output, whose first rows are the next one's input
         rows = self._room[: (most + 1) * (inputs + 1) * len(ids)]
         rows = rows.reshape(most + 1, inputs + 1, len(ids))
         rows[0, :inputs] = self._now
-        given, lefts = list(rows[:, :inputs]), list(rows[:, LEFT])
         done = 0
-        while done < most and (done % LOOK or not done or np.count_nonzero(lefts[done]) >= enough):
-            step(given[done], pars=pars, outputs=rows[done + 1], batch_parallel=False)
-            done += 1
+        while done < most and (not done or np.count_nonzero(rows[done, LEFT]) >= enough):
+            given[:, : len(ids)] = rows[done, :inputs]
+            step(given, pars=pars, outputs=made, batch_parallel=False)
+            rows[done + 1 : done + 1 + steps] = each
+            done += steps
         rows = rows[: done + 1]
         self._note(rows)
         if self._apart is not None:
             self._sample(rows[:, :inputs])
-        self._now = given[done].copy()
+        self._now = rows[-1, :inputs].copy()
         self._now[LEFT, self._now[STEPS] > MOST_STEPS] = -1.0
 
     def _note(self, rows: np.ndarray) -> None:
