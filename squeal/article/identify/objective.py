@@ -22,7 +22,7 @@ from squeal.article.identify.space import (
 )
 from squeal.article.results.claims import JudgedClaim
 from squeal.model.contact import Formulation
-from squeal.simulation.batch.many import DONE, simulate_many
+from squeal.simulation.batch.many import DONE, PHASE, simulate_many
 
 SEARCH_TOLERANCE = 1e-8
 MAP_POINTS = 40  # a side, for the share of the map in the search
@@ -47,10 +47,11 @@ def judge_many(
     stop: float = STOP,
     workers: int = 1,
     speed: float = SPEED_LIMIT,
+    phase: float = PHASE,
 ) -> list[Outcome | None]:
     """Judge all claims on each of the dimensionless pads; None where a motion leaves the model.
 
-    speed: of the surface (w sqrt(k1/m)).
+    speed: of the surface (w sqrt(k1/m)); phase: between samples, see `simulate_many`.
     """
     if not many:
         return []
@@ -63,7 +64,9 @@ def judge_many(
         first = np.zeros((len(each), 6))
         first[:, 1] = heights
         given = (pad_of(repeated, model, (alpha1, alpha2)), first, stop, SEARCH_TOLERANCE)
-        results[model] = simulate_many(model, *given, formulation, measured=True, workers=workers)
+        results[model] = simulate_many(
+            model, *given, formulation, measured=True, workers=workers, phase=phase
+        )
     raised = friction_raises(stacked(numbers, "B2", "b", formulation))
     outcomes: list[Outcome | None] = []
     for i, one in enumerate(many):

@@ -153,7 +153,7 @@ class _Run:
         rows = rows[: done + 1]
         self._note(rows)
         if self._apart is not None:
-            self._sample(rows[:, :inputs])
+            self._sample(rows)
         self._now = rows[-1, :inputs].copy()
         self._now[LEFT, self._now[STEPS] > MOST_STEPS] = -1.0
 
@@ -184,18 +184,20 @@ class _Run:
         steps = np.append(steps, np.zeros(idle, int))
         number = np.append(number, done[:1].repeat(idle))
         which, lane = np.divmod(steps, len(self._ids))
-        pads = ids[steps]
+        pads, flat, at = ids[steps], rows.ravel(), which * rows[0].size + lane
         given = np.empty((8 + self._lanes.points, len(steps)))
-        given[:6], given[6:-2] = rows[which, :6, lane].T, rows[which, TOUCHING:, lane].T
+        touching = range(TOUCHING, TOUCHING + self._lanes.points)
+        for place, row in zip(given, (*range(6), *touching), strict=False):
+            place[:] = flat.take(at + row * len(self._ids))
         given[-1] = self._apart[pads]
-        given[-2] = number * given[-1] - t[which, lane]
+        given[-2] = number * given[-1] - flat.take(at + TIME * len(self._ids))
         out = np.empty((6 * SAMPLED, len(steps)))
         pars = self._pars[: function.nparams].take(pads, axis=1)
         function(given, pars=pars, outputs=out, batch_parallel=False)
         at = self._first[pads] + number
         for i in range(SAMPLED):
             some = (number + i < done[steps]).nonzero()[0]
-            self._states[at[some] + i] = out[6 * i : 6 * (i + 1), some].T
+            self._states[at[some] + i] = out[6 * i : 6 * (i + 1)].take(some, axis=1).T
 
     def course(self, touching: np.ndarray, stop: np.ndarray) -> Course:
         """What the motions were."""
