@@ -182,7 +182,7 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     Of a law that turns the pad away admissible ones go before others, and of the latter those that
     the load reaches; of two with the same energy the one further along the surface's motion.
     """
-    best = _least(model.replace(mu=0.0))
+    best = _least(dataclasses.replace(model, damping=None).replace(mu=0.0))
     if best is None:
         return None
     units = Statics.of(model.replace(mu=0.0)).units
@@ -229,6 +229,11 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     the one of least potential energy at the pad's mu. Its warnings tell if it is not on the part
     of the branch that rises from mu = 0, or leaves what the model means.
     """
+    return _sliding(dataclasses.replace(model, damping=None))
+
+
+@lru_cache(maxsize=64)  # studies ask for the same pads with many dampings
+def _sliding(model: PadModel) -> tuple[Equilibrium | None, str]:
     start = least_at_zero(model)
     reason = NO_START
     beyond = f"the equilibrium is on no branch from mu = 0: {reason}"

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from squeal.article.report.onset import exponents_table, generated
 from squeal.article.results import onset as results
@@ -58,6 +59,8 @@ def test_an_own_error_covers_the_true_rate():
     assert 0.92 < inside.mean() < 0.98
     few = attractors.own_error(logs[:12], 1.0)
     assert np.isinf(few).all()
+    quantile = stdtrit(attractors.BLOCKS - 2, (1.0 + attractors.CONFIDENCE) / 2.0)
+    assert pytest.approx(quantile, rel=1e-10) == attractors.STUDENT
 
 
 def test_what_ends_at_once_has_no_rate():

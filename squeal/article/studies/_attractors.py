@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from squeal.article.results.onset import CyclePoint, Cycles, Exponent
 from squeal.article.studies._damped import RATIO, damped, window
@@ -27,6 +26,8 @@ MEMBERS = 5  # motions from which one is taken
 APART = 1e-3  # of their size: how far apart these motions start
 CONFIDENCE = 0.95  # of the interval of each start's rate
 BLOCKS = 12  # of late stretches, between whose means a rate scatters
+# Student's quantile at CONFIDENCE with BLOCKS - 2 degrees of freedom: SciPy takes long to load
+STUDENT = 2.2281388519649385
 POWER = 2  # deviations that grow by this power of time show no exponential growth
 GREATEST = 1.0  # mu on the branch of cycles
 BRANCH_STEP = 0.2  # of it, in natural units, periods and mu
@@ -159,11 +160,10 @@ def own_error(logs: np.ndarray, stretch: float) -> np.ndarray:
         return np.full(logs.shape[1], np.inf)
     means = grown[-size * BLOCKS :].reshape(BLOCKS, size, -1).mean(axis=1)
     rates = np.diff(means, axis=0) / (size * stretch)
-    quantile = stdtrit(BLOCKS - 2, 0.5 * (1.0 + CONFIDENCE))
     # of a random walk the variance between means of blocks is 2/3 of that of its steps, and that
     # of the slope of a line 6/5 of that of its ends
     walk = np.sqrt(6.0 / 5.0 / (2.0 / 3.0))
-    return np.asarray(walk * quantile * rates.std(axis=0, ddof=1) / np.sqrt(BLOCKS - 1))
+    return np.asarray(walk * STUDENT * rates.std(axis=0, ddof=1) / np.sqrt(BLOCKS - 1))
 
 
 def exponent(logs: np.ndarray, unit: float, ratio: float) -> Exponent | Missing:
