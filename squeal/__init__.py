@@ -14,7 +14,6 @@ from __future__ import annotations
 import importlib
 import re
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -95,7 +94,7 @@ __all__ = [
 @cache
 def _modules() -> dict[str, str]:
     """The module of each name, read from the imports above, which are for type checkers alone."""
-    text = Path(__file__).read_text(encoding="utf-8")
+    text = __spec__.loader.get_source(__name__)  # type: ignore[union-attr]
     found = re.findall(r"^    from (squeal\.[\w.]+) import (\([^)]*\)|.+)$", text, re.M)
     return {name: module for module, names in found for name in re.findall(r"\w+", names)}
 

@@ -34,7 +34,6 @@ class Through:
     """The integrator of a law at a tolerance; its compiled code serves every pad."""
 
     def __init__(self, law: ContactLaw, tolerance: float, terms: tuple[str, ...]) -> None:
-        self._points = law.points
         on = symbols.state_parameters(law)
         system, heights, limits = symbols.equations(law, on, terms)
         self._log: list[tuple[int, float, bytes]] = []
