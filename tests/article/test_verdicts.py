@@ -233,6 +233,18 @@ def test_the_influence_of_directions_is_judged_by_the_pads_that_part():
     assert r"(25 to 75\,\% by formulation)" in words
 
 
+def test_random_pads_that_run_are_counted_over_all_laws_and_the_consistent_one():
+    found = judged_pads(3, "B2-b-twice")
+    each = (dataclasses.replace(e, ran=10, random=100) for e in found.ensembles)
+    made = dataclasses.replace(found, ensembles=tuple(each))
+    assert verdicts.ran(made) == r"10\,\% (10\,\%)"
+    some = tuple(
+        dataclasses.replace(e, ran=50 if e == verdicts.consistent(made) else 10)
+        for e in made.ensembles
+    )
+    assert verdicts.ran(dataclasses.replace(made, ensembles=some)) == r"15\,\% (50\,\%)"
+
+
 def test_an_equilibrium_in_any_contact_is_told_beside_one_in_full_contact():
     full = known.of(MapRanges).full
     words = verdicts.touching_at_rest(full)

@@ -54,6 +54,13 @@ def of_pads(held: dict[str, bool], found: Ensembles, name: str) -> str:
     return f"holds for {random}" if share else "not reproduced by any pad"
 
 
+def ran(found: Ensembles) -> str:
+    """Of the random pads how many run, and in brackets of those of the consistent law."""
+    every, own = found.ensembles, [consistent(found)]
+    share, alone = (sum(e.ran for e in some) / sum(e.random for e in some) for some in (every, own))
+    return f"{percent(share, 0)} ({percent(alone, 0)})"
+
+
 def argued(held: dict[str, bool]) -> str:
     """How much of the exaggeration rests on the reading of it as a share of time."""
     if not (held["B1-all-separate"] and held["B2-only-c"]):
@@ -237,6 +244,7 @@ def generated(
     most = deciding(full)
     return {
         "verdict.origin": origin(own.origin),
+        "verdict.ran": ran(ensembles),
         "verdict.hammering": of_pads(held, ensembles, "hammering"),
         "verdict.hammering.kept": kept_briefly(ensembles, "hammering"),
         "verdict.by-model": by_model(claims.hammering),
