@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex, to_rgb
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
-from squeal.article.figures import charts, quasi_static, sketch
+from squeal.article.figures import angle_maps, charts, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.commands.cli import command
 from squeal.files.results import read_run
@@ -20,6 +20,7 @@ from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
 from squeal.model.states import FULL, LEAD, NONE, TRAIL, transitions
 from squeal.plots import histories, maps, states, style
+from squeal.plots.areas import VERDICT_COLOURS
 from squeal.scene import read_scene
 from tests.conftest import ROOT
 
@@ -130,6 +131,13 @@ def test_state_colours_stand_out_on_white():
     found = [luminance(colour) for colour in states.STATE_COLOURS.values()]
     assert all(1.05 / (value + 0.05) >= 3.0 for value in found)
     assert len(set(states.STATE_COLOURS.values())) == 4
+
+
+@pytest.mark.parametrize("areas", [VERDICT_COLOURS, tuple(angle_maps.CONTACTS.values())])
+def test_areas_of_a_map_differ_in_grey(areas):
+    """By the luma of ITU-R BT.601, by which a grey print shows a colour."""
+    greys = sorted(np.array([0.299, 0.587, 0.114]) @ to_rgb(colour) for colour in areas)
+    assert min(np.diff(greys)) > 0.1
 
 
 def drawings(runs):

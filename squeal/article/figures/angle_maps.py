@@ -20,12 +20,12 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 HOLDS = ("#FFFFFF", "#5A5A5A")
 """Colours of a condition that fails or holds."""
 CONTACTS = {
-    "full contact": "#B7A5D8",
+    "full contact": "#C9BCE3",
     "no equilibrium on the branch": VERDICT_COLOURS[-1],
-    "leading edge": "#F2C14E",
-    "trailing edge": "#7FB77E",
+    "leading edge": "#FBE9B0",
+    "trailing edge": "#2E7D4F",
 }
-"""Colours of `squeal.model.states.STATES`, by what they mean here."""
+"""Colours of `squeal.model.states.STATES`, by what they mean here; they differ as greys too."""
 TICKS = ([0.0, np.pi / 2, np.pi], ["$0$", r"$\pi/2$", r"$\pi$"])
 
 
