@@ -1,6 +1,7 @@
 """Verdicts of the report: each turns with the results behind it."""
 
 import dataclasses
+import itertools
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -284,19 +285,20 @@ def test_cases_that_hammer_are_told_apart_by_what_holding_the_rotation_does():
         b1_d=(0.2, 0.3), b2_c=(0.2, 1.5)
     )
     assert "(first row) none flutters sooner" in rotation(b2_c=(0.5, 0.4))
-    # with damping, from other starts or its own, another case goes on hammering
+    # with damping, from other starts or its own, another case goes on hammering, under either law
     quiet = known.filled(Others, hammer=0, edges=0)
-    for lively in (known.filled(Others, hammer=0, edges=3), known.filled(Others, hammer=3)):
+    some = (known.filled(Others, hammer=0, edges=3), known.filled(Others, hammer=3))
+    for lively, law in itertools.product(some, ("integral", "mean")):
         onset = dataclasses.replace(
             onset,
-            late={"b2-d-integral": (Missing("the model ends"),)},
-            others={"b2-d-integral": (quiet, lively)},
+            late={f"b2-d-{law}": (Missing("the model ends"),)},
+            others={f"b2-d-{law}": (quiet, lively)},
             thresholds={"b2-d-integral": 0.46},
         )
         words = rotation(**pairs)
         assert "; against: with it held B2 (d) at $0.45$ (free: $0.46$); B1 (a) nowhere" in words
     hammering = Hammering({"B1": (), "B2": ()}, (), {})
-    onset = dataclasses.replace(onset, others={"b2-d-integral": (quiet,)})
+    onset = dataclasses.replace(onset, others=dict.fromkeys(onset.late, (quiet,)))
     assert rotation(b2_d=(0.2, 1.5)) == "no case hammers here"
 
 

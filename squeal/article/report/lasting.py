@@ -147,11 +147,10 @@ def _ways(found: Onset, case: str, rule: Rule) -> dict[str, list[float]]:
 
 
 def hammering_on(found: Onset) -> list[str]:
-    """The scenes that go on hammering, from any start and by either rule."""
-    scenes = [f"{model}-{case}" for model in ("b1", "b2") for case in CASES]
-    names = {scene: _own_law(found, scene[:2], scene[-1]) for scene in scenes}
+    """The scenes that go on hammering, from any start, by either rule and under either law."""
     rules = (by_side, by_edges)
-    return [s for s, n in names.items() if any(any(_beats(found, n, rule)) for rule in rules)]
+    on = [name[:4] for name in found.late if any(any(_beats(found, name, r)) for r in rules)]
+    return list(dict.fromkeys(on))
 
 
 def _starts(found: Onset) -> int:
