@@ -12,7 +12,7 @@ from squeal.article.claims.rules import TRIED
 from squeal.article.report import verdicts
 from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.identification import hardest
-from squeal.article.report.pads import kept_briefly, kept_by, lasts, origin
+from squeal.article.report.pads import consistent, kept_briefly, kept_by, lasts, origin
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settled
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
@@ -240,8 +240,7 @@ def test_random_pads_that_run_are_counted_over_all_laws_and_the_consistent_one()
     made = dataclasses.replace(found, ensembles=tuple(each))
     assert verdicts.ran(made) == r"10\,\% (10\,\%)"
     some = tuple(
-        dataclasses.replace(e, ran=50 if e == verdicts.consistent(made) else 10)
-        for e in made.ensembles
+        dataclasses.replace(e, ran=50 if e == consistent(made) else 10) for e in made.ensembles
     )
     assert verdicts.ran(dataclasses.replace(made, ensembles=some)) == r"15\,\% (50\,\%)"
 
