@@ -27,7 +27,7 @@ def roots_and_verdict(
     """
     M, C, K = checked(M, C, K)
     reduced = reduce(M, C, K)
-    squares = np.diag(reduced.A)  # of the frequencies of each coordinate alone
+    squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
     # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
     free = squares.min() <= EPS**2 * squares.max()
     if free or not hidden(reduced, K):

@@ -8,6 +8,7 @@ from squeal.analysis.critical import branch_system, critical_friction, critical_
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.wanted import Wanted
 from squeal.commands.sweep import sweep
 from squeal.errors import ComputationError
 from squeal.model.pad import Pad
@@ -153,3 +154,22 @@ def test_a_damped_pad_beside_a_stiff_spring(decades):
         analyse(scene)
     with pytest.raises(ComputationError, match="can be given: one stiffness"):
         critical_friction(scene, 0.5)
+
+
+def test_a_divergence_that_a_stiff_spring_hides_is_not_given_as_a_free_body():
+    """A motion of -3 rad^2/s^2 beside one that nothing couples to it."""
+    spectrum, found = roots_and_verdict(np.eye(2), None, np.diag([1e14, -3.0]))
+    assert found.verdict == "divergence"
+    assert spectrum.values.real.max() == pytest.approx(np.sqrt(3.0), rel=0.03)
+    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
+        roots_and_verdict(np.eye(2), None, np.diag([1e15, -3.0]))
+
+
+@pytest.mark.parametrize("slow", [-3.0, 3.0])
+@pytest.mark.parametrize("modes", [None, 1])
+def test_no_root_of_a_regular_stiffness_is_given_as_zero(slow, modes):
+    system = TermSystem((Term(np.eye(3)),), (), (Term(np.diag([1e18, 1e18, slow])),), {})
+    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
+        system_roots(system, Wanted(modes=modes))
+    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
+        roots_and_verdict(np.eye(3), None, np.diag([1e18, 1e18, slow]))

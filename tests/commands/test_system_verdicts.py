@@ -138,8 +138,11 @@ def test_sizes_beyond_double_precision_are_refused(
     meeting.write_text(f"parameters: {{mu: 0, Omega: 1}}\n{text}")
     assert words in assert_refused(capsys, "eigenvalues", meeting, *change, *form)
     assert not (tmp_path / "t.csv").exists()
-    # a size that is allowed, and one at which rounding would hide the slow root
-    assert run(capsys, "eigenvalues", meeting, "--at", "1e140")[0] == 0
+    # a size that is allowed, and two at which rounding would hide the slow root
+    assert run(capsys, "eigenvalues", meeting, "--at", "1e10")[0] == 0
+    code, _, err = run(capsys, "eigenvalues", meeting, "--at", "1e140")
+    assert code == 1
+    assert "no eigenvalue can be given: one stiffness" in err
     err = assert_refused(capsys, "eigenvalues", meeting, "--at", "1e200")
     assert "M: is zero beside C and K in double precision" in err
 

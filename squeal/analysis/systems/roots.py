@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.slow_roots import STIFF
+from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
@@ -31,6 +33,7 @@ from squeal.stability.terms import TermSystem
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
 ACCEPTED = 1e-6  # backward error of a root
+REGULAR = 1e-8  # reciprocal condition of a stiffness that leaves no root at zero
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
@@ -172,6 +175,8 @@ def noise_at(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> NDArray[np.f
 def _of_all(
     matrices: tuple[np.ndarray, np.ndarray | None, np.ndarray], wanted: Wanted
 ) -> SystemRoots:
+    from scipy.sparse import csc_array
+
     M, C, K = matrices
     words = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
@@ -182,6 +187,8 @@ def _of_all(
                 words = (verdict.verdict, str(verdict), standard_noise(reduced, values))
     if words is None:
         values = dense_spectrum(M, C, K)
+        if not all(e.value for e in values) and condition(csc_array(K)) > REGULAR:
+            raise ComputationError(f"no eigenvalue can be given: {STIFF}")
         words = judged(values, noise_at(quadratic(M, C, K), values))
     rectangle = wanted.rectangle
     if rectangle is None:
