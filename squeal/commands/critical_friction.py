@@ -89,19 +89,20 @@ def data(found: CriticalFriction) -> dict[str, Any]:
     }
 
 
-def text(found: CriticalFriction) -> str:
-    """The same for people."""
-    head = f"without friction: {in_words(found.at_zero)}"
-    tail = f"followed up to mu = {found.mu_end:.9g}: {found.end}"
+def text(found: CriticalFriction, name: str = "mu") -> str:
+    """The same for people; `name` is the parameter's."""
+    start = "without friction" if name == "mu" else f"at {name} = 0"
+    head = f"{start}: {in_words(found.at_zero)}"
+    tail = f"followed up to {name} = {found.mu_end:.9g}: {found.end}"
     if not found.points:
         parts = [head, "no change of stability"]
     else:
-        rows = [("  mu", "change", "frequency, Hz")]
+        rows = [(f"  {name}", "change", "frequency, Hz")]
         rows += [(f"  {p.mu:.12g}", p.kind, number(p.frequency_hz)) for p in found.points]
         parts = [head, elided(rows, "--json")]
     hidden = [c for c in found.crossings if not c.changes_verdict]
     if hidden:
-        table = [("  mu", "mode", "crossing", "frequency, Hz")]
+        table = [(f"  {name}", "mode", "crossing", "frequency, Hz")]
         table += [
             (f"  {c.mu:.12g}", f"{c.mode}", f"{c.kind} {c.direction}", number(c.frequency_hz))
             for c in hidden
@@ -139,18 +140,19 @@ def _answer(given: argparse.Namespace) -> Answer:
         refuse_sensitivity(given.source.name, system)
     source = system or given.source.scene()
     mu_max = upper_end(given, source)
-    moves, shown = None, ""
+    moves, shown, name = None, "", "mu"
     if isinstance(source, Scene):
         found = critical_friction(source, mu_max)
         if given.sensitivity:
             moves = threshold_moves(source, found)
             shown = threshold_moves_text(source, moves)
     else:
-        found = critical_parameter(source, mu_max, source.parameter)
+        name = source.parameter
+        found = critical_parameter(source, mu_max, name)
     if given.table is not None:
         write_thresholds(given.table, found)
     if given.figure is not None:
         own = source.pad.mu if isinstance(source, Scene) else None
         draw(given.figure, given.source.name, source, 0.0, mu_max, own)
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
-    return Answer(lambda: data(found) | more, lambda: text(found) + shown, warnings=found.warnings)
+    return Answer(lambda: data(found) | more, lambda: text(found, name) + shown, warnings=found.warnings)

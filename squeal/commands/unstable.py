@@ -76,7 +76,8 @@ def unstable_text(
     which roots were looked at if not all of the band were."""
     if not modes:
         elsewhere = f" ({all_of_them} elsewhere)" if all_of_them else ""
-        return f"no unstable mode{where or chosen}{elsewhere}"
+        asked = f"{where}{dataclasses.replace(chosen, band=None)}" if where else chosen
+        return f"no unstable mode{asked}{elsewhere}"
     rows = [("  unstable", "frequency, Hz", "growth, 1/s", "damping ratio", f"onset, {parameter}")]
     for m in modes:
         cells = map(number, (m.frequency_hz, m.growth_rate, m.damping_ratio))

@@ -43,6 +43,20 @@ def test_filters(capsys, pad):
     assert "3931.9" in out
 
 
+def test_a_mode_of_the_region_that_grows_too_slowly_is_not_denied(capsys, tmp_path):
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3) at mu = 3: 2 +- i sqrt(3), which grows by 0.5683 1/s."""
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "parameters: {mu: 3}\nM: [[1, 0], [0, 1]]\nK:\n- {matrix: [[2, -1], [-1, 2]]}\n"
+        "- {matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}\n"
+    )
+    region = ("--region", "0:1:0:2")
+    assert unstable(capsys, path, *region, "--min-growth", "0.56")
+    out = run(capsys, "eigenvalues", path, *region, "--min-growth", "0.57")[1]
+    where = "among 0 < Re < 1, 0 < Im < 2 at 0.57 1/s or more"
+    assert f"no unstable mode {where} (1 elsewhere)" in out
+
+
 def test_plain_systems(capsys):
     # omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on
     (mode,) = unstable(capsys, SYSTEMS / "mode_coupling.yaml", "--at", "1")
@@ -50,6 +64,17 @@ def test_plain_systems(capsys):
     assert mode["growth_rate"] == pytest.approx(0.202072, abs=1e-6)
     # nothing grows in Ziegler's pendulum without load
     assert unstable(capsys, SYSTEMS / "ziegler.yaml", "--at", "0") == []
+
+
+def test_the_thresholds_of_a_speed_name_the_speed(capsys):
+    out = run(capsys, "critical-friction", SYSTEMS / "bicycle.yaml", "--max", "10")[1]
+    lines = out.splitlines()
+    assert lines[0] == "at v = 0: divergence"
+    assert lines[1].split() == ["v", "change", "frequency,", "Hz"]
+    # Meijaard et al. print 4.292 m/s for the end of the weave and 6.024 m/s for the capsize
+    found = [round(float(line.split()[0]), 3) for line in lines[2:5]]
+    assert found[1:] == [4.292, 6.024]
+    assert lines[-1] == "followed up to v = 10: v = 10 is reached"
 
 
 def test_a_linear_model_has_onsets_too(capsys, pad):
