@@ -73,6 +73,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     try:
         return command(given[0]).main(given[1:])
+    except ImportError as error:
+        package = (error.name or "squeal").partition(".")[0]
+        if package == "squeal":
+            raise
+        print(f"squeal: the package {package} cannot be imported ({error})", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:  # while modules are loaded
         print("squeal: stopped", file=sys.stderr)
         return 130

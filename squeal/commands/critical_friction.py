@@ -155,4 +155,6 @@ def _answer(given: argparse.Namespace) -> Answer:
         own = source.pad.mu if isinstance(source, Scene) else None
         draw(given.figure, given.source.name, source, 0.0, mu_max, own)
     more: dict[str, Any] = {"sensitivity": moves} if given.sensitivity else {}
-    return Answer(lambda: data(found) | more, lambda: text(found, name) + shown, warnings=found.warnings)
+    return Answer(
+        lambda: data(found) | more, lambda: text(found, name) + shown, warnings=found.warnings
+    )

@@ -242,6 +242,16 @@ def test_a_minus_sign_by_itself_is_one(capsys, tmp_path):
     assert "it must be one of" in told
 
 
+def test_a_missing_package_is_named(capsys, monkeypatch, pad, tmp_path):
+    for name in [n for n in sys.modules if n.startswith("squeal.plots")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = run(capsys, "eigenvalues", pad, "--png", tmp_path / "modes.png")
+    assert (code, out) == (1, "")
+    assert err.startswith("squeal: the package matplotlib cannot be imported (")
+    assert err.count("\n") == 1
+
+
 def test_stopped_while_modules_load(capsys, monkeypatch):
     def interrupted(name):
         raise KeyboardInterrupt
