@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from squeal.analysis.slow_roots import LOST, STIFF, roots_and_verdict
+from squeal.analysis.slow_roots import LOST, roots_and_verdict
 from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import damped_model
@@ -24,7 +24,7 @@ from squeal.stability import (
     System,
     thresholds,
 )
-from squeal.stability.eigen import HIDDEN, hidden_share
+from squeal.stability.eigen import HIDDEN, STIFF, hidden_share
 from squeal.stability.following.answer import TIGHT
 from squeal.stability.matrices import checked, reduce
 

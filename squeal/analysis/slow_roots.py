@@ -5,15 +5,11 @@ from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
 from squeal.stability import Judgement, Spectrum
-from squeal.stability.eigen import hidden, ordered, scaled_rank, spectrum_of
+from squeal.stability.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
 from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, checked, reduce
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
-STIFF = (
-    "one stiffness or damping is so much greater than others that rounding of it hides the slow "
-    "modes; values that differ by fewer decades are required"
-)
 
 
 def roots_and_verdict(

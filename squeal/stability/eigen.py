@@ -21,6 +21,10 @@ from squeal.stability.matrices import (
 
 ComplexArray = NDArray[np.complex128]
 HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
+STIFF = (
+    "one stiffness or damping is so much greater than others that rounding of it hides the slow "
+    "modes; values that differ by fewer decades are required"
+)
 FAST = 1e70  # rad/s: fourth powers overflow
 MOST_SHOWN = 6  # frequencies in a representation
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.slow_roots import STIFF
 from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.stability import Judgement, UnstableMode
-from squeal.stability.eigen import ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
+from squeal.stability.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
 from squeal.stability.judgement import judge_reduced
 from squeal.stability.matrices import EPS, Reduced, first_order, reduce
 from squeal.stability.sparse.count import count_roots
