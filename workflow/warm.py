@@ -69,12 +69,16 @@ def ask(words: list[str]) -> int | None:
 
 
 def load(process: str) -> None:
-    """Import what its programs need; to draw once reads fonts and how formulas are set."""
+    """Import what its programs need; to draw once reads fonts and how formulas are set, and to tell
+    once where a result comes from reads what all modules import."""
     import io
     from importlib import import_module
 
+    from squeal.files.provenance import provenance
+
     for name in LOADED[process]:
         import_module(name)
+    provenance((), LOADED[process][-1])
     if process == LIGHT:
         return
     from matplotlib.figure import Figure
