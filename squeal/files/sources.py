@@ -58,22 +58,36 @@ def _top(name: str) -> str:
     return name.partition(".")[0]
 
 
+@cache
+def _own(name: str) -> frozenset[Path]:
+    """The file of a module of this package, if it is one, and of the packages that it lies in."""
+    parts = name.split(".") if _top(name) == PACKAGE else []
+    files = (_file(".".join(parts[:end])) for end in range(1, len(parts) + 1))
+    return frozenset(filter(None, files))
+
+
+@cache
+def _needed(path: Path) -> frozenset[Path]:
+    """Files of this package that a file imports itself."""
+    return frozenset().union(*map(_own, _imports(path)))
+
+
 def _modules(modules: Sequence[str]) -> set[Path]:
     """Files of some modules and of all that they import from this package, directly or not."""
     for module in modules:
         if _file(module) is None:
             raise ModuleNotFoundError(f"no module {module} in this package")
-    wanted, seen = list(modules), set()
+    seen: set[Path] = set()
+    wanted = set().union(*map(_own, modules))
     while wanted:
-        name = wanted.pop()
-        path = _file(name)
-        if path is None or path in seen:
-            continue
-        seen.add(path)
-        parts = name.split(".")
-        wanted += [".".join(parts[:i]) for i in range(1, len(parts))]
-        wanted += [other for other in _imports(path) if _top(other) == PACKAGE]
+        seen |= wanted
+        wanted = set().union(*map(_needed, wanted)) - seen
     return seen
+
+
+@cache
+def _shown(path: Path) -> str:
+    return str(path.relative_to(ROOT.parent))
 
 
 @cache
@@ -92,7 +106,7 @@ def sources(*modules: str) -> list[str]:
     """
     files = _modules(modules)
     files |= {data for path in files for data in _data(path)}
-    return sorted(str(path.relative_to(ROOT.parent)) for path in files)
+    return sorted(map(_shown, files))
 
 
 def packages(module: str) -> list[str]:

@@ -13,9 +13,8 @@ NAMED = {
     for name, one in SHOWN.items()
 }
 # what workflow/report/caption.rst shows, with the results of the last build
-config["captions"] = {
-    name: plain(one.tex, values(Path("paper/generated"))) for name, one in SHOWN.items()
-}
+BUILT = values(Path("paper/generated"))
+config["captions"] = {name: plain(one.tex, BUILT) for name, one in SHOWN.items()}
 
 
 rule picture:
