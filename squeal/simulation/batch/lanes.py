@@ -129,7 +129,7 @@ class _Run:
     def go(self) -> None:
         """Take steps until some lanes are idle and others can take their place, or all are done."""
         step, ids, inputs = self._lanes.step, self._ids, len(self._now)
-        share = 1.0 - IDLE if self._begun < self._count else 0.5
+        share = 1.0 - IDLE if self._begun < self._count else 0.75
         enough = 1 if len(ids) == WIDTH else share * len(ids)
         # Columns are worked through in turn. Those of each step are written where those of the
         # next are read, which takes two addresses, since heyoka refuses arrays that overlap.
