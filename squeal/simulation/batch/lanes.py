@@ -132,7 +132,8 @@ class _Run:
         share = 1.0 - IDLE if self._begun < self._count else 0.75
         enough = 1 if len(ids) == WIDTH else share * len(ids)
         # Columns are worked through in turn. Those of each step are written where those of the
-        # next are read, which takes two addresses, since heyoka refuses arrays that overlap.
+        # next are read, which takes two addresses, since heyoka refuses arrays that overlap. One
+        # step alone would write each row where the row below is still to be read.
         steps = min(LOOK, max(2, CALL // len(ids)))
         size = steps * len(ids)
         given = self._read[: inputs * size].reshape(inputs, size)
