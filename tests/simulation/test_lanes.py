@@ -6,6 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from squeal.errors import ComputationError
 from squeal.model.contact import Formulation
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from tests.conftest import HEYOKA, needs_heyoka
@@ -108,6 +109,15 @@ def test_neither_neighbours_nor_portions_change_a_motion(monkeypatch, name, valu
         return
     assert np.array_equal(s["final"], r["final"], equal_nan=True)
     assert np.array_equal(s["second"], r["second"], equal_nan=True)
+
+
+def test_steps_that_do_not_begin_where_the_ones_before_ended_are_refused(monkeypatch):
+    monkeypatch.setattr(lanes, "twice", lambda size: (np.zeros(size), np.zeros(size)))
+    lanes.lanes.cache_clear()  # integrators in use are not asked again
+    pads, initial = some("B2", 21, 60)
+    with pytest.raises(ComputationError, match="columns in turn"):
+        simulate_many("B2", stack(pads), initial, 30.0, 1e-10)
+    lanes.lanes.cache_clear()
 
 
 @pytest.mark.parametrize("memory", [True, False])

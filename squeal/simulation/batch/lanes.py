@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from squeal.errors import ComputationError
 from squeal.model.law import ContactLaw
 from squeal.simulation.batch.motion import Course
 from squeal.simulation.batch.step import (
@@ -43,6 +44,7 @@ class Lanes:
     def __init__(self, law: ContactLaw, tolerance: float, terms: tuple[str, ...] = ()) -> None:
         self.points = law.points
         self._of = law, order_of(max(tolerance, _EPS)), terms
+        self._in_turn = False
 
     @cached_property
     def step(self) -> Any:
@@ -53,6 +55,25 @@ class Lanes:
     def samples(self) -> Any:
         """See `compiled_samples`."""
         return compiled_samples(*self._of)
+
+    def check(self, rows: np.ndarray, pars: np.ndarray, each: np.ndarray) -> None:
+        """Raise ComputationError unless steps in one call are those of calls of their own.
+
+        Looks at the first call alone. `rows` (inputs, n) are what the first of them was given,
+        `each` (steps, inputs + 1, n) what was made.
+        """
+        if self._in_turn:
+            return
+        pars = pars[:, : rows.shape[1]].copy()
+        for made in each:
+            alone = self.step(rows, pars=pars, batch_parallel=False)
+            if not np.array_equal(made, alone, equal_nan=True):
+                raise ComputationError(
+                    "this version of heyoka does not work through columns in turn, which many "
+                    "motions at once rest on: install the one that squeal names"
+                )
+            rows = alone[:-1]
+        self._in_turn = True
 
     def run(
         self,
@@ -129,7 +150,7 @@ class _Run:
     def go(self) -> None:
         """Take steps until some lanes are idle and others can take their place, or all are done."""
         step, ids, inputs = self._lanes.step, self._ids, len(self._now)
-        share = 1.0 - IDLE if self._begun < self._count else 0.75
+        share = 1.0 - IDLE if self._begun < self._count else 0.5
         enough = 1 if len(ids) == WIDTH else share * len(ids)
         # Columns are worked through in turn. Those of each step are written where those of the
         # next are read, which takes two addresses, since heyoka refuses arrays that overlap. One
@@ -149,6 +170,7 @@ class _Run:
         while done < most and (not done or np.count_nonzero(rows[done, LEFT]) >= enough):
             given[:, : len(ids)] = rows[done, :inputs]
             step(given, pars=pars, outputs=made, batch_parallel=False)
+            self._lanes.check(rows[done, :inputs], pars, each)
             rows[done + 1 : done + 1 + steps] = each
             done += steps
         rows = rows[: done + 1]
