@@ -1,9 +1,13 @@
 """Thresholds of larger systems: known blocks under non-orthogonal transformations, both counts."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from squeal.errors import InputError
 from squeal.numerics.formula import Formula
@@ -35,6 +39,39 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
         assert mu == pytest.approx(at, rel=1e-9)
         assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
         assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-7, abs=1e-7)
+
+
+def test_eigenvalues_are_followed_by_one_thread():
+    def threads():
+        return max(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
+
+    seen = set()
+
+    def system(mu):
+        seen.add(threads())
+        return np.eye(4), 0.01 * np.eye(4), np.diag([1.0, 2.0, 3.0, 4.0]) + mu * coupling
+
+    coupling = np.zeros((4, 4))
+    coupling[0, 1], coupling[1, 0] = 1.0, -1.0
+    with threadpool_limits(2):
+        found = thresholds(system, 2.0)
+        assert threads() == 2
+    assert found.certified
+    assert 1 in seen
+
+
+def test_a_blas_that_is_loaded_late_has_one_thread_too():
+    lines = (
+        "from squeal.stability.sparse.factor import one_thread",
+        "from threadpoolctl import threadpool_info",
+        "with one_thread():",
+        "    import scipy.linalg",
+        "    print({one['num_threads'] for one in threadpool_info() if one['user_api'] == 'blas'})",
+    )
+    call = [sys.executable, "-c", "\n".join(lines)]
+    surroundings = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+    done = subprocess.run(call, env=surroundings, capture_output=True, text=True, check=True)
+    assert done.stdout == "{1}\n"
 
 
 def rotor(discs, speed):

@@ -23,12 +23,14 @@ from squeal.stability.following.verdicts import (
 )
 from squeal.stability.growth import GROWING, Growth, rises
 from squeal.stability.matrices import System
+from squeal.stability.sparse.factor import one_thread
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
 LEVEL = 1e-6  # of a growth rate: pairs and real roots that grow alike
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 
 
+@one_thread()  # a solution with two columns of a few rows waits a hundred times its time for them
 def followed(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> Thresholds:
