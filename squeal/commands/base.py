@@ -2,7 +2,6 @@
 
 import argparse
 import re
-import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 
 from squeal.commands.outputs import Once, check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
-from squeal.commands.streams import printed
+from squeal.commands.streams import printed, say
 from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
 from squeal.files.provenance import InputFile, provenance
 from squeal.files.writing import to_json
@@ -130,10 +129,10 @@ class Command:
             code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
         except KeyboardInterrupt:
             code, words = 130, "stopped"
-        print(f"squeal: {words}", file=sys.stderr)
+        say(f"squeal: {words}")
         return code
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     why = "" if issubclass(category, InputWarning) else f"; {BEYOND}"
-    print(f"squeal: warning: {message}{why}", file=sys.stderr)
+    say(f"squeal: warning: {message}{why}")

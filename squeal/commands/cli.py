@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from squeal import __version__
-from squeal.commands.streams import open_closed, printed
+from squeal.commands.streams import open_closed, printed, say
 
 if TYPE_CHECKING:
     from squeal.commands.base import Command
@@ -61,15 +61,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not given or given[0] in ("-h", "--help"):
         if given:
             return printed(_help())
-        print(_help(), file=sys.stderr)
+        say(_help())
         return 2
     if given[0] == "--version":
         return printed(f"squeal {__version__}")
     if given[0] not in COMMANDS:
-        print(
-            f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}",
-            file=sys.stderr,
-        )
+        say(f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}")
         return 2
     try:
         return command(given[0]).main(given[1:])
@@ -77,8 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         package = (error.name or "squeal").partition(".")[0]
         if package == "squeal":
             raise
-        print(f"squeal: the package {package} cannot be imported ({error})", file=sys.stderr)
+        say(f"squeal: the package {package} cannot be imported ({error})")
         return 1
     except KeyboardInterrupt:  # while modules are loaded
-        print("squeal: stopped", file=sys.stderr)
+        say("squeal: stopped")
         return 130

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from squeal.commands.streams import say
+
 EVERY = 0.2  # s between two lines
 
 
@@ -20,9 +22,9 @@ def progress_line(what: str) -> Iterator[Callable[[int, int], None] | None]:
         nonlocal last
         if done == count or time.monotonic() - last > EVERY:
             last = time.monotonic()
-            print(f"\r{done} of {count} {what}", end="", file=sys.stderr, flush=True)
+            say(f"\r{done} of {count} {what}", end="")
 
     try:
         yield show
     finally:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
+        say("\r\033[K", end="")

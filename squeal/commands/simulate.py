@@ -8,6 +8,7 @@ from typing import Any
 from squeal.commands.base import Answer, Parser
 from squeal.commands.motion import UNITS, asked, task_of, write_files
 from squeal.commands.outputs import file_options
+from squeal.commands.streams import say
 from squeal.commands.tables import number, table
 from squeal.files.writing import plain
 from squeal.model.contact import contact_law
@@ -152,4 +153,4 @@ def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
 
 
 def _progress(share: float) -> None:
-    print(f"\r{100 * share:3.0f} %", end="" if share < 1 else "\n", file=sys.stderr, flush=True)
+    say(f"\r{100 * share:3.0f} %", end="" if share < 1 else "\n")

@@ -16,6 +16,14 @@ def open_closed() -> None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, way), "w"))
 
 
+def say(text: str, end: str = "\n") -> None:
+    """Print on standard error; what cannot be said there stops nothing and changes no exit code."""
+    try:
+        print(text, end=end, file=sys.stderr, flush=True)
+    except OSError:  # a full disc, a terminal that is gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
 def printed(text: str) -> int:
     """Print on standard output, letters that it lacks as escapes; the exit code.
 
@@ -28,7 +36,7 @@ def printed(text: str) -> int:
     except BrokenPipeError:
         pass
     except OSError as error:
-        print(f"squeal: output: {error.strerror}", file=sys.stderr)
+        say(f"squeal: output: {error.strerror}")
         code = 1
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left to say
     return code

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from squeal.commands.numbers import band_of, numbers, whole
 from squeal.commands.outputs import Once, option_of
+from squeal.commands.streams import say
 from squeal.errors import InputError, InputWarning
 from squeal.scene import PlainSystem
 
@@ -112,7 +113,7 @@ def progress_of(given: argparse.Namespace) -> Progress:
 
     if not (given.progress or sys.stderr.isatty()):
         return quiet
-    return lambda text: print(f"squeal: {text}", file=sys.stderr, flush=True)
+    return lambda text: say(f"squeal: {text}")
 
 
 def refuse_options(given: argparse.Namespace, names: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -106,10 +107,8 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
         if kind == "pdf":
             _lay_out(drawing.figure)
-        write_whole(
-            path,
-            lambda stream: drawing.figure.savefig(stream, format=kind, dpi=200, metadata=metadata),
-            binary=True,
-        )
+        made = BytesIO()  # a disc that fills up leaves Matplotlib in the middle of a file
+        drawing.figure.savefig(made, format=kind, dpi=200, metadata=metadata)
+    write_whole(path, lambda stream: stream.write(made.getbuffer()), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")

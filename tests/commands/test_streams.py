@@ -97,6 +97,26 @@ def test_a_full_disc_is_exit_code_1(arguments):
     assert done.stderr == "squeal: output: No space left on device\n"
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
+def test_what_cannot_be_said_on_standard_error_loses_nothing(tmp_path):
+    with open("/dev/full", "w") as full:
+
+        def said(*arguments, **more):
+            done = fresh(*arguments, stdout=subprocess.PIPE, stderr=full, **more)
+            return done.returncode, done.stdout
+
+        system = tmp_path / "s.yaml"
+        system.write_text("M: [[1]]\nC0: [[0.1]]\nK0: [[1]]\n")
+        swept = ("--set", "parameter=W", "--sweep", "0:1:3", "--json")  # and it warns
+        code, out = said("eigenvalues", system, *swept)
+        assert (code, json.loads(out)["verdict"]) == (0, "stable")
+        code, out = said("eigenvalues", system, "--band", "0:9", "--progress")
+        assert (code, out.startswith("s: 1")) == (0, True)
+        assert said("eigenvalues", tmp_path / "none.yaml") == (2, "")
+        assert said("nothing") == (2, "")
+        assert said() == (2, "")
+
+
 def test_streams_may_be_closed(tmp_path):
     system = tmp_path / "s.yaml"
     system.write_text("M: [[1]]\nC0: [[0.1]]\nK0: [[1]]\n")

@@ -3,7 +3,6 @@
 import argparse
 import math
 import os
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from squeal.article.identify import Found, search
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers, whole
+from squeal.commands.streams import say
 from squeal.commands.tables import table
 from squeal.files.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
@@ -74,11 +74,7 @@ def run(given: argparse.Namespace) -> Answer:
         starts, seconds = whole(given.starts, "--starts", 1), math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
-    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, _tell, starts)
+    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
     return Answer(lambda: data(found), lambda: text(found), inputs=[])
-
-
-def _tell(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)

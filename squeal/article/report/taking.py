@@ -4,9 +4,9 @@ import hashlib
 import json
 import os
 import re
-import shutil
 import tempfile
 from collections.abc import Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -21,7 +21,7 @@ from squeal.errors import InputError
 from squeal.files.provenance import Provenance, version
 from squeal.files.records import call
 from squeal.files.sources import digest
-from squeal.files.writing import to_json, write_csv, write_text
+from squeal.files.writing import new_folder, to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
 """The file that marks a folder as one of ours."""
@@ -134,9 +134,11 @@ def _check(folder: Path, name: str) -> None:
 def _moved(made: Path, folder: Path) -> tuple[str, ...]:
     """Move finished files to their folder; other files in it stay."""
     files = sorted(str(path.relative_to(made)) for path in made.rglob("*") if path.is_file())
-    for file in files:
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        os.replace(made / file, folder / file)
+    with ExitStack() as folders:  # all of them before any file
+        for place in sorted({(folder / file).parent for file in files}):
+            folders.enter_context(new_folder(place))
+        for file in files:
+            os.replace(made / file, folder / file)
     return tuple(files)
 
 
@@ -167,12 +169,16 @@ def _figure(caption: Caption, build: Path, made: Path) -> None:
     write_text(made / "alternative.txt", drawing.alternative + "\n")
     (made / "data").mkdir()
     for file in reads:
-        shutil.copyfile(file, made / "data" / file.name)
+        _copy(file, made / "data" / file.name)
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
     command = f"snakemake figures/{caption.name}.pdf"
     origin = Origin(caption.name, caption.place, command, reads, module)
     _belongings(origin, "figure", made, {name: version(name) for name in ("numpy", "matplotlib")})
+
+
+def _copy(file: Path, to: Path) -> None:
+    write_whole(to, lambda stream: stream.write(file.read_bytes()), binary=True)
 
 
 def _table(caption: Caption, build: Path, made: Path) -> None:

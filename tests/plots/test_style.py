@@ -1,0 +1,33 @@
+"""Figures in files, and what is said where the disc is full."""
+
+import errno
+
+import pytest
+from matplotlib.figure import Figure
+
+from squeal.plots import style
+
+
+@pytest.mark.parametrize("kind", ["pdf", "svg", "png"])
+@pytest.mark.parametrize("room", [0, 1000, 4000])  # where Matplotlib writes fonts of a PDF, too
+def test_a_full_disc_is_told_as_such(monkeypatch, tmp_path, kind, room):
+    class Full:
+        written = 0
+
+        def write(self, held):
+            self.written += len(held)
+            if self.written > room:
+                raise OSError(errno.ENOSPC, "full")
+
+        def tell(self):
+            return self.written
+
+        def flush(self):
+            pass
+
+    monkeypatch.setattr(style, "write_whole", lambda path, write, binary: write(Full()))
+    figure = Figure()
+    figure.text(0.5, 0.5, "some words")
+    figure.add_subplot().plot([1, 2])
+    with pytest.raises(OSError, match="full"):
+        style.save(style.Drawing(figure, "", "", ""), tmp_path / f"x.{kind}")
