@@ -13,6 +13,8 @@ from squeal.article.identify import search, space
 from squeal.article.identify.objective import cost_of, costs, judge_many, judge_one
 from squeal.article.identify.stored import read_searches
 from squeal.article.identify.write import check_folder, write_scenes
+from squeal.article.results.verify import TOLERANCE
+from squeal.article.studies.verify import VARIATIONS
 from squeal.commands.cli import main
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
@@ -238,3 +240,12 @@ def test_a_tilted_start_keeps_the_statement_on_case_d_and_loses_the_one_on_case_
     failing = {j.id for j in judge_one(numbers, MEAN) if j.verdict != "reproduced"}
     printed = {c.id for c in CLAIMS if not c.id.startswith("B12")}  # those the pad was sought for
     assert failing & printed == {"B2-a-leading", "B2-b-theta"}
+
+
+@needs_heyoka
+def test_each_tolerance_at_which_verdicts_are_asked_again_is_another_integration():
+    scene = read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+    tolerances = {TOLERANCE, *(tolerance for tolerance, _ in VARIATIONS.values())}
+    assert len(tolerances) == 3
+    ends = {simulate(dataclasses.replace(scene, tolerance=one)).final for one in tolerances}
+    assert len(ends) == 3

@@ -38,7 +38,7 @@ def formulation_table(found: Sequence[VerifiedPad]) -> str:
         "pads tried": lambda pad: f"{pad.pads:,}".replace(",", r"\,"),
         "kept": lambda pad: str(pad.reproduced),
         "not kept": lambda pad: typeset(", ".join(claim.id for claim in pad.failing)),
-        "changed by half or double tolerance or a doubled horizon": changed,
+        "changed by another tolerance or a doubled horizon": changed,
     }
     return long_table(*cells(columns, found))
 

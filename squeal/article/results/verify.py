@@ -2,7 +2,7 @@
 
 from squeal.files.records import Record, Result
 
-TOLERANCE = 1e-12  # of all motions, if not halved or doubled
+TOLERANCE = 1e-12  # of all motions but the variations'
 
 
 class Switches(Record):
