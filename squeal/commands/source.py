@@ -122,6 +122,11 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     if _is_general(document):
         table = _with_parameters(document)
         allowed = [keys[-1] for keys, _ in table.paths() if len(keys) == 1 or "parameters" in keys]
+    elif rows and name.strip() == document.get("parameter", "mu"):
+        raise at.refuse(
+            "is the parameter that thresholds are sought in; eigenvalues at one value of it are "
+            f"found with --at {text or 'VALUE'}"
+        )
     keys, key = table.find(name.strip(), at, allowed)
     if not equals:
         raise at.refuse("it must be NAME=VALUE")

@@ -26,7 +26,7 @@ from squeal.commands.system_options import (
     warn_if_constant,
 )
 from squeal.commands.system_shapes import check_shape, write_shape
-from squeal.commands.tables import columns_with, elided, in_words, number, table
+from squeal.commands.tables import columns_with, elided, in_words, number, roots_in_words, table
 from squeal.commands.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
 from squeal.files.journal import Checkpoint, Journal
@@ -224,7 +224,8 @@ def _text(
 ) -> str:
     words = looked_at(roots, wanted)
     own = ", ".join(f"{name} = {number(v)}" for name, v in system.parameters.items())
-    parts = [f"{system.name}: {system.n} degrees of freedom, {own}"]
+    freedom = "degree of freedom" if system.n == 1 else "degrees of freedom"
+    parts = [f"{system.name}: {system.n} {freedom}, {own}"]
     if file.origins:
         rows = [("  part", "file", "factor", "non-zeros", "fingerprint")]
         rows += [
@@ -261,8 +262,8 @@ def certificate(roots: SystemRoots, words: str) -> str:
         return f"{words}: the number of roots could not be settled; the list may be incomplete"
     if roots.certified:
         listed = f", {len(roots.eigenvalues)} of them listed" if roots.others else ""
-        return f"{words}: {roots.count} roots{listed}, none is missing (count)"
-    return f"{words}: {len(roots.eigenvalues)} roots are listed and {roots.count} counted"
+        return f"{words}: {roots_in_words(roots.count)}{listed}, none is missing (count)"
+    return f"{words}: listed roots {len(roots.eigenvalues)}, counted {roots.count}"
 
 
 def root_table(roots: SystemRoots) -> str:

@@ -27,6 +27,11 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value + 0.0:.{digits}g}"
 
 
+def roots_in_words(count: int) -> str:
+    """A number of roots: 1 root, 2 roots."""
+    return f"{count} root{'' if count == 1 else 's'}"
+
+
 def table(rows: Sequence[Sequence[str]], right: bool = True) -> str:
     """Rows of text as aligned columns; the first column is aligned to the left."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]

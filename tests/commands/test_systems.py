@@ -323,3 +323,38 @@ def test_a_shape_on_coordinates(small, tmp_path, capsys):
     ]
     for given, options, word in refused:
         assert word in assert_refused(capsys, "eigenvalues", given, *options)
+
+
+@pytest.mark.parametrize("method", ["modal", "reduced"])
+def test_few_rows_are_swept_on_a_basis(method, tmp_path, capsys):
+    # two oscillators of 1 and sqrt(3) rad/s with a follower force that parameter mu scales
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "parameters: {mu: 0.4}\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0.02, 0], [0, 0.02]]}]\n"
+        "K: [{matrix: [[2, -1], [-1, 2]]}, {matrix: [[0, 1.5], [0, 0]], factor: mu}]\n"
+    )
+    sweep = ("--sweep", "0:0.4:3", "--method", method)
+    rows = answer(capsys, "eigenvalues", path, *sweep, "--modes", "2")["sweep"]
+    for row in rows:  # det(K - s) = (2 - s)^2 - (1 - 1.5 mu), and damping shifts by 0.01
+        apart = np.sqrt(1 - 1.5 * row["mu"])
+        expected = np.sqrt(np.array([2 - apart, 2 + apart]) - 0.01**2)
+        found = [one["imag"] for one in row["eigenvalues"] if one["imag"] > 0]
+        assert found == pytest.approx(expected, rel=1e-9)
+        assert row["verdict"] == "stable"
+    err = assert_refused(capsys, "eigenvalues", path, *sweep)
+    assert "--method reduced or modal, needs --band, --region or --modes" in err
+
+
+def test_one_of_a_kind_is_singular(tmp_path, capsys):
+    path = tmp_path / "one.yaml"
+    path.write_text("parameters: {mu: 0.4}\nM: [[1]]\nK: [{matrix: [[1]]}]\n")
+    code, out, _ = run(capsys, "eigenvalues", path, "--region=-1:1:0.5:2")
+    assert code == 0
+    assert "1 degree of freedom," in out
+    assert "1 root, none is missing" in out
+
+
+def test_set_of_the_parameter_points_to_at(tmp_path, capsys):
+    path = tmp_path / "plain.yaml"
+    path.write_text("M: [[1]]\nK0: [[1]]\nK1: [[1]]\n")
+    assert "--at 0.9" in assert_refused(capsys, "eigenvalues", path, "--set", "mu=0.9")

@@ -34,7 +34,10 @@ REAL_MODES = 200  # of a modal reduction
 NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
 AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
 
-NO_BAND = "--band: is missing; a sweep of a large system needs --band, --region or --modes"
+NO_BAND = (
+    "--band: is missing; a sweep of a large system, or with --method reduced or modal, needs "
+    "--band, --region or --modes"
+)
 Changes = Mapping[str, float]
 
 
@@ -87,9 +90,14 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
         return wanted.rectangle
     if wanted.modes is None:
         raise InputError(NO_BAND)
-    found = lowest_modes(scaled.at(changes), wanted.modes, left=False, certify=False)
-    assert isinstance(found.region, Disc)
-    far = AROUND * found.region.radius
+    if is_small(scaled.system):
+        roots = roots_of_all(scaled.system, Wanted(), changes)
+        sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
+        far = AROUND * float(sizes[: wanted.modes][-1]) or 1.0
+    else:
+        found = lowest_modes(scaled.at(changes), wanted.modes, left=False, certify=False)
+        assert isinstance(found.region, Disc)
+        far = AROUND * found.region.radius
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
