@@ -144,6 +144,12 @@ def test_other_peoples_folders_are_left_alone(build, tmp_path):
         take("b2-c.max.Rn", build, tmp_path / "own")
     take("table-1", build, tmp_path / "own")
     assert (tmp_path / "own" / "notes.txt").read_text() == "kept"
+    (tmp_path / "own" / "caption.txt").write_text("my words")
+    with pytest.raises(InputError, match=r"caption\.txt: was changed since `squeal take table-1`"):
+        take("table-1", build, tmp_path / "own")
+    assert (tmp_path / "own" / "caption.txt").read_text() == "my words"
+    (tmp_path / "own" / "caption.txt").unlink()
+    take("table-1", build, tmp_path / "own")
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="file: exists and"):
         take("table-1", build, tmp_path / "file")

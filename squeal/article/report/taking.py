@@ -74,9 +74,7 @@ class Origin:
             "licence": "CC-BY-4.0",
             "command": self.command,
             "sources": {"module": self.module, "sha256": digest(self.module)},
-            "read": {
-                file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in self.reads
-            },
+            "read": {file.name: _sha256(file) for file in self.reads},
             "results": [made.to_dict() for made in self.made()],
         }
 
@@ -113,22 +111,43 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
             fill(caption, build, Path(made))
             text = plain(caption.tex, told)
             write_text(Path(made) / "caption.txt", f"{caption.place}. {text}\n")
+        _sealed(Path(made))
         return Taken(caption.name if caption else name, str(folder), _moved(Path(made), folder))
 
 
 def _check(folder: Path, name: str) -> None:
-    """Refuse a folder that holds anything but an earlier take of the same thing."""
+    """Refuse a folder that holds anything but an earlier take of the same thing, or that with
+    files changed since."""
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
         return
     try:
-        if json.loads((folder / ORIGIN).read_text(encoding="utf-8"))["name"] == name:
-            return
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    raise InputError(
-        f"{folder}: exists and was not written by `squeal take {name}`; a new or an empty folder "
-        "is allowed (--to FOLDER)"
-    )
+        origin = json.loads((folder / ORIGIN).read_text(encoding="utf-8"))
+        own, written = origin["name"] == name, dict(origin.get("written", {}))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        own = False
+    if not own:
+        raise InputError(
+            f"{folder}: exists and was not written by `squeal take {name}`; a new or an empty "
+            "folder is allowed (--to FOLDER)"
+        )
+    for file, sha256 in written.items():
+        if (folder / file).is_file() and _sha256(folder / file) != sha256:
+            raise InputError(
+                f"{folder / file}: was changed since `squeal take {name}` wrote it; remove it, or "
+                "give a new or an empty folder (--to FOLDER)"
+            )
+
+
+def _sealed(made: Path) -> None:
+    """Tell in origin.json what was written, so that a later take sees what was changed."""
+    origin = json.loads((made / ORIGIN).read_text(encoding="utf-8"))
+    files = sorted(path for path in made.rglob("*") if path.is_file() and path.name != ORIGIN)
+    origin["written"] = {str(path.relative_to(made)): _sha256(path) for path in files}
+    write_text(made / ORIGIN, to_json(origin) + "\n")
+
+
+def _sha256(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _moved(made: Path, folder: Path) -> tuple[str, ...]:
