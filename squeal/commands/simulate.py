@@ -63,7 +63,7 @@ def text(scene: Scene, result: Simulation) -> str:
     """The same for people."""
     final = zip(UNITS.items(), result.final, strict=True)
     tables: dict[str, list[tuple[str, ...]]] = {
-        "final state": [(f"  {name}", number(v, 12), unit) for (name, unit), v in final]
+        "final state": [(f"  {name}", number(v, 9), unit) for (name, unit), v in final]
     }
     if result.shares is not None:
         tables["share of time"] = [(f"  {s}", f"{100 * v:.3f} %") for s, v in result.shares.items()]
