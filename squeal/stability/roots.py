@@ -106,6 +106,37 @@ def refine(f: Function, low: float, high: float, f_low: float, f_high: float) ->
     return Root(best, ends, bool(ends[1] - ends[0] <= 1e-12 * abs(best)))
 
 
+def certain(
+    f: Function, mu: float, half: float, low: float, high: float
+) -> tuple[float, float] | None:
+    """The nearest values below and above mu at which the sign of f is certain, by factors of two
+    from `half`; an end of [low, high] is taken as it is.
+
+    None if the sign is the same on both sides. Where f is flat next to its zero these hold the
+    zero, and bound over slope does not.
+    """
+    least = 2 * float(np.spacing(max(abs(low), abs(high))))
+
+    def sign(x: float) -> float:
+        at = f(x)
+        return math.copysign(1.0, at.value) if abs(at.value) > at.bound else 0.0
+
+    ends, signs = [], []
+    for way, last in ((-1, low), (1, high)):
+        room = way * (last - mu)
+        step = max(min(half, room / 2), least)
+        found = sign(mu + way * step) if step < room else 0.0
+        if found:
+            while step > least and sign(mu + way * step / 2) == found:
+                step /= 2
+        while not found and step < room:
+            step *= 2
+            found = sign(mu + way * step) if step < room else 0.0
+        ends.append(float(mu + way * step if found else last))
+        signs.append(found)
+    return None if signs[0] * signs[1] > 0 else (ends[0], ends[1])
+
+
 def sign_changes(
     f: Function, low: float, high: float, prepare: Prepare = lambda mus: None
 ) -> tuple[list[Root], list[float]]:

@@ -13,7 +13,9 @@ import numpy as np
 from squeal.stability.cubic import Value
 from squeal.stability.eigen import ComplexArray
 from squeal.stability.family import Family
-from squeal.stability.roots import Function, Root
+from squeal.stability.roots import Function, Root, certain
+
+STRAIGHT = 1e-9  # of the range: next to a zero with no slope more is within rounding
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,15 @@ class Search:
         scatter = float(np.abs(np.polyval(fit, at) - f).max())
         error = max(4 * scatter, *(float(v.bound) for v in values))
         half = step * error / abs(float(fit[1])) if fit[1] else self.high - self.low
+        if half > STRAIGHT * (self.high - self.low):  # the slope may change within
+
+            def known(x: float) -> Value:
+                value = self.function(x)
+                return Value(value.value, max(float(value.bound), 4 * scatter))
+
+            ends = certain(known, mu, half, self.low, self.high)
+            low, high = ends or (low, high)
+            half = 0.0 if ends else half
         return (
             float(max(self.low, min(low, mu - half))),
             float(min(self.high, max(high, mu + half))),

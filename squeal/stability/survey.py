@@ -143,9 +143,17 @@ class Survey:
         for k, points in sampled.items():
             middle = middles[k]
             row = [(mu, self.state(mu)) for mu in (middle, *points)]
+            if len({state for _, state in row}) > 1:
+                row = [one for one in row if not self._hidden(k, one[0])]
             for (a, before), (b, after) in itertools.pairwise(sorted(row)):
                 if before != after:
                     yield self._bisected(a, b, before)
+
+    def _hidden(self, k: int, mu: float) -> bool:
+        """True if rounding hides, up to mu, what changes at a place beside gap k."""
+        beside = itertools.chain(*self._places[max(k - 1, 0) : k + 1])
+        spans = (c.search.interval(c.root) for c in beside if c.search)
+        return any(low <= mu <= high for low, high in spans)
 
     def _together(self, low: float, high: float) -> list[Candidate]:
         """Several changes that were taken for one, each by itself; one alone if they are."""

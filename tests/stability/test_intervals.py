@@ -60,3 +60,36 @@ def test_what_a_subspace_is_off_is_part_of_the_noise_of_a_pair(rounds, monkeypat
     pair = pairs.pair_at(line, 0.0, 1.0 + 0j, *rng.standard_normal((2, 9, 2)))
     assert abs(pair.d - 0.01) <= pair.noise
     assert (pair.noise < 1e-12) == (rounds == ALL)
+
+
+def flat_system(kind: str, n: int, power: int, mixed: bool):
+    """n degrees of freedom, one of which passes the axis at 0.45 as that power of mu - 0.45."""
+    X = np.eye(n) + mixed * np.eye(n, k=1)
+    C, K = np.diag([0.0] + [0.1] * (n - 1)), np.diag([4.0, 9.0, 16.0, 25.0][:n])
+
+    def system(mu):
+        damping, stiffness, f = C.copy(), K.copy(), -((mu - 0.45) ** power)
+        if kind == "damping":
+            damping[0, 0] = f
+        elif kind == "stiffness":
+            stiffness[0, 0] = f
+        else:
+            stiffness[:2, :2] = [[4.0, f], [1.0, 4.0]]
+        C_mixed = X.T @ damping @ X if kind == "damping" else None
+        return X.T @ X, C_mixed, X.T @ stiffness @ X
+
+    return system
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("power", [3, 5])
+@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize("kind", ["damping", "stiffness", "coalescence"])
+def test_intervals_hold_a_threshold_of_no_slope(kind, n, power, mixed):
+    found = thresholds(flat_system(kind, n, power, mixed), 1.0)
+    (one,) = found.crossings
+    assert (one.direction, one.kind) == ("up", "divergence" if kind == "stiffness" else "flutter")
+    low, high = one.interval
+    assert low <= 0.45 <= high
+    assert low <= one.mu <= high
+    assert high - low < 0.02

@@ -2,16 +2,19 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from squeal.numerics.inverse import near_singular
 from squeal.stability.crossing import Crossing
+from squeal.stability.cubic import Value
 from squeal.stability.following.coupling import ComplexArray
 from squeal.stability.following.line import Line
 from squeal.stability.following.pairs import SURE, pair_at
 from squeal.stability.following.windows import Guess
 from squeal.stability.matrices import EPS, norm_of
+from squeal.stability.roots import Function, certain
 
 STEPS = 25
 CONVERGED = 4 * EPS
@@ -20,6 +23,7 @@ APART = 1e-9  # of the parameter: a pair that leaves more in doubt is looked at 
 ASIDE = 1e-5  # of the width of a guess
 NOT_ZERO = 1e-8  # of |A|
 SLACK = 1.5  # steps beyond the width of a guess before it is given up
+STRAIGHT = 1e-9  # of the width of a guess: next to a zero with no slope more is within rounding
 
 
 @dataclass(frozen=True)
@@ -153,17 +157,15 @@ def _passing(line: Line, guess: Guess) -> Located | None:
     p, limit = guess.value, SLACK * guess.width
     z, x, y = guess.root, guess.right, guess.left
     for _ in range(STEPS):
-        A, derivative, rounding = line.both(p)
+        A, derivative, _ = line.both(p)
         try:
-            z, x, y = _refined_vectors(A, z, x, y)
+            z, x, y, noise = _root_at(line, p, z, x, y)
         except (np.linalg.LinAlgError, ValueError):
             return None
         across = y.conj() @ x
         slope = complex(y.conj() @ (derivative @ x) / across) if across else 0j
         if not slope.real or not np.isfinite(slope):
             return None
-        entries = float(np.sqrt(np.abs(y) ** 2 @ (A**2 @ np.abs(x) ** 2)))
-        noise = float(SURE * max(rounding, EPS) * entries / abs(across))
         move = float(-z.real / slope.real)
         if abs(move) > guess.width:
             move = math.copysign(guess.width / 2, move)
@@ -176,12 +178,57 @@ def _passing(line: Line, guess: Guess) -> Located | None:
                 return None  # where two roots coalesce the slope is without bound, and this no zero
             real = not line.damped or abs(z.imag) <= 4 * noise
             half = float(2 * noise / abs(slope.real) + abs(move) + 2 * EPS * abs(p))
+            beside = partial(_real_part, line, (p, z, slope), x, y)
+            interval = _interval(line, beside, p, half, guess.width)
+            if interval is None:
+                return None
             direction = 1 if (slope.real > 0) == line.damped else -1
             rest = A @ x - z * x
             residual = float(np.linalg.norm(rest) / norm_of(A))
             omega = 0.0 if real else line.omega(z)
-            return Located(p, omega, direction, (p - half, p + half), residual, False)
+            return Located(p, omega, direction, interval, residual, False)
     return None
+
+
+def _root_at(
+    line: Line, p: float, near: complex, right: ComplexArray, left: ComplexArray
+) -> tuple[complex, ComplexArray, ComplexArray, float]:
+    """The root at p next to `near` with unit vectors, and how far rounding moves it."""
+    A, _, rounding = line.both(p)
+    z, x, y = _refined_vectors(A, near, right, left)
+    entries = float(np.sqrt(np.abs(y) ** 2 @ (A**2 @ np.abs(x) ** 2)))
+    across = max(float(abs(y.conj() @ x)), float(np.finfo(float).tiny))
+    return z, x, y, float(SURE * max(rounding, EPS) * entries / across)
+
+
+def _real_part(
+    line: Line, start: tuple[float, complex, complex], x: ComplexArray, y: ComplexArray, p: float
+) -> Value:
+    """Re z at p of the root that has a value, and a slope, where it starts."""
+    at, z, slope = start
+    root, *_, noise = _root_at(line, p, z + (p - at) * slope, x, y)
+    return Value(root.real, noise)
+
+
+def _difference(
+    line: Line, near: complex, right: ComplexArray, left: ComplexArray, p: float
+) -> Value:
+    """Re d at p of a pair."""
+    pair = pair_at(line, p, near, right, left)
+    return Value(pair.d.real, pair.noise)
+
+
+def _interval(
+    line: Line, f: Function, p: float, half: float, width: float
+) -> tuple[float, float] | None:
+    """The interval of a zero of f at p, next to a guess of that width: `half`, which follows from
+    rounding over slope, to each side unless the slope may change within; None if f turns back."""
+    if half <= STRAIGHT * width:
+        return p - half, p + half
+    try:
+        return certain(f, p, half, line.low, line.high)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
 
 
 def _coalescence(line: Line, guess: Guess) -> Located | None:
@@ -217,6 +264,10 @@ def _coalescence(line: Line, guess: Guess) -> Located | None:
                 right, left, near = guess.right, guess.left, guess.root
                 p = float(np.clip(p + ASIDE * guess.width, line.low, line.high))
                 continue
+            beside = partial(_difference, line, near, right, left)
+            interval = _interval(line, beside, p, half, guess.width)
+            if interval is None:
+                return None
             direction = int(np.sign(sign * slope))
             on_zero = abs(pair.mean) <= np.sqrt(abs(pair.noise))
             omega = 0.0 if line.damped and on_zero else line.omega(pair.mean)
@@ -226,5 +277,5 @@ def _coalescence(line: Line, guess: Guess) -> Located | None:
             A = line.both(p)[0]
             least = np.linalg.svd(A - pair.mean * np.eye(len(A)), compute_uv=False)
             residual = float(least[-1] / least[0])
-            return Located(p, omega, direction, (p - half, p + half), residual, True)
+            return Located(p, omega, direction, interval, residual, True)
     return None

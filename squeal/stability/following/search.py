@@ -16,6 +16,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.numerics.grouping import together
+from squeal.stability.cubic import Value
 from squeal.stability.following.ends import (
     beginning,
     completed,
@@ -29,6 +30,7 @@ from squeal.stability.following.sign import count_right
 from squeal.stability.following.steps import Stepper
 from squeal.stability.growth import Growth
 from squeal.stability.matrices import System, norm_of
+from squeal.stability.roots import certain
 
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one
 STARTS = {60: 24, 150: 16, 10**9: 10}  # steps at first, by the rows of A
@@ -276,7 +278,7 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
         (low + high) / 2,
         omega,
         1 if rise > 0 else -1,
-        (max(low - margin, line.low), high + margin),
+        _sure(line, (low + high) / 2, margin, (a, b), (before.roots, seen.roots)),
         float("nan"),
         False,
         converged=False,
@@ -284,6 +286,25 @@ def _bisected(line: Line, a: float, b: float, place: list[Located]) -> list[tupl
     if beyond >= b or line.growth(high).roots == after.roots:
         return [(one,)]
     return [(one,), *_bisected(line, beyond, b, place)]
+
+
+def _sure(
+    line: Line, p: float, margin: float, ends: tuple[float, float], roots: tuple[int, int]
+) -> tuple[float, float]:
+    """What holds a change of the count at p: beside it `roots` grow for sure, or `margin` if other
+    roots leave that in doubt up to the ends."""
+    way = 1.0 if roots[1] > roots[0] else -1.0
+
+    def count(x: float) -> Value:
+        least, most = line.bounds(x)
+        if most <= min(roots):
+            return Value(-way, 0.0)
+        return Value(way if least >= max(roots) else 0.0, 0.0)
+
+    found = certain(count, p, margin, *ends)
+    if found is None or found[0] <= ends[0] or found[1] >= ends[1]:
+        return max(p - margin, line.low), p + margin
+    return found
 
 
 def _coalescing(
