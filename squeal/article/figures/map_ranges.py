@@ -7,7 +7,7 @@ from squeal.article.results.map_ranges import MapRanges
 from squeal.plots import areas
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-COLOURS = ("#3498DB", "#000000", "#C8380E")
+LOOKS = (("#3498DB", "--"), ("#000000", "-"), ("#C8380E", ":"))
 SYMBOLS = {"h/w": "$h/w$", "k2/k1": "$k_2/k_1$", "mu": r"friction $\mu$"}
 
 
@@ -18,10 +18,10 @@ def map_ranges_figure(found: MapRanges) -> Figure:
         grid = figure.subplots(2, 3)
         for column, (name, sweep) in enumerate(found.sweeps.items()):
             shape, share = grid[:, column]
-            for (value, curves), colour in zip(sweep.shapes.items(), COLOURS, strict=False):
+            for (value, curves), (colour, dash) in zip(sweep.shapes.items(), LOOKS, strict=False):
                 label = f"{SYMBOLS[name].split()[-1]} = {value}"
                 for line in curves:
-                    shape.plot(*(np.array(line).T / np.pi), color=colour, label=label, lw=0.8)
+                    shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"
             areas.mark(shape, {c: (m.alpha1, m.alpha2) for c, m in found.members.items()}, np.pi)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
