@@ -9,7 +9,7 @@ import pytest
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
 from squeal.article.cases import CASES
 from squeal.article.equations import Bounds, bounds
-from squeal.article.report.verdicts import deciding
+from squeal.article.report.verdicts import deciding, small_counts
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
@@ -136,7 +136,10 @@ def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
     assert list(found.small_at["mu"].values()) == [0, 27, 81]
     assert list(found.small_at["k_c/k1"].values()) == [27, 27, 54]
     assert all(list(found.small_at[n].values()) == [36] * 3 for n in ("h/w", "k2/k1", "preload"))
-    assert deciding(found) == ["mu", "k_c/k1"]
+    assert deciding(found)[:2] == ["mu", "k_c/k1"]
+    assert (
+        small_counts(found) == r"of 81 each 0 to 81 by $\mu$, 27 to 54 by $k_c/k_1$, by others less"
+    )
     assert found.near == found.near_others == 0
     spread = np.linspace(0.0, 1.0, 243) ** 2
     monkeypatch.setattr(ranges_study, "_equilibria", lambda *_: (spread, 1 - spread, spread))

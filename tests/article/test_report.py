@@ -9,6 +9,7 @@ from typing import Annotated, Any, cast
 import numpy as np
 import pytest
 
+from squeal.analysis.eigenvalues import analyse
 from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS
 from squeal.article.equations import stiffness
@@ -24,7 +25,14 @@ from squeal.article.findings.equations import (
 from squeal.article.findings.motion import flipped
 from squeal.article.report import contact_states
 from squeal.article.report.article import eigenvalue_table
-from squeal.article.report.latex import counted, number, percent, plain_values, typeset
+from squeal.article.report.latex import (
+    counted,
+    long_table,
+    number,
+    percent,
+    plain_values,
+    typeset,
+)
 from squeal.article.report.making import origin_table, versions
 from squeal.article.report.parameters import angle, parameter_rows, start
 from squeal.article.report.statements import agreement, together
@@ -224,6 +232,38 @@ def test_python_control_agrees_with_the_program(scenes):
     assert f"{found.poles[0].frequency_hz:.1f}" in table
     assert found.verdict in table
     assert "none at all" in table
+
+
+def test_reactions_without_friction_are_alike_in_mirrored_cases(scenes):
+    """(a) and (b) are mirror images where both springs are alike, and so is all but friction."""
+    pair = [
+        examined(dataclasses.replace(s, pad=s.pad.replace(k2=s.pad.k1))) for s in scenes["b2"][:2]
+    ]
+    a, b = (one for one in pair if isinstance(one, EquilibriumPoles))
+    assert a.free == pytest.approx(b.free, rel=1e-9)
+    assert a.R_n < a.free
+    assert b.R_n > b.free
+
+
+def test_flutter_begins_where_the_real_parts_do(scenes):
+    scene = scenes["b2"][2]
+    found = examined(scene)
+    assert isinstance(found, EquilibriumPoles)
+    for by, mu in found.flutter.items():
+        assert mu is not None
+        for factor, leaves in ((0.999, False), (1.001, True)):
+            pad = scene.pad.replace(k_c=float(by) * scene.pad.k_c, mu=factor * mu)
+            values = analyse(dataclasses.replace(scene, pad=pad)).spectrum.values
+            assert (values.real.max() > 1e-6 * abs(values).max()) == leaves
+
+
+def test_the_last_row_of_a_long_table_stays_with_that_before():
+    for n in (1, 2, 4):
+        body = long_table(["a"], [[str(i)] for i in range(n)]).split("\\endfoot\n")[1]
+        assert body.count(r" \\*") == (n > 1)
+        assert body.endswith(rf"{n - 1} \\" + "\n")
+        if n > 1:
+            assert rf"{n - 2} \\*" in body
 
 
 def test_versions_that_differ_between_results_are_all_told():

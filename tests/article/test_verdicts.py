@@ -14,6 +14,7 @@ from squeal.article.report.hammering import by_edges, by_model, settles, touchin
 from squeal.article.report.identification import hardest
 from squeal.article.report.pads import consistent, kept_briefly, kept_by, lasts, origin
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Settled
+from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
 from squeal.article.results.map_ranges import MapRanges, Span, Upright
@@ -180,15 +181,26 @@ def test_a_verdict_turns_with_the_results_behind_it():
     def maps(printed, small, exists=0.7):
         share = SimpleNamespace(exists=exists)
         full = Upright(
-            10, 0.1, 0.6, small, 0.25, {"h/w": {"0": 0, "1": small}}, 90, 1, 0, 0.06, Span(0, 1)
+            10,
+            0.1,
+            0.6,
+            small,
+            0.25,
+            {"mu": {"0": small, "1": small + 2}, "h/w": {"0": 0, "1": small}},
+            90,
+            1,
+            0,
+            0.06,
+            Span(0, 1),
         )
         printed_share = SimpleNamespace(share=SimpleNamespace(as_printed=printed))
         return full, cast(Any, printed_share), cast(Any, SimpleNamespace(share=share))
 
     assert verdicts.region(*maps(0.1, 0)[:2]) == "does not hold"
     assert verdicts.region(*maps(0.1, 10)[:2]) == "holds"
-    assert verdicts.region(*maps(0.1, 3)[:2]) == "by full contact, depends on height"
-    assert verdicts.region(*maps(0.1, 1)[:2]).endswith("depends on the pad")
+    words = verdicts.region(*maps(0.1, 3)[:2])
+    assert words == "by full contact, depends most on height, then on friction"
+    assert verdicts.region(*maps(0.1, 1)[:2]).endswith("on friction, then on height")
     assert verdicts.region(*maps(0.4, 3)[:2]) == "not reproduced"
     held = {"B3-singular": True}
     assert verdicts.singular(held, maps(0.1, 0)[2]) == "does not follow"
@@ -299,6 +311,37 @@ def test_cases_that_hammer_are_told_apart_by_what_holding_the_rotation_does():
     hammering = Hammering({"B1": (), "B2": ()}, (), {})
     onset = dataclasses.replace(onset, others=dict.fromkeys(onset.late, (quiet,)))
     assert rotation(b2_d=(0.2, 1.5)) == "no case hammers here"
+
+
+def test_reactions_and_thresholds_are_told_by_case():
+    def at(free, rubs, **flutter):
+        return known.filled(EquilibriumPoles, R_n=rubs, free=free, flutter=flutter)
+
+    quiet, lively = at(2.0, 1.5, half=None, one=None), at(2.0, 3.0, half=None, one=0.25)
+    poles = Eigenvalues(
+        provenance=known.of(Eigenvalues).provenance,
+        scenes={"b2-a": quiet, "b2-b": lively, "b2-c": quiet},
+        mu_max=1.0,
+    )
+    assert verdicts.beside_a(poles) == "to $2$ times that of (a) ($1$ without friction)"
+    gone = dataclasses.replace(poles, scenes=poles.scenes | {"b2-a": Missing("none")})
+    assert verdicts.beside_a(gone) == "not both have a place of rest"
+    assert verdicts.by_stiffness(poles) == (
+        r"with half and one times ours flutter begins at $\mu$ of none in (a), (c), "
+        "none and $0.25$ in (b)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("b1", "b2", "words"),
+    [
+        (("a",), ("c",), "both models show"),
+        ((), ("c",), "B2 alone shows"),
+        ((), (), "no model shows"),
+    ],
+)
+def test_hammering_of_experiments_is_that_of_the_models(b1, b2, words):
+    assert verdicts.seen(Hammering({"B1": b1, "B2": b2}, (), {})) == words
 
 
 def test_perpetual_contact_is_judged_by_other_starts():

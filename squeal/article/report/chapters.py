@@ -103,8 +103,8 @@ def _shown(*names: str, by: str = "") -> tuple[Figure, ...]:
 # fmt: off
 _PARTS = (
     Chapter("verdicts", also=(*_results(
-        "claims", "angles", "quasi_static", "loci", "ensembles", "map_ranges", "starts", "onset"),
-                              PAD)),
+        "claims", "angles", "quasi_static", "eigenvalues", "loci", "ensembles", "map_ranges",
+        "starts", "onset"), PAD)),
     Chapter("introduction"), Chapter("equations"), Chapter("method"),
     Chapter("article", also=_results(*HISTORY_FIGURES),
             tables=("table-1", "table-2", "eigenvalues"),

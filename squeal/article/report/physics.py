@@ -71,7 +71,7 @@ def _ranges(found: MapRanges) -> dict[str, str]:
         "physics.map.margin": number(100.0 * found.full.margin, 2),
         "physics.map.lie": f"With the pad of the scenes, cases {lie}",
         "physics.map.reading": READINGS[found.members[HAMMERS].own],
-        "physics.map.widest": f"${_SYMBOLS[widest]}$",
+        "physics.map.widest": f"${SYMBOLS[widest]}$",
         "physics.map.angles": angles,
         "physics.map.other": other,
     }
@@ -80,10 +80,10 @@ def _ranges(found: MapRanges) -> dict[str, str]:
 def small_by(name: str, at: dict[str, int]) -> str:
     """On how many pads the region is small, by the values of one parameter."""
     values, counts = (in_words([str(v) for v in some]) for some in (at.keys(), at.values()))
-    return f"{counts} at ${_SYMBOLS[name]}$ of {values}"
+    return f"{counts} at ${SYMBOLS[name]}$ of {values}"
 
 
-_SYMBOLS = {
+SYMBOLS = {
     "h/w": "h/w",
     "k2/k1": "k_2/k_1",
     "mu": r"\mu",

@@ -12,9 +12,10 @@ from squeal.article.report.hammering import by_edges, by_model, settles, touchin
 from squeal.article.report.lasting import hammering_on
 from squeal.article.report.latex import Generated, counted, in_words, number, percent
 from squeal.article.report.pads import consistent, kept_briefly, origin, thousands
-from squeal.article.report.physics import small_by
+from squeal.article.report.physics import SYMBOLS
 from squeal.article.results.angles import Angles
 from squeal.article.results.claims import Claims, Hammering, JudgedClaim
+from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.ensembles import Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
@@ -25,7 +26,6 @@ from squeal.files.records import Missing
 
 SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST, FEW = 0.5, 0.1  # of random pads
-APART = 0.25  # of the pads with one value: counts that differ by more depend on the parameter
 NAMES = {
     "mu": "friction",
     "k_c/k1": "contact stiffness",
@@ -81,7 +81,8 @@ def region(full: Upright, printed: QuasiStatic) -> str:
         return "does not hold"
     if full.small == full.pads:
         return "holds"
-    return f"by full contact, depends on {in_words(_named(deciding(full))) or 'the pad'}"
+    first, second, *_ = (NAMES[name] for name in deciding(full))
+    return f"by full contact, depends most on {first}, then on {second}"
 
 
 def touching_at_rest(full: Upright) -> str:
@@ -92,17 +93,21 @@ def touching_at_rest(full: Upright) -> str:
 
 
 def deciding(full: Upright) -> list[str]:
-    """The parameters on which it depends most whether the region of a pad is small."""
-    return [
-        name
-        for name in NAMES
-        if (at := full.small_at.get(name))
-        and max(at.values()) - min(at.values()) > APART * full.pads / len(at)
-    ]
+    """The parameters, first that over whose values the counts of pads with a small region differ
+    most."""
+
+    def apart(name: str) -> int:
+        return max(full.small_at[name].values()) - min(full.small_at[name].values())
+
+    return sorted(full.small_at, key=apart, reverse=True)
 
 
-def _named(parameters: Sequence[str]) -> list[str]:
-    return [NAMES[name] for name in parameters]
+def small_counts(full: Upright) -> str:
+    """Of how many pads with one value the region is small, by the two that matter most."""
+    spans = {name: sorted(full.small_at[name].values()) for name in deciding(full)}
+    parts = [f"{of[0]} to {of[-1]} by ${SYMBOLS[name]}$" for name, of in spans.items()]
+    each = full.pads // len(full.small_at[deciding(full)[0]])
+    return f"of {each} each {', '.join(parts[:2])}, by others less"
 
 
 def singular(held: dict[str, bool], angles: Angles) -> str:
@@ -152,6 +157,36 @@ def raised(claim: JudgedClaim, numbers: dict[str, float]) -> tuple[str, float]:
         return "not reproduced", factor - 1.0
     near = abs(factor - 1.0 - claim.margin) <= CLOSED * factor
     return "an identity at rest" if near else "holds for this pad", factor - 1.0
+
+
+def beside_a(found: Eigenvalues) -> str:
+    """How many times the reaction of (a) at rest that of (b) is, with and without friction."""
+    a, b = (found.scenes[name] for name in ("b2-a", "b2-b"))
+    if isinstance(a, Missing) or isinstance(b, Missing):
+        return "not both have a place of rest"
+    with_friction, free = (number(p / q, 3) for p, q in ((b.R_n, a.R_n), (b.free, a.free)))
+    return f"to {with_friction} times that of (a) ({free} without friction)"
+
+
+def by_stiffness(found: Eigenvalues) -> str:
+    """The friction at which the equilibria begin to flutter on softer and on stiffer contact."""
+    cases = {n[-1]: o.flutter for n, o in found.scenes.items() if isinstance(o, EquilibriumPoles)}
+    rows: dict[str, list[str]] = {}
+    for case, one in cases.items():
+        begins = [None if mu is None else number(mu, 3) for mu in one.values()]
+        words = in_words([mu or "none" for mu in begins]) if any(begins) else "none"
+        rows.setdefault(words, []).append(f"({case})")
+    factors = in_words(list(next(iter(cases.values()), {})))
+    told = ", ".join(f"{words} in {', '.join(some)}" for words, some in rows.items())
+    return rf"with {factors} times ours flutter begins at $\mu$ of {told}"
+
+
+def seen(hammering: Hammering) -> str:
+    """Which models show the hammering that experiments saw."""
+    models = [model for model, cases in hammering.cases.items() if cases]
+    if len(models) == len(hammering.cases):
+        return "both models show"
+    return f"{models[0]} alone shows" if models else "no model shows"
 
 
 def _first(found: Sequence[HeldThreshold]) -> float | None:
@@ -226,6 +261,7 @@ def generated(
     claims: Claims,
     angles: Angles,
     printed: QuasiStatic,
+    poles: Eigenvalues,
     loci: Loci,
     ensembles: Ensembles,
     ranges: MapRanges,
@@ -241,7 +277,6 @@ def generated(
     of_raised, factor = raised(friction, own.numbers)
     of_perpetual, keeping = perpetual(starts)
     full = ranges.full
-    most = deciding(full)
     return {
         "verdict.origin": origin(own.origin),
         "verdict.ran": ran(ensembles),
@@ -257,13 +292,14 @@ def generated(
         "verdict.argued": argued(held),
         "verdict.region": region(full, printed),
         "verdict.region.touching": touching_at_rest(full),
-        "verdict.region.by": (in_words(_named(most)) or "the pad").capitalize(),
-        "verdict.region.small": "; ".join(small_by(name, full.small_at[name]) for name in most)
-        or "depending on no parameter more than on others",
+        "verdict.region.small": small_counts(full),
         "verdict.singular": singular(held, angles),
         "verdict.raised": of_raised,
         "verdict.raised.closed": percent(factor),
         "verdict.raised.measured": percent(friction.margin),
+        "verdict.raised.beside": beside_a(poles),
+        "verdict.stiffness": by_stiffness(poles),
+        "verdict.seen": seen(claims.hammering),
         "verdict.settles": "all but cannot fail" if held["B3-none"] else "not reproduced",
         "verdict.directions": of_directions,
         "verdict.directions.parting": parting,

@@ -17,15 +17,19 @@ class Pole(Record):
 class EquilibriumPoles(Record):
     """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
 
+    free: the reaction (N) without friction; flutter: by factors of k_c, the least friction
+    up to `mu_max` at which the equilibrium begins to flutter, None if it does not.
     apart: greatest distance of an own eigenvalue from the nearest of python-control's, over the
     greatest magnitude.
     """
 
     contact: str
-    R_n: float | None
+    R_n: float
+    free: float
     theta: float
     poles: tuple[Pole, ...]
     verdict: str
+    flutter: dict[str, float | None]
     apart: Annotated[float, ".2g"]
 
 
@@ -33,3 +37,4 @@ class Eigenvalues(Result):
     """By name of the scene; a scene without steady sliding has the reason."""
 
     scenes: dict[str, EquilibriumPoles | Missing]
+    mu_max: float

@@ -1,11 +1,13 @@
 """Complex eigenvalues of the article's four cases by python-control, for the report's table."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles, Pole
 from squeal.errors import ComputationError
@@ -15,6 +17,9 @@ from squeal.scene import Scene, read_scene
 from squeal.stability.loop import state_matrices
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
+
+FACTORS = (0.5, 1.0, 2.0)  # of k_c: softer and stiffer contact
+MU_MAX = 1.0
 
 
 def poles(system: Linearisation) -> tuple[Pole, ...]:
@@ -45,10 +50,23 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     return tuple(sorted(found, key=lambda p: (p.imag, p.real)))
 
 
+def _with(scene: Scene, **changes: float) -> Scene:
+    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
+
+
+def flutter(scene: Scene) -> float | None:
+    """The least friction up to `MU_MAX` at which the equilibrium begins to flutter, or None."""
+    try:
+        found = critical_friction(scene, MU_MAX).points
+    except ComputationError:
+        return None
+    return next((point.mu for point in found if point.kind == "flutter"), None)
+
+
 def examined(scene: Scene) -> EquilibriumPoles | Missing:
     """Equilibrium, poles and verdict of a scene, or the reason why there is none."""
     try:
-        found = analyse(scene)
+        found, still = analyse(scene), analyse(_with(scene, mu=0.0))
     except ComputationError as error:
         return Missing(str(error))
     rows = poles(found.matrices)
@@ -56,11 +74,13 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
     both = np.concatenate([upper, upper.conj()])
     own = np.array([e.value for e in found.spectrum.eigenvalues])
     apart = max(float(np.abs(both - s).min()) for s in own) / float(np.abs(own).max())
-    return EquilibriumPoles(
-        found.contact, found.R_n, found.q[2], rows, found.judgement.verdict, apart
-    )
+    onset = {f"{by:g}": flutter(_with(scene, k_c=by * scene.pad.k_c)) for by in FACTORS}
+    assert found.R_n is not None
+    assert still.R_n is not None  # of the line that all these scenes have
+    rest = (found.contact, found.R_n, still.R_n, found.q[2])
+    return EquilibriumPoles(*rest, rows, found.judgement.verdict, onset, apart)
 
 
 def study(files: Sequence[Path]) -> Eigenvalues:
     """The poles of each scene given."""
-    return Eigenvalues({file.stem: examined(read_scene(file)) for file in files})
+    return Eigenvalues({file.stem: examined(read_scene(file)) for file in files}, MU_MAX)
