@@ -41,6 +41,11 @@ def span(x: ComplexArray) -> ComplexArray:
     return np.asarray(basis[:, singular > SPANNED * singular[0]])
 
 
+def _outside(x: ComplexArray, basis: ComplexArray) -> float:
+    """The part of a unit vector outside a space."""
+    return float(np.linalg.norm(x - basis @ (basis.conj().T @ x)))
+
+
 def merged(old: Roots, new: Roots, near: np.ndarray) -> Roots:
     """`old` and what `new` adds to it.
 
@@ -51,16 +56,19 @@ def merged(old: Roots, new: Roots, near: np.ndarray) -> Roots:
     """
     left = old.left.copy()
     free = np.ones(len(old.values), dtype=bool)
-    fresh = []
+    fresh: list[int] = []
     for j, value in enumerate(new.values):
         distance = np.abs(old.values - value)
         there = np.flatnonzero(distance <= near[j])
         if len(there):
             basis = span(old.right[:, there])
             x = new.right[:, j]
-            outside = np.linalg.norm(x - basis @ (basis.conj().T @ x))
+            outside = _outside(x, basis)
             open_ones = there[free[there]]
-            if outside <= SPANNED and len(open_ones):
+            # of two new vectors of a double root, one old may be a mixture of both
+            beside = [k for k in fresh if abs(new.values[k] - value) <= near[j]]
+            wider = span(np.hstack([old.right[:, there], new.right[:, beside]]))
+            if _outside(x, wider) <= SPANNED and len(open_ones):
                 k = open_ones[np.argmin(distance[open_ones])]
                 free[k] = False
                 if np.isnan(left[0, k]):

@@ -8,7 +8,7 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import InputError
 from squeal.stability.sparse import count
-from squeal.stability.sparse.merge import Roots
+from squeal.stability.sparse.merge import Roots, merged
 from squeal.stability.sparse.modes import lowest_modes, modes_in
 from squeal.stability.sparse.region import Discs, Rectangle, band
 from squeal.stability.sparse.scaled import quadratic
@@ -93,6 +93,25 @@ def test_multiple_roots_are_counted_and_listed():
     matrices = large.twice(large.blocks(a, w, rng))
     expected = np.tile(np.concatenate([-a + 1j * w, -a - 1j * w]), 2)
     assert_modes(matrices, Rectangle(-1.0, 1.0, 3.0, 5.0), expected)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "many"),
+    [
+        ([[1, 1, 0]], [[1, 0, 0], [0, 1, 0]], 2),  # a mixture of the two that come
+        ([[1, 0, 0], [0, 1, 0]], [[1, 1, 0]], 2),
+        ([[1, 0, 0]], [[0, 1, 0]], 2),
+        ([[1, 1, 0]], [[1, 0, 0], [0, 0, 1]], 3),
+    ],
+)
+def test_starts_give_a_root_as_often_as_its_vectors_have_dimensions(old, new, many):
+    def roots(vectors):
+        x = np.array(vectors, dtype=complex).T
+        x /= np.linalg.norm(x, axis=0)
+        return Roots(np.full(len(vectors), 1j), x, np.full(x.shape, np.nan + 0j))
+
+    together = merged(roots(old), roots(new), np.full(len(new), 1e-6))
+    assert len(together.values) == np.linalg.matrix_rank(together.right) == many
 
 
 def test_a_defective_pair_counts_twice():
