@@ -72,8 +72,9 @@ def test_ranked_by_the_larger_of_both_changes(advice):
     assert f"{change:+.2g} to" in words
 
 
-def test_what_is_zero_moves_only_by_a_tolerance_of_its_own(advice):
+def test_what_is_zero_moves_only_by_a_tolerance_of_its_own(advice, monkeypatch):
     assert "theta0" not in {found.parameter for found in advice.levers}
+    only_levers(monkeypatch, "theta0", "x0")
     found = lever(advise(scene(), {"theta0": Tolerance(1e-3, relative=False)}), "theta0")
     assert found.raised.critical == pytest.approx(first(scene(theta0=1e-3)), rel=1e-12)
     with pytest.raises(InputError, match="theta0 is an angle and has no share"):

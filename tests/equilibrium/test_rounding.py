@@ -58,7 +58,7 @@ def test_equilibria_do_not_depend_on_a_small_load(model, load):
         assert other.R_n == pytest.approx(float(exact_reaction(scene, other)), rel=1e-6)
 
 
-@pytest.mark.parametrize("k_c", [1e14, 3e15, 1e17, 1e19])
+@pytest.mark.parametrize("k_c", [1e14, 1e19])
 def test_thresholds_of_rigid_contact(k_c):
     scene = Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=1.95))
     found = analyse(scene)
