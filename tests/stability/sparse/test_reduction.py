@@ -218,7 +218,8 @@ def test_values_whose_roots_are_off_are_sampled_and_other_roots_left_out():
 
 def test_a_reduction_without_enough_samples_says_so(monkeypatch):
     monkeypatch.setattr(reduction_of, "SAMPLES", 1)
-    assert not reduce_system(ScaledSystem(LATE), BAND, RANGE).converged
+    late = coupled(100)
+    assert not reduce_system(ScaledSystem(late), BAND, RANGE).converged
     wanted = Wanted(region=BAND)
     with pytest.warns(InputWarning, match="1 full solutions do not suffice"):
-        reduced_for(LATE, wanted, RANGE)
+        reduced_for(late, wanted, RANGE)
