@@ -1,9 +1,11 @@
 """Processes that work beside this one: what they give, and how they end."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import pytest
 
@@ -76,6 +78,8 @@ def test_an_interrupt_is_said_once(tmp_path, command, begun):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        # what a shell runs in the background ignores interrupts
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
         cwd=tmp_path,
     )
     wanted = 2 + begun
