@@ -81,8 +81,9 @@ def region(full: Upright, printed: QuasiStatic) -> str:
         return "does not hold"
     if full.small == full.pads:
         return "holds"
-    first, second, *_ = (NAMES[name] for name in deciding(full))
-    return f"by full contact, depends most on {first}, then on {second}"
+    # which of the two comes first changes with the ranges and with what counts as small
+    first, second = sorted(NAMES[name] for name in deciding(full)[:2])
+    return f"by full contact, depends most on {first} and {second}"
 
 
 def touching_at_rest(full: Upright) -> str:
