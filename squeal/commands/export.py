@@ -53,7 +53,8 @@ def run(given: argparse.Namespace) -> Answer:
         )
     folder: Path = given.output
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(f"--output {folder}: is not empty; a new or empty folder is allowed")
+        kind = "not empty" if folder.is_dir() else "no folder"
+        raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
     file = system_options.system_of(given)
     reduction: Reduction | None = None
     if file is None:
