@@ -166,7 +166,9 @@ def test_what_is_missing_is_told_with_what_builds_it(build, tmp_path, capsys, mo
     assert main(["take", "fig99"]) == 2
     assert "is no figure, table or number of the report" in capsys.readouterr().err
     assert main(["take", "fig11", "--build", str(tmp_path)]) == 2
-    assert "holds no paper/report.tex" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "holds no paper/report.tex" in error
+    assert "`make report`" in error
 
 
 def test_the_list(build, capsys, monkeypatch):

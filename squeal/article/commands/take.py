@@ -38,7 +38,7 @@ def build_folder(given: Path | None) -> Path:
             return folder
     raise InputError(
         f"--build {places[0]}: holds no paper/report.tex; a clone of this software's repository "
-        "in which the report was built is allowed"
+        "is allowed in which the report was built (`make report`, or `snakemake` in it)"
     )
 
 
