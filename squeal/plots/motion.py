@@ -122,10 +122,12 @@ def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
 def drawing(run: Run, model: PadModel, frequency: float | None) -> Drawing:
     """The figure of a simulated scene, ready to be saved."""
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
+    told = PLACE in contact_law(run.summary.model).plotted
+    place = "" if told else f" A third panel shows the {PLACE.words} over the half length."
     return Drawing(
         motion_figure(run, model, frequency or 0.0),
-        f"{alternative_text(run.summary)} A last panel shows the spectrum of the forces in the "
-        f"last quarter of the run; {known}.",
+        f"{alternative_text(run.summary)}{place} A last panel shows the spectrum of the "
+        f"forces in the last quarter of the run; {known}.",
         f"Motion of the scene {run.summary.name}: forces, contact and spectrum",
         origin(__name__, run.summary.provenance),
     )
