@@ -24,6 +24,7 @@ if __name__ == "__mp_main__":  # as a process of the pool imports this
 def work(*_):
     (Path(sys.argv[1]) / f"works {os.getpid()}").touch()
     time.sleep(30.0)
+    (Path(sys.argv[1]) / f"done {os.getpid()}").touch()
 
 def tasks():
     try:
@@ -61,10 +62,14 @@ def test_results_come_in_the_order_of_the_tasks():
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize(
-    ("command", "begun"),  # processes that work already; else they import
-    [("tasks", 0), *((command, 2) for command in COMMANDS)],
+    ("command", "begun", "meets"),  # processes that work already; else they import
+    [
+        ("tasks", 0, os.killpg),
+        *((command, 2, os.killpg) for command in COMMANDS),
+        ("tasks", 2, os.kill),  # the parent alone
+    ],
 )
-def test_an_interrupt_is_said_once(tmp_path, command, begun):
+def test_an_interrupt_is_said_once(tmp_path, command, begun, meets):
     script, marks = tmp_path / "script.py", tmp_path / "marks"
     script.write_text(SCRIPT)
     marks.mkdir()
@@ -85,6 +90,7 @@ def test_an_interrupt_is_said_once(tmp_path, command, begun):
     wanted = 2 + begun
     while len(list(marks.iterdir())) < wanted and running.poll() is None:
         time.sleep(0.01)
-    os.killpg(running.pid, 2)
+    meets(running.pid, signal.SIGINT)
     _, told = running.communicate()
     assert (running.returncode, told) == (130, words)
+    assert not list(marks.glob("done *"))
