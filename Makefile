@@ -28,6 +28,8 @@ UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-versi
 EPOCH := SOURCE_DATE_EPOCH=1609459200
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
+# else each of the many processes that start would compile the package anew
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: report ensembles test test-without-heyoka lint benchmark page page-test site dist archive \
 	cluster cluster-test pythons platforms metadata codecheck cite-check lock clean distclean
