@@ -13,7 +13,7 @@ import pytest
 
 from squeal.commands.cli import COMMANDS
 from tests.commands.calls import assert_warns
-from tests.conftest import ROOT, SCENES
+from tests.conftest import HEYOKA, ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
@@ -88,21 +88,51 @@ def test_the_wheel_installs_a_program_into_an_empty_environment(wheel, tmp_path)
     assert found.stdout.startswith(str(site))
 
 
-def run(installed, empty, *arguments, without=()):
-    first = WITHOUT.format(names=set(without)) if without else ""
-    code = f"{first}\nimport sys, squeal; from squeal.commands.cli import main\n"
-    code += f"assert squeal.__file__.startswith({str(installed)!r})\n"
-    code += "sys.exit(main(sys.argv[1:]))"
+# what is told of the commands that one process runs, each in a folder of its own
+TOLD = """\
+import contextlib, importlib, io, json, os, pkgutil, sys, traceback
+import squeal
+from squeal.commands.cli import main
+assert squeal.__file__.startswith({installed!r})
+told = {{}}
+for name, arguments in json.loads(sys.argv[1]).items():
+    os.mkdir(name)
+    os.chdir(name)
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(arguments)
+        except BaseException:
+            code = traceback.print_exc()
+    told[name] = (code, out.getvalue(), err.getvalue(), os.listdir())
+    os.chdir("..")
+for name in squeal.__all__ if {everything} else ():
+    getattr(squeal, name)
+for package in ("squeal.commands", "squeal.article.commands") if {everything} else ():
+    module = importlib.import_module(package)
+    for found in pkgutil.iter_modules(module.__path__):
+        importlib.import_module(f"{{package}}.{{found.name}}")
+print(json.dumps(told))
+"""
+
+
+def run(installed, folder, commands, without=()):
+    """Exit code, output, errors and files of commands by name, in one process.
+
+    What lacks something imports all public names and commands too.
+    """
+    code = WITHOUT.format(names=set(without)) if without else ""
+    code += TOLD.format(installed=str(installed), everything=bool(without))
     done = subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        cwd=empty,
+        [sys.executable, "-c", code, json.dumps(commands)],
+        cwd=folder,
         env=os.environ | {"PYTHONPATH": str(installed)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert "Traceback" not in done.stderr
-    return done.returncode, done.stdout, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
 
 
 def sentence(err):
@@ -130,59 +160,54 @@ NEEDS = {
 }
 
 
+REFUSED = {
+    "search": ["identify", "--minutes", "0"],
+    "integrator": ["simulate", B1, "--integrator", "heyoka"],
+}
+
+
+@pytest.fixture(scope="module")
+def bare(installed, tmp_path_factory):
+    """What is told without heyoka and POSIX."""
+    answers = {name: [name, *given, "--json"] for name, given in ANSWERS.items()}
+    folder = tmp_path_factory.mktemp("bare")
+    return run(installed, folder, answers | REFUSED, without={"heyoka", *POSIX})
+
+
+@pytest.fixture(scope="module")
+def whole(installed, tmp_path_factory):
+    """What is told where all is there."""
+    needs = {name: [name, *given] for name, (given, _) in NEEDS.items()}
+    answers = {"simulate": ["simulate", B1, "--json"]}
+    return run(installed, tmp_path_factory.mktemp("whole"), needs | answers)
+
+
 def test_all_commands_are_tried():
     assert {*ANSWERS, *NEEDS} == set(COMMANDS)
 
 
 @pytest.mark.parametrize(
-    ("command", "missing"),
-    [*((command, {"heyoka", *POSIX}) for command in ANSWERS), ("simulate", ())],
+    ("command", "missing"), [*((command, True) for command in ANSWERS), ("simulate", False)]
 )
-def test_a_command_answers_in_an_empty_folder(installed, tmp_path, command, missing):
+def test_a_command_answers_in_an_empty_folder(bare, whole, command, missing):
     """Without heyoka and POSIX too."""
-    given = (*ANSWERS[command], "--json")
-    code, out, err = run(installed, tmp_path, command, *given, without=missing)
-    assert code == 0
+    code, out, err, files = (bare if missing else whole)[command]
+    assert code == 0, err
     assert_warns(err, json.loads(out))
-    if command == "simulate" and missing:
-        assert "SciPy" in json.loads(out)["method"]
-    assert os.listdir(tmp_path) == (["matrices"] if command == "export" else [])
+    if command == "simulate":
+        assert ("SciPy" in json.loads(out)["method"]) == (missing or not HEYOKA)
+    assert files == (["matrices"] if command == "export" else [])
 
 
 @pytest.mark.parametrize("command", NEEDS)
-def test_a_command_says_what_it_needs(installed, tmp_path, command):
-    arguments, words = NEEDS[command]
-    code, out, err = run(installed, tmp_path, command, *arguments)
-    assert (code, out) == (2, "")
-    assert words in sentence(err)
+def test_a_command_says_what_it_needs(whole, command):
+    code, out, err, files = whole[command]
+    assert (code, out, files) == (2, "", [])
+    assert NEEDS[command][1] in sentence(err)
 
 
-def test_a_search_without_heyoka_says_so(installed, tmp_path):
-    code, out, err = run(installed, tmp_path, "identify", "--minutes", "0", without={"heyoka"})
-    assert (code, out) == (1, "")
+@pytest.mark.parametrize("asked", REFUSED)
+def test_what_needs_heyoka_says_so(bare, asked):
+    code, out, err, files = bare[asked]
+    assert (code, out, files) == (1, "", [])
     assert "heyoka" in sentence(err)
-    code, out, err = run(
-        installed, tmp_path, "simulate", B1, "--integrator", "heyoka", without={"heyoka"}
-    )
-    assert (code, out) == (1, "")
-    assert "heyoka" in sentence(err)
-
-
-def test_every_public_name_and_command_imports_without_heyoka_and_posix(installed, tmp_path):
-    code = WITHOUT.format(names={"heyoka", *POSIX}) + (
-        "import importlib, pkgutil, squeal\n"
-        "for name in squeal.__all__: getattr(squeal, name)\n"
-        "for package in ('squeal.commands', 'squeal.article.commands'):\n"
-        "    module = importlib.import_module(package)\n"
-        "    for found in pkgutil.iter_modules(module.__path__):\n"
-        "        importlib.import_module(f'{package}.{found.name}')\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(installed)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
