@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-import numpy as np
-
 from squeal.commands.outputs import Once, check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
 from squeal.commands.streams import printed, say
-from squeal.errors import BEYOND, ComputationError, InputError, InputWarning
+from squeal.errors import BEYOND, InputError, InputWarning
 from squeal.files.provenance import InputFile, provenance
 from squeal.files.writing import to_json
 
@@ -108,29 +106,14 @@ class Command:
         return to_json(answer.judged() | made | changes)
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
-        """Run from arguments; returns the exit code 0, 1 (not completed) or 2 (refused)."""
-        try:
-            options = self.parser().parse_args(arguments)
-            with warnings.catch_warnings():
-                for kind in (RuntimeWarning, InputWarning):
-                    warnings.simplefilter("default", kind)
-                warnings.showwarning = _warn
-                text = self._answer(options)
-            return printed(text)
-        except InputError as error:
-            code, words = 2, str(error)
-        except ComputationError as error:
-            code, words = 1, str(error)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            code, words = 1, f"{error.args[-1]}; {BEYOND}"
-        except MemoryError:
-            code, words = 1, "there is not enough memory for this scene"
-        except OSError as error:
-            code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
-        except KeyboardInterrupt:
-            code, words = 130, "stopped"
-        say(f"squeal: {words}")
-        return code
+        """Run from arguments; the exit code 0, or 1 where the answer cannot be printed."""
+        options = self.parser().parse_args(arguments)
+        with warnings.catch_warnings():
+            for kind in (RuntimeWarning, InputWarning):
+                warnings.simplefilter("default", kind)
+            warnings.showwarning = _warn
+            text = self._answer(options)
+        return printed(text)
 
 
 def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from squeal import __version__
-from squeal.commands.streams import open_closed, printed, say
+from squeal.commands.streams import exit_code, open_closed, printed, say
 
 if TYPE_CHECKING:
     from squeal.commands.base import Command
@@ -68,14 +68,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given[0] not in COMMANDS:
         say(f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}")
         return 2
-    try:
-        return command(given[0]).main(given[1:])
-    except ImportError as error:
-        package = (error.name or "squeal").partition(".")[0]
-        if package == "squeal":
-            raise
-        say(f"squeal: the package {package} cannot be imported ({error})")
-        return 1
-    except KeyboardInterrupt:  # while modules are loaded
-        say("squeal: stopped")
-        return 130
+    return exit_code("squeal", lambda: command(given[0]).main(given[1:]))

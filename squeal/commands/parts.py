@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from squeal.commands.jobs import read_job
-from squeal.errors import ComputationError, InputError
+from squeal.commands.streams import exit_code
 from squeal.files.parts import cut
 from squeal.files.processes import mapped
 
@@ -46,18 +46,15 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes of a part")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE")
     chosen = parser.parse_args(given)
-    try:
-        job = read_job(chosen.job)
-        if chosen.part is None:
-            job.gather(chosen.out, chosen.gather)
-        else:
-            compute(chosen.job, chosen.out, *cut(chosen.part, job.size), chosen.workers)
-    except (InputError, ComputationError) as error:
-        print(f"{chosen.job.stem}: {error}", file=sys.stderr)
-        return 2 if isinstance(error, InputError) else 1
-    except KeyboardInterrupt:
-        print(f"{chosen.job.stem}: stopped", file=sys.stderr)
-        return 130
+    return exit_code(chosen.job.stem, lambda: _run(chosen))
+
+
+def _run(chosen: argparse.Namespace) -> int:
+    job = read_job(chosen.job)
+    if chosen.part is None:
+        job.gather(chosen.out, chosen.gather)
+    else:
+        compute(chosen.job, chosen.out, *cut(chosen.part, job.size), chosen.workers)
     return 0
 
 

@@ -1,9 +1,45 @@
-"""Standard streams as users leave them: closed, full, or without the letters of a text."""
+"""Standard streams as users leave them: closed, full, or without the letters of a text.
+
+And the one line on them with which a program ends that does not come to its end.
+"""
 
 import os
 import sys
+from collections.abc import Callable
 
-from squeal.errors import InputError
+from squeal.errors import BEYOND, ComputationError, InputError
+
+
+def exit_code(name: str, work: Callable[[], int]) -> int:
+    """The exit code of some work: its own, or of what stops it, told in a line after the name.
+
+    2: the input is refused; 1: the computation could not be completed; 130: an interrupt.
+    """
+    try:
+        return work()
+    except InputError as error:
+        code, words = 2, str(error)
+    except ComputationError as error:
+        code, words = 1, str(error)
+    except (ArithmeticError, ValueError) as error:
+        from numpy.linalg import LinAlgError
+
+        if not isinstance(error, ArithmeticError | LinAlgError):
+            raise
+        code, words = 1, f"{error.args[-1]}; {BEYOND}"
+    except MemoryError:
+        code, words = 1, "there is not enough memory for this scene"
+    except ImportError as error:
+        package = (error.name or "squeal").partition(".")[0]
+        if package == "squeal":
+            raise
+        code, words = 1, f"the package {package} cannot be imported ({error})"
+    except OSError as error:
+        code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
+    except KeyboardInterrupt:
+        code, words = 130, "stopped"
+    say(f"{name}: {words}")
+    return code
 
 
 def open_closed() -> None:

@@ -1,5 +1,9 @@
 """The companion's commands where the article's scenes are not at hand."""
 
+import errno
+import os
+from importlib import import_module
+
 import pytest
 
 from squeal.article.commands import claims
@@ -17,3 +21,37 @@ def test_away_from_the_repository_the_scenes_are_asked_for(
     told = capsys.readouterr().err
     assert told.startswith(f"squeal: --scenes {given[1] if given else 'workflow/scenes'}: holds no")
     assert "repository" in told
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (KeyboardInterrupt(), 130, "stopped"),
+        (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), 1, "output: No space left on device"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("program", "arguments", "called"),
+    [
+        ("studies.__main__", "angles", "import_module"),
+        ("report.__main__", "loci --out folder", "written"),
+        ("figures.__main__", "loci --out loci.pdf", "import_module"),
+        ("ensembles.draw", "drawn", "mapped"),
+        ("ensembles.beyond", "drawn more", "beginning"),
+        ("ensembles.gather", "drawn", "gather"),
+        ("ensembles.choosing", "ensembles.npz", "read_kept"),
+    ],
+)
+def test_programs_of_the_workflow_end_as_commands_do(
+    program, arguments, called, error, code, told, tmp_path, monkeypatch, capsys
+):
+    def stopped(*_):
+        raise error
+
+    monkeypatch.chdir(tmp_path)
+    module = import_module(f"squeal.article.{program}")
+    monkeypatch.setattr(module, called, stopped)
+    assert module.main(arguments.split()) == code
+    name = program.split(".")[1]
+    first = arguments.split()[0] if name == "__main__" else name
+    assert tuple(capsys.readouterr()) == ("", f"{first}: {told}\n")

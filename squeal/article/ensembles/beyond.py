@@ -15,6 +15,7 @@ from squeal.article.ensembles.distance import INDEX
 from squeal.article.ensembles.draw import SEEDS, files_there, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import B2, FRONT
 from squeal.article.ensembles.population import Stage, advance, first_stage
+from squeal.commands.streams import exit_code, say
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
 
@@ -49,25 +50,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("more", type=Path)
     parser.add_argument("--stages", type=int, default=STAGES)
     given = parser.parse_args(arguments)
+    return exit_code("beyond", lambda: _draw(given))
+
+
+def _draw(given: argparse.Namespace) -> int:
     last = None
     for stage in range(given.stages):
         file = stage_file(given.more, LAW, SEEDS[0], stage)
         if file.exists():
             last = read_stage(file)
             continue
-        try:
-            before = beginning(given.folder) if last is None else last
-        except InputError as error:
-            print(f"beyond: {error}", file=sys.stderr)
-            return 2
+        before = beginning(given.folder) if last is None else last
         last = advance(LAW, SEED, FIRST + stage, before, ("B2",))
         write_stage(file, last)
         held = (last.margins[last.whole][:, B2] > 0.0).sum(axis=1)
-        print(
+        say(
             f"stage {stage}: level {last.levels[-1]:.3f}, {last.taken.mean():.2f} taken, "
-            f"most of {B2.sum()} kept {held.max(initial=0)}",
-            file=sys.stderr,
-            flush=True,
+            f"most of {B2.sum()} kept {held.max(initial=0)}"
         )
     return 0
 

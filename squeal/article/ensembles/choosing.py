@@ -25,7 +25,7 @@ from squeal.article.results.ensembles import ELSEWHERE, Pad
 from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
-from squeal.errors import InputError
+from squeal.commands.streams import exit_code
 from squeal.files.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.numerics.shares import wilson
@@ -228,16 +228,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("ensembles", type=Path)
     parser.add_argument("--scenes", type=Path, help="folder whose scenes are replaced")
     given = parser.parse_args(arguments)
-    try:
-        picked = chosen(read_kept(given.ensembles))
-        found = choice(picked.pads, picked.origin)
-        if given.scenes is not None:
-            check_folder(given.scenes, overwrite=True)
-            states = first_states(found)
-            write_scenes(found.numbers, found.law, given.scenes, states, SPEED)
-    except InputError as error:
-        print(f"choosing: {error}", file=sys.stderr)
-        return 2
+    return exit_code("choosing", lambda: _choose(given))
+
+
+def _choose(given: argparse.Namespace) -> int:
+    picked = chosen(read_kept(given.ensembles))
+    found = choice(picked.pads, picked.origin)
+    if given.scenes is not None:
+        check_folder(given.scenes, overwrite=True)
+        states = first_states(found)
+        write_scenes(found.numbers, found.law, given.scenes, states, SPEED)
     sys.stdout.write(to_json(found.to_dict()))
     return 0
 

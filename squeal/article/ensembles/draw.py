@@ -17,7 +17,7 @@ import numpy as np
 
 from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
-from squeal.errors import InputError
+from squeal.commands.streams import exit_code, say
 from squeal.files.parts import cut
 from squeal.files.processes import mapped
 from squeal.model.contact import Formulation
@@ -77,12 +77,10 @@ def _tell(name: str, seed: int, stage: int, found: Stage) -> None:
     margins = found.margins[found.whole]
     most = int((margins > 0.0).sum(axis=1).max()) if len(margins) else 0
     near = float(found.partial[:, -1].min()) if len(found.partial) else np.inf
-    print(
+    say(
         f"{name} seed {seed} stage {stage}: level {found.levels[-1]:.3f}, least {near:.3f}, "
         f"{found.taken.mean():.2f} taken, most kept {most}, "
-        f"{found.motions / len(found.points):.1f} motions a pad, {found.seconds:.0f} s",
-        file=sys.stderr,
-        flush=True,
+        f"{found.motions / len(found.points):.1f} motions a pad, {found.seconds:.0f} s"
     )
 
 
@@ -145,21 +143,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for seed in given.seeds
         for i in range(len(given.formulations))
     ]
-    try:
-        searches = searches[slice(*cut(given.part, len(searches)))]
-    except InputError as error:
-        print(f"draw: {error}", file=sys.stderr)
-        return 2
+    return exit_code("draw", lambda: _draw(given, searches))
+
+
+def _draw(given: argparse.Namespace, searches: list[tuple[Formulation, int]]) -> int:
     some = partial(work, given.folder, given.stages, tuple(given.models))
-    try:
-        list(
-            mapped(
-                some, [searches[i :: given.workers] for i in range(given.workers)], given.workers
-            )
-        )
-    except KeyboardInterrupt:
-        print("draw: stopped", file=sys.stderr)
-        return 130
+    mine, n = searches[slice(*cut(given.part, len(searches)))], given.workers
+    list(mapped(some, [mine[i::n] for i in range(n)], n))
     return 0
 
 

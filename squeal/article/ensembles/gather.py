@@ -20,6 +20,7 @@ from squeal.article.ensembles.distance import INDEX, PARTS
 from squeal.article.ensembles.draw import SEEDS, files_there, read_stage
 from squeal.article.ensembles.population import RANDOM_STAGES, Stage
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
+from squeal.commands.streams import exit_code
 from squeal.errors import InputError
 
 SAMPLE = 40  # pads kept of each last population
@@ -250,16 +251,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="zero for the CPU time, so that equal searches give equal bytes",
     )
     given = parser.parse_args(arguments)
+    return exit_code("gather", lambda: _gather(given))
+
+
+def _gather(given: argparse.Namespace) -> int:
     buffer = io.BytesIO()
-    try:
-        kept: dict[str, Any] = vars(gather(given.folder, given.b2))
-        if given.untimed:
-            kept["effort"][..., -1] = 0.0
-    except InputError as error:
-        print(f"gather: {error}", file=sys.stderr)
-        return 2
+    kept: dict[str, Any] = vars(gather(given.folder, given.b2))
+    if given.untimed:
+        kept["effort"][..., -1] = 0.0
     np.savez_compressed(buffer, **kept)
     sys.stdout.buffer.write(buffer.getvalue())
+    sys.stdout.flush()
     return 0
 
 

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
-from squeal.errors import InputError
+from squeal.commands.streams import exit_code
 from squeal.files.records import call
 from squeal.plots.style import save
 
@@ -27,12 +27,11 @@ def main(given: Sequence[str] | None = None) -> int:
         "--out", type=Path, required=True, metavar="FILE", help="PDF (with a text), SVG or PNG"
     )
     chosen = parser.parse_args(given)
-    draw = import_module(f"{figures.__name__}.{chosen.module}").draw
-    try:
-        drawing = call(draw, chosen.arguments)
-    except InputError as error:
-        print(f"{chosen.module}: {error}", file=sys.stderr)
-        return 2
+    return exit_code(chosen.module, lambda: _run(chosen))
+
+
+def _run(chosen: argparse.Namespace) -> int:
+    drawing = call(import_module(f"{figures.__name__}.{chosen.module}").draw, chosen.arguments)
     drawing.alternative.encode("ascii")
     save(drawing, chosen.out, text=chosen.out.suffix == ".pdf")
     return 0

@@ -15,7 +15,7 @@ from typing import Any
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import definitions, plain_values
 from squeal.article.results import record_of
-from squeal.errors import InputError
+from squeal.commands.streams import exit_code
 from squeal.files.records import Plain, call
 from squeal.files.writing import write_text
 
@@ -44,11 +44,11 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="*", metavar="FILE")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     chosen = parser.parse_args(given)
-    try:
-        texts = written(chosen.chapter, chosen.files)
-    except InputError as error:
-        print(f"{chosen.chapter}: {error}", file=sys.stderr)
-        return 2
+    return exit_code(chosen.chapter, lambda: _run(chosen))
+
+
+def _run(chosen: argparse.Namespace) -> int:
+    texts = written(chosen.chapter, chosen.files)
     chosen.out.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         write_text(chosen.out / f"{name}.tex", text)

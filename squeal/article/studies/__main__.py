@@ -13,7 +13,8 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import studies
-from squeal.errors import ComputationError, InputError
+from squeal.commands.streams import exit_code, printed
+from squeal.errors import ComputationError
 from squeal.files.provenance import provenance
 from squeal.files.writing import to_json
 
@@ -26,24 +27,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     first.add_argument("name", choices=NAMES, metavar="NAME", help=", ".join(NAMES))
     first.add_argument("rest", nargs=argparse.REMAINDER, metavar="FILE", help="what it reads")
     chosen = first.parse_args(arguments)
-    module = import_module(f"squeal.article.studies.{chosen.name}")
-    parser = argparse.ArgumentParser(prog=chosen.name, description=module.__doc__)
+    return exit_code(chosen.name, lambda: _run(chosen.name, chosen.rest))
+
+
+def _run(name: str, rest: Sequence[str]) -> int:
+    module = import_module(f"squeal.article.studies.{name}")
+    parser = argparse.ArgumentParser(prog=name, description=module.__doc__)
     parser.add_argument("files", type=Path, nargs="*", metavar="FILE")
     for option in inspect.signature(module.study).parameters.values():
         if option.kind is option.KEYWORD_ONLY:
             parser.add_argument(f"--{option.name}", action="store_true")
-    given = vars(parser.parse_args(chosen.rest))
+    given = vars(parser.parse_args(rest))
     files = given.pop("files")
-    try:
-        result = module.study(files, **given)
-        made = provenance(files, module.__name__)
-        print(to_json(replace(result, provenance=made).to_dict()))
-        if result.wrong:
-            raise ComputationError(f"wrong: {result.wrong}")
-    except (InputError, ComputationError) as error:
-        print(f"{chosen.name}: {error}", file=sys.stderr)
-        return 2 if isinstance(error, InputError) else 1
-    return 0
+    result = module.study(files, **given)
+    made = provenance(files, module.__name__)
+    code = printed(to_json(replace(result, provenance=made).to_dict()))
+    if result.wrong:
+        raise ComputationError(f"wrong: {result.wrong}")
+    return code
 
 
 if __name__ == "__main__":
