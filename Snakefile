@@ -20,10 +20,13 @@ from workflow.warm import start
 
 LOCK = "requirements/environment.txt"
 
-# jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run
+# jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run;
+# the C library keeps the memory of freed arrays for the next, which are many and of like size
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]),
     OPENBLAS_NUM_THREADS="1",
+    MALLOC_MMAP_THRESHOLD_=str(2**25),
+    MALLOC_TRIM_THRESHOLD_=str(2**28),
     SOURCE_DATE_EPOCH="1609459200",
     FORCE_SOURCE_DATE="1",
 )

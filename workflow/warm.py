@@ -18,7 +18,7 @@ LIGHT, HEAVY = "light", "heavy"
 """The sockets: of the process that has loaded what all need, and of that with packages that take
 long to load and that only some need: results name those of their own that were loaded."""
 LOADED = {
-    LIGHT: ("squeal.article.studies.ensembles",),
+    LIGHT: ("heyoka", "squeal.article.studies.ensembles"),
     HEAVY: ("matplotlib.backends.backend_pdf", "control", "squeal.article.studies.ensembles"),
 }
 NEED_CONTROL = ("eigenvalues", "loci", "precision")
@@ -77,7 +77,8 @@ def load(process: str) -> None:
     from squeal.files.provenance import provenance
 
     for name in LOADED[process]:
-        import_module(name)
+        with contextlib.suppress(ImportError):  # heyoka is not made for every system
+            import_module(name)
     provenance((), LOADED[process][-1])
     if process == LIGHT:
         return

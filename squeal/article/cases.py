@@ -23,6 +23,8 @@ HISTORY_FIGURES = {
 """Number of the article's figure that shows the motion of a scene, by the scene's name (b1-a)."""
 STEMS = (*HISTORY_FIGURES, "b3")
 """Names of the article's nine scenes; STEM.yaml is the scene's file."""
+SMALL_REGION = 0.25
+"""Share of the map of the springs' angles below which a region counts as small."""
 
 
 def stem(model: str, case: str = "") -> str:

@@ -16,6 +16,7 @@ from tests.conftest import ROOT
 from workflow.warm import FOR_OTHERS, LIGHT, LOADED, NEED_CONTROL, VARIABLE, ask
 
 BEATS = ROOT / "workflow/scenes/b1-c.yaml"
+WITHOUT_MOTION = ("quasi_static", "eigenvalues", "loci", "angles", "map_ranges")
 ENV = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
@@ -123,6 +124,8 @@ def test_a_result_says_the_same_of_what_was_loaded(warm, tmp_path):
         imported = packages(f"squeal.article.studies.{name}")
         assert "matplotlib" not in imported
         assert "control" in imported or name not in NEED_CONTROL
+        # what does not simulate must not say that it loaded what simulates
+        assert ("heyoka" in imported) == (name not in WITHOUT_MOTION)
 
 
 @pytest.mark.parametrize("code", ["0", "3", "'a reason'", "None"])

@@ -10,12 +10,12 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from squeal.article.cases import SMALL_REGION
 from squeal.article.claims.measures import Case, Linear
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
 
 TOUCH = 1e-9
 CALM = 0.01  # accelerations below this share of the greatest count as settled
-SMALL = 0.25  # of the map
 ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
 HAMMER = 0.1  # of w, how far delta must go to each side
 TRIED = (HAMMER, 0.25, 0.5, 0.9)  # of w: swings that are asked for under load
@@ -256,4 +256,4 @@ def singular(linear: Linear) -> Outcome:
 def small_region(linear: Linear) -> Outcome:
     """(23a, b) hold on a small part of the map."""
     share = linear.share_as_printed
-    return Outcome(SMALL - share, f"{100 * share:.1f} % of the map")
+    return Outcome(SMALL_REGION - share, f"{100 * share:.1f} % of the map")

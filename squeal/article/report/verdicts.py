@@ -7,6 +7,7 @@ where they do.
 from collections.abc import Sequence
 from pathlib import Path
 
+from squeal.article.cases import SMALL_REGION
 from squeal.article.ensembles.choice import read_choice
 from squeal.article.report.hammering import by_edges, by_model, settles, touching, under_load
 from squeal.article.report.lasting import hammering_on
@@ -24,7 +25,6 @@ from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.files.records import Missing
 
-SMALL = 0.25  # of the map, as in the statement B3-small-region
 MOST, FEW = 0.5, 0.1  # of random pads
 NAMES = {
     "mu": "friction",
@@ -75,7 +75,7 @@ def argued(held: dict[str, bool]) -> str:
 
 def region(full: Upright, printed: QuasiStatic) -> str:
     """Quasi-static sliding, kept and in full contact, is possible in a small region only."""
-    if printed.share.as_printed >= SMALL:
+    if printed.share.as_printed >= SMALL_REGION:
         return "not reproduced"
     if full.small == 0:
         return "does not hold"
@@ -90,7 +90,7 @@ def touching_at_rest(full: Upright) -> str:
     """The share of the map on which an equilibrium is kept in any contact, over many pads."""
     kept = full.touching
     words = f"{percent(kept.low, 0)} to {percent(kept.high, 0)} over {full.pads} pads"
-    return f"{'never small' if kept.low >= SMALL else 'small for some'}: {words}"
+    return f"{'never small' if kept.low >= SMALL_REGION else 'small for some'}: {words}"
 
 
 def deciding(full: Upright) -> list[str]:

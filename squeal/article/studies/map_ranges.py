@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
-from squeal.article.cases import CASES
-from squeal.article.claims.rules import SMALL
+from squeal.article.cases import CASES, SMALL_REGION
 from squeal.article.equations import bounds, stiffness
 from squeal.article.results import map_ranges as results
 from squeal.article.scenes import read_scenes
@@ -145,18 +144,20 @@ def _full(scene: Scene) -> results.Upright:
     assert pads.F_n is not None
     pads = pads.replace(k_c=contact * pads.k1, y0=-preload * pads.F_n / pads.k1)
     _, kept, full = _equilibria(scene, pads, COARSEST)
-    small = (full < SMALL).reshape([len(values) for values in some])
+    small = (full < SMALL_REGION).reshape([len(values) for values in some])
     at = {
         name: dict(zip((f"{v:.3g}" for v in values), counts.tolist(), strict=True))
         for i, (name, values) in enumerate(SPREAD.items())
         for counts in (small.sum(axis=tuple(set(range(small.ndim)) - {i})),)
     }
     cells = COARSEST * (COARSEST + 1)
-    close = np.abs(full - SMALL) <= MARGIN
-    near, others = (int(np.count_nonzero(close & one)) for one in (full < SMALL, full >= SMALL))
+    close = np.abs(full - SMALL_REGION) <= MARGIN
+    near, others = (
+        int(np.count_nonzero(close & one)) for one in (full < SMALL_REGION, full >= SMALL_REGION)
+    )
     span, touching = ((float(of.min()), float(of.max())) for of in (full, kept))
     few = int(small.sum())
-    shares = (full.size, *span, few, SMALL, at, cells)
+    shares = (full.size, *span, few, SMALL_REGION, at, cells)
     return results.Upright(*shares, near, others, MARGIN, results.Span(*touching))
 
 
