@@ -49,10 +49,10 @@ def in_parts(tmp_path):
     return compute
 
 
-@pytest.mark.parametrize("scene", [B2, B3])
-def test_a_map_in_parts_is_that_of_the_query(in_parts, tmp_path, capsys, scene):
+@pytest.mark.parametrize(("scene", "cuts"), [(B2, [3]), (B3, [1, 3, 10])])
+def test_a_map_in_parts_is_that_of_the_query(in_parts, tmp_path, capsys, scene, cuts):
     axes = {name: ends | {"n": 10} for name, ends in ANGLES.items()}
-    found = {in_parts({"map": {"scene": scene, "axes": axes}}, parts) for parts in (1, 3, 10)}
+    found = {in_parts({"map": {"scene": scene, "axes": axes}}, parts) for parts in cuts}
     assert query(["map", scene, "--n", "10", "--csv", str(tmp_path / "query.csv")]) == 0
     assert found == {(tmp_path / "query.csv").read_bytes()}
 
@@ -88,10 +88,10 @@ def test_a_sweep_of_a_large_system_in_parts_is_that_of_the_query(
 ):
     if large:  # as if it were: each value by shift and invert, counted by the argument principle
         monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", 10)
-    job = {"sweep": {"scene": chain, "values": "0:0.9:7", "band": "150:300"}}
-    found = {in_parts(job, parts) for parts in (1, 3, 7)}
+    job = {"sweep": {"scene": chain, "values": "0:0.9:4", "band": "150:300"}}
+    found = {in_parts(job, parts) for parts in (1, 3)}
     table = tmp_path / "query.csv"
-    options = ["--sweep", "0:0.9:7", "--band", "150:300", "--method", "full", "--csv", str(table)]
+    options = ["--sweep", "0:0.9:4", "--band", "150:300", "--method", "full", "--csv", str(table)]
     assert query(["eigenvalues", chain, *options]) == 0
     assert found == {table.read_bytes()}
     assert table.read_text().count("flutter") > 0
@@ -138,7 +138,7 @@ def test_random_pads_in_parts_are_the_same_pads(in_parts):
 def test_random_pads_have_the_verdicts_of_pads_on_their_own(file):
     scene = squeal.read_scene(file)
     ranges = (Range("mu", 0.0, 1.0), Range("alpha1", 0.3, 2.8), Range("h", 0.005, 0.05, True))
-    pads = RandomPads(scene, ranges, 30, bins=3)
+    pads = RandomPads(scene, ranges, 18, bins=3)
     bins, values = pads.draw(0)
     expected = np.zeros((3, len(NAMES)), dtype=int)
     for i, row in zip(bins, values.T.tolist(), strict=True):

