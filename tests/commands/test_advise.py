@@ -7,12 +7,13 @@ import pytest
 from squeal.files.sources import ROOT as PACKAGE
 from tests.commands.calls import assert_refused, run
 from tests.commands.conftest import PAD
-from tests.conftest import SCENES
+from tests.conftest import SCENES, only_levers
 
 ZIEGLER = PACKAGE / "article" / "literature" / "systems" / "ziegler.yaml"
 
 
-def test_the_answer_is_that_of_files_edited_by_hand(capsys, pad, tmp_path):
+def test_the_answer_is_that_of_files_edited_by_hand(capsys, monkeypatch, pad, tmp_path):
+    only_levers(monkeypatch, "h", "k1", "alpha1")
     table = tmp_path / "a.csv"
     given = ("advise", pad, "--tolerance", "k1=10%", "--tolerance", "alpha1=0.01", "--csv", table)
     code, out, err = run(capsys, *given, "--json")

@@ -28,9 +28,9 @@ MADE = provenance([], "squeal.commands.simulate")
 B1, B2 = (str(SCENES / f"{name}.yaml") for name in ("b1-c", "b2-c"))
 
 
-@pytest.mark.parametrize("scene", [B1, B2])
 @pytest.mark.parametrize(
-    ("ending", "head"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")]
+    ("scene", "ending", "head"),
+    [(B1, "svg", b"<?xml"), (B2, "svg", b"<?xml"), (B2, "pdf", b"%PDF"), (B1, "png", b"\x89PNG")],
 )
 def test_pictures_of_a_motion(tmp_path, capsys, scene, ending, head):
     path = tmp_path / f"motion.{ending}"

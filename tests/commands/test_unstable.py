@@ -116,17 +116,14 @@ def test_mode_shapes_and_pictures(capsys, pad, tmp_path):
     assert [s["frequency_hz"] for s in terms["shapes"]] == pytest.approx(
         [s["frequency_hz"] for s in found["shapes"]]
     )
-    for source in (pad, drum):
-        for option, begin in (("--png", b"\x89PNG"), ("--svg", b"<?xml"), ("--pdf", b"%PDF")):
-            picture = tmp_path / f"p.{option[2:]}"
-            assert run(capsys, "eigenvalues", source, option, picture)[0] == 0
-            assert picture.read_bytes().startswith(begin)
-            picture.unlink()
-        assert (
-            run(capsys, "eigenvalues", source, "--png", tmp_path / "s.png", "--mu", "0.1:0.5:3")[0]
-            == 0
-        )
-        assert (tmp_path / "s.png").stat().st_size > 10_000
+    heads = {"--png": b"\x89PNG", "--svg": b"<?xml", "--pdf": b"%PDF"}
+    for source, option in ((pad, "--png"), (drum, "--svg"), (drum, "--pdf")):
+        picture = tmp_path / f"p.{option[2:]}"
+        assert run(capsys, "eigenvalues", source, option, picture)[0] == 0
+        assert picture.read_bytes().startswith(heads[option])
+    sweep = ("--png", tmp_path / "s.png", "--mu", "0.1:0.5:3")
+    assert run(capsys, "eigenvalues", drum, *sweep)[0] == 0
+    assert (tmp_path / "s.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize(
