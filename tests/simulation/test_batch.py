@@ -73,7 +73,7 @@ def naive_range(values, start=1e-9):
 
 def naive(one):
     """Measures from the history and the events of a single run, by their definitions."""
-    run = simulate(dataclasses.replace(one, samples=200_001, outputs=("history", "events")))
+    run = simulate(dataclasses.replace(one, samples=100_001, outputs=("history", "events")))
     touching = {"1": (1, 1), "2": (0, 0), "3": (1, 0), "4": (0, 1), "FC": (1, 1), "SS": (0, 0)}
     h, state = run.history, run.history["state"]
     free = touching.get(state[0]) == (0, 0)

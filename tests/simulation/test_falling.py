@@ -103,7 +103,7 @@ def one_degree(**more: Any) -> Pad:
     """A pad so stiff in contact that it only slides: x alone is left, held by springs along x."""
     along = {"alpha1": 0.0, "alpha2": 0.0, "L1": 0.3, "L2": 0.3, "k1": 2e5, "k2": 2e5}
     more = {"V": 2.0, "mu_s": 0.6, "mu_k": 0.3, "v_ref": 1.5, "F_n": 300.0} | more
-    return Pad(m=1.0, w=0.05, h=1e-4, k_c=1e12, **along, **more)
+    return Pad(m=1.0, w=0.05, h=1e-4, k_c=1e10, **along, **more)
 
 
 def test_growth_of_one_degree_of_freedom_in_closed_form():
@@ -233,10 +233,9 @@ def test_maps_know_it(damping):
 
 
 def difference(value, x):
-    """Derivative by central differences, extrapolated."""
+    """Derivative by central differences."""
     h = 1e-4 * x
-    rough = [(value(x + k * h) - value(x - k * h)) / (2 * k * h) for k in (1, 2)]
-    return (4 * rough[0] - rough[1]) / 3
+    return (value(x + h) - value(x - h)) / (2 * h)
 
 
 NAMES = ["mu_s", "mu_k", "v_ref", "V", "F_n", "k_c", "h", "alpha1"]

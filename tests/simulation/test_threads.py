@@ -14,7 +14,7 @@ from tests.conftest import HEYOKA, needs_heyoka, random_pad
 if HEYOKA:
     from squeal.simulation.integrators.taylor import TaylorIntegrator
 
-THREADS, COUNT = 4, 24
+THREADS, COUNT = 4, 12
 
 
 def scenes(model):
