@@ -35,24 +35,36 @@ def _place(path: Path) -> Path:
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
-def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = False) -> None:
-    """Write a file beside its place and move it there when it is complete."""
-    place = _place(path)
+@contextmanager
+def _written(path: Path) -> Iterator[None]:
+    """Refuse the place that the system does not write to, because a disc is full for example."""
     try:
-        handle, name = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
+        yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    try:
-        text = None if binary else "utf-8"
-        with os.fdopen(handle, "wb" if binary else "w", encoding=text, newline=text and "") as file:
-            write(file)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, place)
-    except BaseException:
-        os.unlink(name)
-        raise
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = False) -> None:
+    """Write a file beside its place and move it there when it is complete.
+
+    Raises InputError if it cannot be written; nothing of it is left then.
+    """
+    place = _place(path)
+    with _written(path):
+        handle, name = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
+        try:
+            how: Any = (
+                {"mode": "wb"} if binary else {"mode": "w", "encoding": "utf-8", "newline": ""}
+            )
+            with os.fdopen(handle, **how) as file:
+                write(file)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(name, 0o666 & ~umask)
+            os.replace(name, place)
+        except BaseException:
+            os.unlink(name)
+            raise
 
 
 @contextmanager
@@ -72,11 +84,7 @@ def new_folder(folder: Path) -> Iterator[None]:
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
     """A place for files that are moved to a folder when all of them are complete."""
-    try:
-        made = tempfile.TemporaryDirectory(dir=folder, prefix=".")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror}") from None
-    with made as place:
+    with _written(folder), tempfile.TemporaryDirectory(dir=folder, prefix=".") as place:
         yield Path(place)
         for path in sorted(Path(place).iterdir()):
             os.replace(path, folder / path.name)
