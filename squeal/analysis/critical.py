@@ -41,6 +41,9 @@ class CriticalFriction:
     verdict without friction; `mu_end` how far the branch reaches and `end` why it stops there.
     `admissible_to` is the mu up to which the equilibria keep to `AdmissibleLimits`; warnings: a
     sentence for each reason why they do not, or why the scene's own mu is not on the branch.
+    `certified`: counts of what grows agree with the list, between crossings and at all values
+    looked at; None where eigenvalues are not followed (without damping, up to three degrees of
+    freedom) and nothing is counted.
     """
 
     at_zero: str
@@ -50,6 +53,7 @@ class CriticalFriction:
     crossings: tuple[Crossing, ...] = ()
     admissible_to: float = np.inf
     warnings: tuple[str, ...] = ()
+    certified: bool | None = None
 
     @property
     def admissible(self) -> bool:
@@ -115,7 +119,8 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
         )
     crossed = tuple(_widened(one, path) for one in found.crossings if one.mu < end_of_path)
     ends = (path.mu_end, path.end, crossed)
-    return CriticalFriction(at_zero, tuple(reached), *ends, admissible_to, warnings)
+    more = (admissible_to, warnings, found.certified)
+    return CriticalFriction(at_zero, tuple(reached), *ends, *more)
 
 
 def _widened(at: Located, path: Path) -> Located:
@@ -134,7 +139,8 @@ def critical_parameter(system: System, high: float, name: str = "mu") -> Critica
     found = thresholds(system, high)
     end = f"{name} = {high:g} is reached"
     _, at_zero = roots_and_verdict(*system(0.0))
-    return CriticalFriction(at_zero.verdict, tuple(found.points), high, end, tuple(found.crossings))
+    located = tuple(found.points), high, end, tuple(found.crossings)
+    return CriticalFriction(at_zero.verdict, *located, certified=found.certified)
 
 
 def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:

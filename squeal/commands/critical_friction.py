@@ -86,6 +86,7 @@ def data(found: CriticalFriction) -> dict[str, Any]:
         "mu_end": found.mu_end,
         "admissible_to": min(found.admissible_to, found.mu_end),
         "end": found.end,
+        "certified": found.certified,
     }
 
 

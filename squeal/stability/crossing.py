@@ -5,7 +5,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """A change of verdict on the way up in mu."""
+    """A change of verdict on the way up in mu.
+
+    `converged`: the interval is no wider than 1e-9 of mu, and a root was seen to make the change.
+    Where it is not the interval holds the change all the same: rounding leaves it more where growth
+    hardly changes with mu, as at a window that almost closes.
+    """
 
     mu: float
     kind: str  # flutter, divergence: what follows; restabilised: neither follows any more

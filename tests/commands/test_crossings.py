@@ -51,3 +51,27 @@ def test_all_thresholds_of_independent_parts_are_listed(tmp_path, capsys):
     assert [c["frequency_hz"] for c in found] == pytest.approx(frequencies, rel=1e-6, abs=1e-9)
     assert main(["critical-friction", str(file)]) == 0
     assert "another mode's growth hides" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-12])
+def test_a_window_that_almost_closes_is_listed_with_intervals_that_hold_it(depth, tmp_path, capsys):
+    # damping (mu - 1)^2 - depth: growth between 1 - sqrt(depth) and 1 + sqrt(depth), where it
+    # changes by 2 sqrt(depth) for one of mu: rounding leaves each end 1e-16 over that at least
+    file = tmp_path / "window.yaml"
+    file.write_text(f"M: [[1]]\nC0: [[{1 - depth!r}]]\nC1: [[-2]]\nC2: [[1]]\nK0: [[1]]\n")
+    found = answer(capsys, "critical-friction", file)
+    assert [point["kind"] for point in found["critical"]] == ["flutter", "restabilised"]
+    for point, exact in zip(found["critical"], (1 - depth**0.5, 1 + depth**0.5), strict=True):
+        low, high = point["interval"]
+        assert low <= exact <= high
+        assert point["converged"] == (high - low <= 1e-9) == (depth > 1e-7)
+    assert found["certified"]
+
+
+def test_what_is_counted_is_said_to_agree(tmp_path, capsys, pad):
+    file = tmp_path / "pairs.yaml"
+    file.write_text(PAIRS)
+    assert answer(capsys, "critical-friction", file)["certified"] is True
+    assert answer(capsys, "critical-friction", pad)["certified"] is None  # nothing is counted
+    damped = ("--set", "damping.ratios=[0.02, 0.02, 0.02]")
+    assert answer(capsys, "critical-friction", pad, *damped)["certified"] is True
