@@ -36,22 +36,26 @@ class Branch:
 
 
 def _correct(
-    statics: Statics, z: np.ndarray, state: State, row: np.ndarray, value: float
-) -> np.ndarray | None:
-    """Newton's method on the balance with the fourth condition row.z = value."""
+    statics: Statics, start: np.ndarray, state: State, row: np.ndarray, value: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Newton's method on the balance with the fourth condition row.z = value: the place, and the
+    derivative (3, 4) of the balance from where the last step began."""
+    J = np.empty((3, 4))
 
     def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f, J = statics.linearised(z, state)
+        f, J[:] = statics.linearised(z, state)
         return np.append(f, row @ z - value), np.vstack([J, row])
 
     # after a step of 1e-9 what is left is rounding
-    return statics.solve(conditions, z, z[4:], 1e-9, 0.0)
+    found = statics.solve(conditions, start, start[4:], 1e-9, 0.0)
+    return None if found is None else (found, J)
 
 
 def _at_tilt(statics: Statics, z: np.ndarray, state: State, tilt: float) -> np.ndarray | None:
     """The place near z at which the pad has turned by `tilt` (rad, with its sign)."""
     row = complex_step(lambda z: statics.tilt(z)[None], z)[0]
-    return _correct(statics, z, state, row, float(row @ z) + tilt - float(statics.tilt(z)))
+    found = _correct(statics, z, state, row, float(row @ z) + tilt - float(statics.tilt(z)))
+    return None if found is None else found[0]
 
 
 def follow(
@@ -92,7 +96,8 @@ class _Step(NamedTuple):
 
 
 class _Walk:
-    """The end of a branch so far: place z, contact state, unit vector ahead, length of a step.
+    """The end of a branch so far: place z, contact state, unit vector ahead and its change over
+    distance, length of a step.
 
     Lengths and vectors are those of `scale` z: mu counts as what it displaces at the start.
     """
@@ -105,11 +110,15 @@ class _Walk:
         self.scale[3] = 1.0 / max(abs(self._tangent(self.z)[3]), 1e-12)
         ahead = self._tangent(self.z)
         self.ahead = ahead * np.sign(ahead[3])
+        self.bend = np.zeros(4)
         # far from the origin rounding hides shorter steps
         self.step = max(self.settings.first_step, FIRST * float(np.max(np.abs(self.z))))
 
     def _tangent(self, z: np.ndarray, like: np.ndarray | None = None) -> np.ndarray:
-        found = np.linalg.svd(self.statics.linearised(z, self.state)[1] / self.scale)[2][3]
+        return self._along(self.statics.linearised(z, self.state)[1], like)
+
+    def _along(self, J: np.ndarray, like: np.ndarray | None = None) -> np.ndarray:
+        found = np.linalg.svd(J / self.scale)[2][3]
         return np.asarray(found if like is None else found * np.sign(found @ like))
 
     def _far(self, a: np.ndarray, b: np.ndarray) -> float:
@@ -150,6 +159,8 @@ class _Walk:
             return self._ends(f"the equilibrium runs away to infinity near mu = {new[3]:.9g}")
         if why := self.statics.why_hidden(new):
             return self._ends(f"the branch from mu = 0 is lost at mu = {new[3]:.9g}: {why}")
+        # of a new contact state nothing is known yet
+        self.bend = (turn - self.ahead) / self.step if taken.point is None else np.zeros(4)
         self.z, self.ahead = new, turn
         longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new * self.scale))))
         self.step = min(self.settings.growth * self.step, longest)
@@ -159,10 +170,12 @@ class _Walk:
         """The next step; None where it is too long."""
         guess = self.z + self.step * self.ahead / self.scale
         row = self.ahead * self.scale
-        new = _correct(self.statics, guess, self.state, row, float(row @ guess))
-        if new is None or self._far(new, guess) > self.settings.correction * self.step:
+        start = guess + self.step**2 / 2 * self.bend / self.scale
+        found = _correct(self.statics, start, self.state, row, float(row @ guess))
+        if found is None or self._far(found[0], guess) > self.settings.correction * self.step:
             return None
-        turn, point, error = self._tangent(new, self.ahead), None, 0.0
+        new, turn = found[0], self._along(found[1], self.ahead)
+        point, error = None, 0.0
         if turn @ self.ahead < self.settings.cosine:
             return None
         first = self.step

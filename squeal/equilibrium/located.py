@@ -3,7 +3,6 @@
 They are zeros of extended systems, which are regular where the equilibrium alone is not.
 """
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -44,7 +43,7 @@ def fold(statics: Statics, z: np.ndarray, state: State) -> Point | None:
 
     def along(z: np.ndarray, v: np.ndarray) -> np.ndarray:
         """F_q v."""
-        c = dataclasses.replace(statics.model.c, mu=z[3])
+        c = statics.model.c._replace(mu=z[3])
         q = tuple(map(Dual, statics.place(z), statics.place(v)))
         f = _in_lengths(statics, net_loads(dual, c, statics.model.law, q, state))  # type: ignore[arg-type]
         return np.array(np.broadcast_arrays(*(part.slope + 0.0 * z[0] for part in f)))
@@ -86,14 +85,12 @@ def _located(
         by = np.linalg.inv(slope)[3]
     except np.linalg.LinAlgError:
         return None
-    c = dataclasses.replace(statics.model.c, mu=z[3])
-    names = [field.name for field in dataclasses.fields(c)]
-    size = np.array([getattr(c, name) for name in names], dtype=float)
+    size = np.array(statics.model.c._replace(mu=z[3]), dtype=float)
     shifted = Coefficients(*(size[:, None] * (1.0 + 1j * STEP * np.eye(size.size))))
     q = shifted.place(z[:, None].astype(complex))
     rows = moved(shifted, q, net_loads(np, shifted, statics.model.law, q, state))
     rates = np.imag(np.broadcast_arrays(*rows)) / STEP
-    loads = rates[:, [names.index(name) for name in OF_LOADS]]
+    loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
     by_rates = by[: len(rates)]
     shift = np.abs(by_rates @ rates).sum() + (np.abs(by_rates) @ np.abs(loads)).sum()
     return Point(z, state, float(UNITS * shift + abs(by @ left) + np.spacing(z[3])))

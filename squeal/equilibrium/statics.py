@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -63,9 +62,9 @@ class Statics:
 
     def residual(self, z: np.ndarray, state: Touching) -> np.ndarray:
         """Net loads (Fx, Fy, M/w) of a contact state, shape (3, ...), real or complex."""
-        c = dataclasses.replace(self.model.c, mu=z[3])
+        c = self.model.c._replace(mu=z[3])
         f = net_loads(np, c, self.model.law, tuple(self.place(z)), state)
-        return np.array(np.broadcast_arrays(f.x, f.y, f.moment / self.model.pad.w))
+        return np.array([f.x, f.y, f.moment / self.model.pad.w])
 
     def linearised(
         self, z: np.ndarray, state: Touching, unknowns: int = 4
@@ -92,7 +91,7 @@ class Statics:
         if self.model.law.absolute_gap:
             put = put + abs(self.model.pad.y0)
         corners = {name: abs(getattr(c, name)) for name in ("rlx", "rly", "rtx", "rty")}
-        sizes = dataclasses.replace(c, gap_l=put, gap_t=put, **corners)
+        sizes = c._replace(gap_l=put, gap_t=put, **corners)
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         return ROUNDING * np.array(self.model.law.gaps(sizes, at))
 

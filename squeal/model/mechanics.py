@@ -7,7 +7,6 @@ pad may then be numbers, arrays or symbols, and every use of the model runs thro
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from squeal.model.pad import Pad
@@ -27,8 +26,7 @@ class Loads(NamedTuple):
         return Loads(self.x + other.x, self.y + other.y, self.moment + other.moment)
 
 
-@dataclass(frozen=True)
-class Coefficients:
+class Coefficients(NamedTuple):
     """The numbers of a pad that enter the equations of motion.
 
     D1, D2: spring vectors r_i - r_f,i of the undeformed springs; r1, r2: upper corners and
@@ -77,7 +75,7 @@ def at_speed(
     if fall is None:
         return c
     share, rate = fall
-    return replace(c, mu=c.mu * (1.0 + share * (ops.exp(rate * speed) - 1.0)))
+    return c._replace(mu=c.mu * (1.0 + share * (ops.exp(rate * speed) - 1.0)))
 
 
 def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:

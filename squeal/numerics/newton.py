@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,10 +29,13 @@ def with_derivative(
     Both come from one evaluation of f at complex x (see `complex_step`).
     """
     at = np.asarray(x, dtype=complex)
-    m = len(at)
-    shift = np.eye(m)[:, :unknowns].reshape((m, -1) + (1,) * (at.ndim - 1))
-    found = np.asarray(f(at[:, None] + 1j * STEP * shift))
+    found = np.asarray(f(at[:, None] + _shifts(len(at), unknowns, at.ndim)))
     return found.real[:, 0], found.imag / STEP
+
+
+@lru_cache
+def _shifts(m: int, unknowns: int | None, dimensions: int) -> np.ndarray:
+    return 1j * STEP * np.eye(m)[:, :unknowns].reshape((m, -1) + (1,) * (dimensions - 1))
 
 
 @dataclass(frozen=True, eq=False)

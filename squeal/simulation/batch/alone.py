@@ -100,7 +100,7 @@ def measure_alone(scene: Scene) -> Measures:
     """
     units, model, state, stop = in_natural_units(scene)
     motion = run_alone(model, scene.tolerance, "auto", units, state, stop, True)
-    c = Coefficients(**{name: np.array([value]) for name, value in vars(model.c).items()})
+    c = Coefficients(*(np.array([value]) for value in model.c))
     terms = model.term_values[:, None]
     found = measures(seen(model.law, c, motion, terms), np.array([scene.pad.theta0]))
     return found | {name: found[name] * units.velocity for name in ("fastest", "face")}

@@ -100,7 +100,7 @@ class Crests:
     def _values(self, signal: Signal, sign: np.ndarray, parts: _Parts) -> np.ndarray:
         """`sign` times the signal where that is greatest within each part, or NaN."""
         lane, begin, end, lapse, on = parts
-        c = Coefficients(**{name: number[lane] for name, number in vars(self._seen.c).items()})
+        c = Coefficients(*(number[lane] for number in self._seen.c))
 
         def read(place: np.ndarray) -> np.ndarray:
             return sign * signal.read(c, place, on, lane)

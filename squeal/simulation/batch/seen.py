@@ -58,7 +58,7 @@ def seen(law: ContactLaw, c: Coefficients, motion: Motion, terms: np.ndarray) ->
         np.add.at(passed, (row, motion.point, motion.lane), 1)
         np.cumsum(passed, axis=0, out=passed)
     changes = passed.sum(axis=1)
-    there = Coefficients(**{name: value[motion.lane] for name, value in vars(c).items()})
+    there = Coefficients(*(value[motion.lane] for value in c))
     return Seen(
         law,
         motion,

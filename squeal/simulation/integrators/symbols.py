@@ -5,7 +5,6 @@ serves every pad.
 """
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, NamedTuple
 
 import heyoka as hy
@@ -29,7 +28,7 @@ FAINT = 1e-30
 # points one code serves all states.
 OWN_CODE = 2
 # of the runtime parameters of `equations`, in their order
-NAMES = [f.name for f in fields(Coefficients)]
+NAMES = Coefficients._fields
 
 
 class Motion(NamedTuple):

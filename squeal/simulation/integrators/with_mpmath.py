@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -42,8 +41,7 @@ class MpmathIntegrator(Integrator):
         self.tolerance = max(tolerance, TIGHTEST)
         self._model = model
         self.number: Any = self._ops.mpf
-        exact = {f.name: self.number(float(getattr(model.c, f.name))) for f in fields(Coefficients)}
-        self._c = Coefficients(**exact)
+        self._c = Coefficients(*(self.number(float(value)) for value in model.c))
         pad = model.pad
         self._longest = LONGEST * min(1.0, math.sqrt(3 * pad.I / (pad.m * (pad.w**2 + pad.h**2))))
 

@@ -7,6 +7,7 @@ mean and squared difference. What is in doubt halves the step.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ DEPTH = 12  # halvings of a step
 DOUBT = 0.25  # of the change: what a prediction may be off by
 NEAR = 1e-3  # of |z|: ... or this, for identity alone
 FINE = 101  # points at which a pair's roots are looked at within a step
+SHARES = np.linspace(0.0, 1.0, 17)[:, None]  # of a step, at which its cubics are looked at
 TOUCH = 0.1  # of the way of a root: what a cubic may be off halfway
 
 
@@ -124,7 +126,7 @@ class _Step:
             return np.asarray(apart > 2 * np.abs(self.off.imag) + 4 * self.noise) | (
                 self._both_real() & ~self._real_crossing()
             )
-        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        low, high = self._extremes
         unsure = 2 * np.abs(self.off.real) + self.noise
         return np.asarray((high + unsure < 0.0) | (low - unsure > 0.0))
 
@@ -136,18 +138,23 @@ class _Step:
         """Undamped: real roots s that may pass zero."""
         if self.line.damped:
             return np.zeros(len(self.za), dtype=bool)
-        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        low, high = self._extremes
         unsure = 2 * np.abs(self.off.real)
         passes = (low - unsure <= 0.0) & (high + unsure >= 0.0)
         # a root that is zero at both ends belongs to a rigid body
         still = (np.abs(self.za) <= self.noise) & (np.abs(self.zb) <= self.noise)
         return np.asarray(self._both_real() & passes & ~still)
 
-    @staticmethod
-    def _extremes(a: Array, da: Array, b: Array, db: Array) -> tuple[Array, Array]:
-        t = np.linspace(0.0, 1.0, 17)[:, None]
-        c = hermite_cubic(a, da, b, db)
-        values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
+    @cached_property
+    def _cubic(self) -> Array:
+        """Coefficients (4, m) of the cubics of the real parts."""
+        return hermite_cubic(self.za.real, self.da.real, self.zb.real, self.db.real)
+
+    @cached_property
+    def _extremes(self) -> tuple[Array, Array]:
+        """The least and the greatest real parts by these cubics."""
+        c = self._cubic
+        values = c[0] + SHARES * (c[1] + SHARES * (c[2] + SHARES * c[3]))
         return values.min(axis=0), values.max(axis=0)
 
     def _touch(self, known: np.ndarray) -> float | None:
@@ -157,7 +164,7 @@ class _Step:
         """
         if not self.line.damped:
             known = known & self._both_real()
-        c = hermite_cubic(self.za.real, self.da.real, self.zb.real, self.db.real)
+        c = self._cubic
         way = np.maximum(self._reach(), np.abs(self.off.real))
         with np.errstate(all="ignore"):  # where c' = 0
             q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
@@ -175,7 +182,7 @@ class _Step:
         )
 
     def _reach(self) -> Array:
-        low, high = self._extremes(self.za.real, self.da.real, self.zb.real, self.db.real)
+        low, high = self._extremes
         return high - low
 
     def _far(self) -> np.ndarray:

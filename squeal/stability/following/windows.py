@@ -74,6 +74,8 @@ def meetings(state: State, way: int, span: float) -> list[Meeting]:
         centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
         inside = np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2
         near = inside.any(axis=0)
+        if not near.any():
+            return []
         ends, inside = ends[:, near], inside[:, near]
         k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
         conjugate = conjugate[near]
