@@ -26,7 +26,7 @@ from squeal.model.pad import PARAMETERS
 from squeal.model.states import State
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
-from squeal.numerics.newton import complex_step
+from squeal.numerics.newton import complex_step, with_derivative
 from squeal.scene import Scene, takes_scene
 from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
 
@@ -83,12 +83,15 @@ def change(
         loads = net_loads(dual, now, model.law, place, state)  # type: ignore[arg-type]
         return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
 
-    loads = slopes(q, np.zeros(3))
-    K = -model.jacobian(q, state)
-    try:
-        dq = np.zeros(3) if held else np.linalg.solve(K, loads) if moved is None else moved
-    except np.linalg.LinAlgError:
-        dq = np.full(3, np.inf)
+    loads = dq = np.zeros(3)
+    if moved is not None:
+        dq = moved
+    elif not held:
+        loads = slopes(q, dq)
+        try:
+            dq = np.linalg.solve(-model.jacobian(q, state), loads)
+        except np.linalg.LinAlgError:
+            dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
     edges = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
@@ -96,8 +99,8 @@ def change(
     if pad.fall is not None:
         still = q.astype(complex)
         dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))
-    dK = -complex_step(lambda q: slopes(q, dq), q)
-    return Change(loads, dq, dM, dC, dK, np.array(edges))
+    both = with_derivative(lambda q: slopes(q, dq), q)
+    return Change(both[0] if held else loads, dq, dM, dC, -both[1], np.array(edges))
 
 
 def _damping_slopes(scene: Scene) -> dict[str, np.ndarray]:

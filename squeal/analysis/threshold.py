@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -37,7 +38,7 @@ class Threshold:
     def linear(self) -> bool:
         return self.scene.pad_model.linear
 
-    @property
+    @cached_property
     def size(self) -> np.ndarray:
         """Units of q (3,)."""
         length = 1.0 if self.linear else Statics.of(self.scene.pad_model).units.length

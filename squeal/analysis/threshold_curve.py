@@ -7,7 +7,6 @@ derivatives that Newton's method takes are exact.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,45 +41,48 @@ class ThresholdCurve:
     closed: bool
 
 
-Solve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-def _bordered(local: Threshold, row: np.ndarray, value: float) -> Solve:
-    def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f, J = local.conditions(z)
-        return np.append(f, row @ z - value), np.vstack([J, row])
-
-    return conditions
-
-
 def _correct(local: Threshold, z: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
     """Newton's method on the threshold with the further condition row.z = value."""
+    found = _corrected(local, z, row, value)
+    return None if found is None else found[0]
+
+
+def _corrected(
+    local: Threshold, z: np.ndarray, row: np.ndarray, value: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """As `_correct`, with the derivative of the threshold from where the last step began."""
+    last: list[np.ndarray] = []
+
+    def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        f, J = local.conditions(z)
+        last[:] = [J]
+        return np.append(f, row @ z - value), np.vstack([J, row])
+
     try:
-        found = newton(_bordered(local, row, value), z, tolerance=1e-11, steps=12, stalled=1e-9)
+        found = newton(conditions, z, tolerance=1e-11, steps=12, stalled=1e-9)
     except (InputError, ComputationError, np.linalg.LinAlgError):
         return None
-    return found.x if found.converged else None
+    return (found.x, last[0]) if found.converged else None
 
 
-def _tangent(local: Threshold, z: np.ndarray) -> np.ndarray:
+def _tangent(J: np.ndarray) -> np.ndarray:
     """Unit vector along the curve (its part in the map has this length), sign open."""
-    way = np.linalg.svd(local.conditions(z)[1])[2][-1]
+    way = np.linalg.svd(J)[2][-1]
     return np.asarray(way / np.linalg.norm(way[-2:]))
 
 
 def _half(local: Threshold, start: np.ndarray, sign: float) -> tuple[list[np.ndarray], bool]:
     """The curve on one side of its start, and whether it came back to it."""
-    z, way, step, found = start, sign * _tangent(local, start), STEP / 4, list[np.ndarray]()
+    z, step, found = start, STEP / 4, list[np.ndarray]()
+    way, bend = sign * _tangent(local.conditions(start)[1]), np.zeros(len(z))
     for _ in range(MOST_STEPS):
         guess = z + step * way
-        new = _correct(local, guess, way, float(way @ guess))
-        if new is not None and np.linalg.norm(new[-2:] - guess[-2:]) > 0.3 * step:
-            new = None
-        if new is not None:
-            ahead = _tangent(local, new)
+        met = _corrected(local, guess + step**2 / 2 * bend, way, float(way @ guess))
+        new = None
+        if met is not None and np.linalg.norm(met[0][-2:] - guess[-2:]) <= 0.3 * step:
+            ahead = _tangent(met[1])
             ahead = ahead * np.sign(ahead[-2:] @ way[-2:])
-            if ahead[-2:] @ way[-2:] < COSINE:
-                new = None
+            new = met[0] if ahead[-2:] @ way[-2:] >= COSINE else None
         if new is None:
             step /= 2
             if step < SHORTEST:
@@ -100,7 +102,7 @@ def _half(local: Threshold, start: np.ndarray, sign: float) -> tuple[list[np.nda
         found.append(new)
         if len(found) > 4 and np.linalg.norm(u - start[-2:]) < step:
             return [*found, start], True
-        z, way = new, ahead
+        z, way, bend = new, ahead, (ahead - way) / step
         step = min(1.5 * step, STEP)
     return found, False
 
