@@ -120,6 +120,45 @@ def test_steps_that_do_not_begin_where_the_ones_before_ended_are_refused(monkeyp
     lanes.lanes.cache_clear()
 
 
+def test_no_column_is_written_where_it_is_read(monkeypatch):
+    # heyoka may read a column while it writes it, and works through so many at once
+    bases, calls = [], []
+
+    def based(size, twice=lanes.twice):
+        one, other = twice(size)
+        bases[:] = [array.ctypes.data for array in (one, other)]
+        return one, other
+
+    class Watched:
+        def __init__(self, *of):
+            self._step = step.compiled_step(*of)
+            self.nparams = self._step.nparams
+
+        def __call__(self, given, outputs=None, **more):
+            if outputs is not None:
+                columns = given.shape[1]
+                read, written = (
+                    (array.ctypes.data - base) // 8 + np.arange(array.size)
+                    for array, base in zip((given, outputs), bases, strict=True)
+                )
+                _, one, other = np.intersect1d(read, written, return_indices=True)
+                calls.append(len(one))
+                blocks = (index % columns // step.WIDTH for index in (one, other))
+                assert not np.any(np.equal(*blocks))
+                more["outputs"] = outputs
+            return self._step(given, **more)
+
+    monkeypatch.setattr(lanes, "twice", based)
+    monkeypatch.setattr(lanes, "compiled_step", Watched)
+    monkeypatch.setattr(lanes, "CALL", 1)  # as if there were pads enough for a call each
+    lanes.lanes.cache_clear()
+    pads, initial = some("B1", 21, 60)
+    simulate_many("B1", stack(pads), initial, 3.0, 1e-10)
+    lanes.lanes.cache_clear()
+    assert calls
+    assert min(calls) > 0
+
+
 @pytest.mark.parametrize("memory", [True, False])
 def test_two_addresses_of_one_memory(monkeypatch, memory):
     if not memory:
