@@ -12,6 +12,7 @@ from squeal.files.memory import check_rows
 
 _INTEGER = rb"-?\d++"
 _NUMBER = rb"-?(?:(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?+|(?i:nan|inf))"
+_FORTRAN = re.compile(r"\d\.?[dD][+-]?\d")
 _GAP = rb"[ \t]++"
 _HEAD = rb"[^\n]*+\n(?:[ \t]*+(?:%[^\n]*+|\r?)\n)*+[^\n]*+\n?"
 _VALUES = {  # of a line, by the field that the first line names, and in words
@@ -57,7 +58,8 @@ def _check_lines(text: mmap.mmap, placed: bool, field: str) -> None:
         number = text[:end].count(b"\n") + 1
         wrong = text[end : end + 60].splitlines()[0].decode(errors="replace").strip()
         allowed = ", ".join(["row", "column"] * placed + [words] * bool(words))
-        raise ValueError(f"line {number}, {wrong}: {allowed} is allowed")
+        fortran = "; Fortran's exponent D is not read" if _FORTRAN.search(wrong) else ""
+        raise ValueError(f"line {number}, {wrong}: {allowed} is allowed{fortran}")
 
 
 def _one_sided(rows: Any, columns: Any) -> bool:

@@ -167,7 +167,8 @@ def test_a_matrix_market_line_is_read_to_its_end(tmp_path, kind, line, allowed):
     with pytest.raises(InputError) as refused:
         read_matrix(path)
     assert f"{path}: no readable .mtx matrix: line 5, {line}: {allowed}" in str(refused.value)
-    assert str(refused.value).endswith(" allowed")
+    reason = "; Fortran's exponent D is not read" if "D" in line else ""
+    assert str(refused.value).endswith(f" allowed{reason}")
 
 
 @pytest.mark.parametrize("value", ["-.5e-1", "5.", "1E+3", " 7\t", "7\r"])
