@@ -8,6 +8,10 @@ class InputError(ValueError):
     """The input is refused; one sentence names file, key, value and what is allowed."""
 
 
+class MatrixError(InputError):
+    """The matrices of a system are refused; who knows their file names it before."""
+
+
 class InputWarning(UserWarning):
     """The input is taken as it stands, but something else may be meant."""
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 from squeal.commands.outputs import Once, check_outputs
 from squeal.commands.source import STANDARD_INPUT, read_source
 from squeal.commands.streams import printed, say
-from squeal.errors import BEYOND, InputError, InputWarning
+from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.files.provenance import InputFile, provenance
 from squeal.files.writing import to_json
 
@@ -92,7 +92,12 @@ class Command:
             options.source = read_source(options.scene, options.set)
             check_outputs(options, options.source.named_files())
             changes = {"set": options.source.changes} if options.set else {}
-        answer = self.module.run(options)
+        try:
+            answer = self.module.run(options)
+        except MatrixError as error:
+            if not self.scene:
+                raise
+            raise InputError(f"{options.source.name}: {error}") from None
         for words in answer.warnings or ():
             warnings.warn(words, InputWarning, stacklevel=2)
         if not options.json:

@@ -19,7 +19,6 @@ from squeal.commands.tables import elided, in_words, number
 from squeal.errors import InputError
 from squeal.files.writing import write_table
 from squeal.scene import Scene
-from squeal.stability.light import FastMotionError
 
 
 def upper_option(parser: Parser, what: str) -> None:
@@ -114,13 +113,6 @@ def text(found: CriticalFriction, name: str = "mu") -> str:
 
 def run(given: argparse.Namespace) -> Answer:
     """Read the scene or system and answer."""
-    try:
-        return _answer(given)
-    except FastMotionError as error:
-        raise InputError(f"{given.source.name}: {error}") from None
-
-
-def _answer(given: argparse.Namespace) -> Answer:
     if given.scatter is None and given.workers is not None:
         raise InputError("--workers: is not allowed without --scatter, whose samples they share")
     if given.scatter is not None and given.sensitivity:

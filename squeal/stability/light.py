@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.errors import InputError
+from squeal.errors import MatrixError
 from squeal.stability.crossing import Thresholds
 from squeal.stability.matrices import (
     EPS,
@@ -32,7 +32,7 @@ REFUSED = (
 )
 
 
-class FastMotionError(InputError):
+class FastMotionError(MatrixError):
     """What has no mass, or hardly any, cannot be eliminated."""
 
 

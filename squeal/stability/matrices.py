@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import InputError
+from squeal.errors import InputError, MatrixError
 
 Array = NDArray[np.float64]
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
@@ -38,7 +38,7 @@ FASTEST = 2.0**500  # rad/s: squares of roots are finite, and sums of them
 REQUIRED = "a well-conditioned matrix is required"
 
 
-class LightMassError(InputError):
+class LightMassError(MatrixError):
     """M is singular, or so nearly that its inverse would cost the digits of other modes."""
 
 
@@ -197,7 +197,7 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
     M = np.frombuffer(mass).reshape(n, n)
     diagonal = np.diag(M)
     if np.any(diagonal < 0.0):
-        raise InputError("M: its diagonal must be positive (M symmetric, positive definite)")
+        raise MatrixError("M: its diagonal must be positive (M symmetric, positive definite)")
     if np.any(diagonal == 0.0):
         light_motions(M)
         row = int(np.argmin(diagonal)) + 1
@@ -205,12 +205,12 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
     scale = 1.0 / np.sqrt(diagonal)
     unit = M * scale[:, None] * scale  # one by one: the product of two may overflow
     if np.abs(unit - unit.T).max() > SKEW:
-        raise InputError("M: a symmetric matrix is required")
+        raise MatrixError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
         return np.diag(scale), 4 * EPS
     least, *_, greatest = np.linalg.eigvalsh(unit)
     if least < -4 * EPS * n * greatest:
-        raise InputError("M: a positive definite matrix is required")
+        raise MatrixError("M: a positive definite matrix is required")
     if least < ILL * greatest:
         size = max(least / greatest, 0.0)
         raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
@@ -236,7 +236,7 @@ def light_motions(M: Array) -> tuple[Array, Array]:
     masses, vectors = np.linalg.eigh(unit_diagonal(M))
     least = 4 * EPS * len(M) * masses[-1]
     if masses[0] < -least:
-        raise InputError("M: a positive definite matrix is required")
+        raise MatrixError("M: a positive definite matrix is required")
     return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.errors import InputError
+from squeal.errors import InputError, MatrixError
 from squeal.numerics.formula import ONE, Formula
 
 Matrix = Any
@@ -171,7 +171,7 @@ class TermSystem:
             names = sorted(self.names) or sorted(self.parameters)
             where = ", ".join(f"{name} = {p[name]:g}" for name in names)
             allowed = f"at most {most:g} times that of M" if finite else "finite"
-            raise InputError(
+            raise MatrixError(
                 f"{letter}: entries of size {size:.3g} at {where} are not allowed; their size must "
                 f"be {allowed}"
             )

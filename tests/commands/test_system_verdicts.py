@@ -124,10 +124,16 @@ def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, t
     [
         (
             ("--at", "1e300"),
-            "K: entries of size 1.97e+304 at Omega = 1, mu = 1e+300 are not allowed",
+            "meeting.yaml: K: entries of size 1.97e+304 at Omega = 1, mu = 1e+300 are not allowed",
         ),
-        (("--set", "Omega=1e160"), "C: entries of size 4e+161 at Omega = 1e+160, mu = 0"),
-        (("--set", "Omega=1e308"), "C: entries of size inf at Omega = 1e+308, mu = 0"),
+        (
+            ("--set", "Omega=1e160"),
+            "meeting.yaml: C: entries of size 4e+161 at Omega = 1e+160, mu = 0",
+        ),
+        (
+            ("--set", "Omega=1e308"),
+            "meeting.yaml: C: entries of size inf at Omega = 1e+308, mu = 0",
+        ),
     ],
 )
 def test_sizes_beyond_double_precision_are_refused(
@@ -144,7 +150,7 @@ def test_sizes_beyond_double_precision_are_refused(
     assert code == 1
     assert "no eigenvalue can be given: one stiffness" in err
     err = assert_refused(capsys, "eigenvalues", meeting, "--at", "1e200")
-    assert "M: is zero beside C and K in double precision" in err
+    assert "meeting.yaml: M: is zero beside C and K in double precision" in err
 
 
 def test_a_range_beyond_double_precision_is_refused(meeting, capsys):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError
+from squeal.errors import InputError, MatrixError
 from squeal.numerics.inverse import inverse
 from squeal.stability.eigen import hidden
 from squeal.stability.following.coupling import ComplexArray, Couplings
@@ -260,7 +260,7 @@ def _normalising(M: Array) -> tuple[Any, Any, float]:
     except InputError:
         condition = float(np.linalg.cond(M))
         if not ILL * np.linalg.cond(unit_diagonal(M)) < 1.0:
-            raise InputError(
+            raise MatrixError(
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
                 "mass a band is (--band)"
             ) from None

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError
+from squeal.errors import MatrixError
 from squeal.stability.matrices import norm_of
 from squeal.stability.sparse.quadratic import Array, Quadratic
 from squeal.stability.terms import Matrix, Term, TermSystem
@@ -51,7 +51,7 @@ class ScaledSystem:
         if not mass:
             there = any(norm_of(t.matrix) for t in self.system.M)
             beside = " beside C and K in double precision" if there else ""
-            raise InputError(f"M: is zero{beside}; a mass is required")
+            raise MatrixError(f"M: is zero{beside}; a mass is required")
         norms = mass, norm_of(C), norm_of(K)
         self.system.check_sizes(p, *norms)
         return Quadratic(M, C, K, self.scale, norms)
@@ -107,7 +107,9 @@ def _scale(system: TermSystem, terms: list[list[Any]]) -> Array:
     diagonal = square * sizes[0] + sizes[2] + np.sqrt(square) * sizes[1]
     if not np.all(diagonal > 0):
         row = int(np.argmin(diagonal > 0))
-        raise InputError(f"row {row + 1} of M, C and K is empty; every row needs mass or stiffness")
+        raise MatrixError(
+            f"row {row + 1} of M, C and K is empty; every row needs mass or stiffness"
+        )
     return np.asarray(2.0 ** -np.round(np.log2(diagonal) / 2))
 
 
