@@ -122,7 +122,8 @@ def test_steps_that_do_not_begin_where_the_ones_before_ended_are_refused(monkeyp
 
 def test_no_column_is_written_where_it_is_read(monkeypatch):
     # heyoka may read a column while it writes it, and works through so many at once
-    bases, calls = [], []
+    bases: list[int] = []
+    calls: list[int] = []
 
     def based(size, twice=lanes.twice):
         one, other = twice(size)
