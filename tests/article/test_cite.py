@@ -14,6 +14,7 @@ from squeal.files.provenance import Provenance, provenance
 from tests.conftest import ROOT, SCENES
 
 SIMULATE = [sys.executable, "-m", "squeal", "simulate", str(SCENES / "b2-c.yaml"), "--json"]
+SIMULATE += ["--set", "stop=1e-3"]
 
 
 def keys(capsys, *arguments):

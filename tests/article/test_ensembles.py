@@ -180,7 +180,7 @@ def test_gathered_searches_count_what_their_stages_hold(tmp_path, monkeypatch):
 def test_searches_in_parts_and_after_an_interruption_are_the_same(
     tmp_path, monkeypatch, capsysbinary
 ):
-    laws, seeds = space.FORMULATIONS[:2], (1, 2)
+    laws, seeds = space.FORMULATIONS[:2], (1,)
     monkeypatch.setattr(population, "POPULATION", 8)
     monkeypatch.setattr("squeal.article.ensembles.draw.PARTS", 1)
     monkeypatch.setattr("squeal.article.ensembles.gather.FORMULATIONS", laws)
@@ -195,7 +195,7 @@ def test_searches_in_parts_and_after_an_interruption_are_the_same(
         return capsysbinary.readouterr().out
 
     whole = drawn(tmp_path / "whole", "1-of-1")
-    assert drawn(tmp_path / "parts", "3-of-3", "1-of-3", "2-of-3") == whole
+    assert drawn(tmp_path / "parts", "2-of-2", "1-of-2") == whole
     # killed while it wrote a stage: that file is half there, the stages before it stand
     last = stage_file(tmp_path / "parts", laws[1], 1, 2)
     last.with_suffix(".part.npz").write_bytes(last.read_bytes()[:100])

@@ -1,6 +1,7 @@
 """Eigenvalues over mu, friction loop and mode shapes of scenes, and their figures."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -30,6 +31,8 @@ def found(tmp_path_factory):
     with out.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         assert main(["loci", *files]) == 0
+    made = json.loads(out.read_text())["provenance"]["inputs"]
+    assert [file["name"] for file in made] == [f"{stem}.yaml" for stem in STEMS]
     return Loci.read(out)
 
 

@@ -20,10 +20,16 @@ from tests.article.onset import SILENT, settled_one, step
 from tests.conftest import hammering_scene, needs_heyoka
 
 
-@needs_heyoka
-def test_a_cycle_s_multiplier_is_the_decay_of_a_disturbance():
+@pytest.fixture(scope="module")
+def hammering():
+    """B1 (d) and what its motion comes to under growing damping."""
     scene = hammering_scene("b1-d")
-    rows, states, *_ = _late.late({"b1-d": scene})["b1-d"]
+    return scene, _late.late({"b1-d": scene})["b1-d"]
+
+
+@needs_heyoka
+def test_a_cycle_s_multiplier_is_the_decay_of_a_disturbance(hammering):
+    scene, (rows, states, *_) = hammering
     at = _late.RATIOS.index(RATIO)
     row = rows[at]
     assert isinstance(row, results.Late)
@@ -151,10 +157,12 @@ def test_friction_is_followed_until_contact_does_not_change(monkeypatch):
 
 
 @needs_heyoka
-def test_a_lively_motion_is_followed_both_ways_and_the_resting_pad_stays_at_rest(monkeypatch):
+def test_a_lively_motion_is_followed_both_ways_and_the_resting_pad_stays_at_rest(
+    monkeypatch, hammering
+):
     """B1 (d), which has its own cycle beside rest, above and below the flutter threshold."""
-    scene = hammering_scene("b1-d")
-    state = _late.late({"b1-d": scene})["b1-d"].states[_late.RATIOS.index(RATIO)]
+    scene, found = hammering
+    state = found.states[_late.RATIOS.index(RATIO)]
     begun = _sweeps.Begun(scene.pad.mu, state, settled_one(0.4))
     monkeypatch.setattr(_sweeps, "MU", (0.5, 0.75, 0.85))
     (sweep,) = _sweeps.sweeps({"b1-d": scene}, {"b1-d": (RATIO,)}, {("b1-d", RATIO): begun})["b1-d"]

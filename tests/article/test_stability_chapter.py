@@ -95,7 +95,7 @@ def test_b3_map_agrees_with_numpy():
 
 def test_b2_map_agrees_with_single_equilibria():
     scene = scene_of("b2-c")
-    axes = angle_axes(5)
+    axes = angle_axes(4)
     codes = stability_map(scene, axes).codes
     for i, a in enumerate(axes[0].values):
         for j, b in enumerate(axes[1].values):

@@ -54,10 +54,9 @@ def test_a_missing_package_is_told():
     assert version("surely_no_such_package") == NOT_INSTALLED
 
 
-@pytest.mark.parametrize("study", ["eigenvalues", "loci"])
-def test_studies_of_several_scenes_name_them_all(study, capsys):
+def test_studies_of_several_scenes_name_them_all(capsys):
     files = [str(SCENES / f"b2-{case}.yaml") for case in "ac"]
-    assert main([study, *files]) == 0
+    assert main(["eigenvalues", *files]) == 0
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     assert [file.name for file in made.inputs] == ["b2-a.yaml", "b2-c.yaml"]
 
