@@ -83,6 +83,7 @@ def made(
         early=(1, 3),
         wider=3.0,
         moving=0,
+        seed=0,
         seen=2,
         step_windows=20,
         confidence=0.95,

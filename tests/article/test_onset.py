@@ -233,6 +233,7 @@ def test_starts_in_motion_have_places_and_speeds_of_one_size():
     off = _late.moving(scene, at) - np.append(at, np.zeros(3))
     reach = _late.WIDER * pad.F_n / pad.k_c * np.array([1.0, 1.0, 1.0 / pad.w])
     size = np.concatenate([reach, reach * math.sqrt(pad.k1 / pad.m)])
+    assert off / size == pytest.approx(np.random.default_rng(_late.SEED).uniform(-1, 1, off.shape))
     most = np.abs(off / size).max(axis=0)
     assert np.all((most > 0.9) & (most <= 1.0))
     assert np.all(np.abs((off / size).mean(axis=0)) < 0.3)

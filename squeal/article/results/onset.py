@@ -191,9 +191,10 @@ class Onset(Result):
     """Names are those of motions, as in `squeal.article.results.energy`.
 
     late: own starts under both laws, others: a grid of starts on the plane of the maps of starts,
-    `wider` times as wide, and `moving` starts in motion where the equilibrium is not unstable;
-    thresholds: of the scenes under their own law, the friction at which
-    their equilibria begin to flutter at the damping `ratio`, None if they do not at any of `mu`;
+    `wider` times as wide, and `moving` starts in motion where the equilibrium is not unstable,
+    drawn by numpy's generator from `seed`; thresholds: of the scenes under their own law, the
+    friction at which their equilibria begin to flutter at the damping `ratio`, None if they do not
+    at any of `mu`;
     sweeps: of those that flutter at this ratio, of those whose own start goes on losing contact or
     that have a lively motion beside a stable equilibrium at others too; windows: of `late` and
     `others`, longer: where contact goes on changing until then; early: ends of the spans in which
@@ -216,6 +217,7 @@ class Onset(Result):
     early: tuple[int, ...]
     wider: float
     moving: int
+    seed: int
     seen: int
     step_windows: int
     confidence: Annotated[float, ".0%"]

@@ -23,6 +23,7 @@ LONGER = 150  # until it is looked at again if contact goes on changing
 EARLY = (1, 3, 10)  # windows from the start: ends of the spans that are looked at first
 SIDE, WIDER = 5, 3.0  # starts a side of the grid, and its reach over that of the maps of starts
 MOVING = 75  # starts in motion, beside an equilibrium that is not unstable
+SEED = 0  # of numpy's generator that draws them
 
 
 class Own(NamedTuple):
@@ -62,7 +63,7 @@ def moving(scene: Scene, equilibrium: np.ndarray) -> np.ndarray:
     """
     reach = WIDER * lever(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
     reach = np.append(reach, reach * np.sqrt(scene.pad.k1 / scene.pad.m))
-    drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (MOVING, 6))
+    drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (MOVING, 6))
     return np.append(equilibrium, np.zeros(3)) + reach * drawn
 
 

@@ -12,7 +12,18 @@ from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
 from squeal.article.scenes import alike, read_scenes
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
-from squeal.article.studies._late import EARLY, LATE, LONGER, MOVING, RATIOS, SEEN, WIDER, Own, late
+from squeal.article.studies._late import (
+    EARLY,
+    LATE,
+    LONGER,
+    MOVING,
+    RATIOS,
+    SEED,
+    SEEN,
+    WIDER,
+    Own,
+    late,
+)
 from squeal.article.studies._sweeps import MU, STEP, Begun, sweeps
 from squeal.article.studies.energy import under_both_laws
 from squeal.errors import ComputationError
@@ -24,7 +35,7 @@ from squeal.stability import verdict
 SWEPT = (0.005, 0.01, 0.02)  # where the own start goes on losing contact; else RATIO
 _SETTINGS: dict[str, Any] = {"ratio": RATIO, "ratios": RATIOS, "confidence": CONFIDENCE}
 _SETTINGS |= {"windows": LATE, "longer": LONGER, "early": EARLY, "wider": WIDER, "moving": MOVING}
-_SETTINGS |= {"seen": SEEN, "step_windows": STEP}
+_SETTINGS |= {"seed": SEED, "seen": SEEN, "step_windows": STEP}
 
 
 def threshold(scene: Scene) -> float | None:
