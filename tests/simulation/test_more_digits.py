@@ -56,12 +56,13 @@ def test_a_bouncing_pad_in_closed_form_to_twenty_digits():
 @pytest.mark.parametrize("name", ["b1-c", "b2-b"])
 def test_quad_precision_is_met_to_the_last_digit_of_a_double(name, monkeypatch):
     scene = read_scene(SCENES / f"{name}.yaml", "simulate")
-    scene = dataclasses.replace(scene, stop=scene.stop / 10, outputs=())
+    scene = dataclasses.replace(scene, stop=scene.stop / 20, outputs=())
     quad = reference(scene)
     monkeypatch.setattr(of_reference, "quad", lambda: None)
     other = reference(scene)
     assert other.state == pytest.approx(quad.state, rel=4e-16, abs=1e-17)
     assert other.times == pytest.approx(quad.times, rel=4e-16)
+    assert bool(len(quad.times)) == (name == "b1-c")
 
 
 def test_damping_acts_on_the_rates():
@@ -69,15 +70,15 @@ def test_damping_acts_on_the_rates():
     pad = upright(k1=0.0, k2=0.0, F_n=0.0)
     c = 3.0 * pad.m
     matrix = ((c, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, c * pad.I / pad.m))
-    free = Scene("B1", pad, initial=(0, 1.0, 0, 1.0, 0, 0), stop=0.1, samples=2, outputs=())
+    free = Scene("B1", pad, initial=(0, 1.0, 0, 1.0, 0, 0), stop=0.02, samples=2, outputs=())
     scene = dataclasses.replace(free, damping=Damping(matrix=matrix))
     final = reference(scene).state
     units, *_ = in_natural_units(scene)
-    assert final[3] * units.velocity == pytest.approx(math.exp(-0.3), rel=1e-15)
+    assert final[3] * units.velocity == pytest.approx(math.exp(-0.06), rel=1e-15)
     model = in_natural_units(scene)[1]
     assert "damping" in model.terms
     _, _, state, _ = run(scene)
-    assert float(state[3]) * units.velocity == pytest.approx(math.exp(-0.3), rel=1e-15)
+    assert float(state[3]) * units.velocity == pytest.approx(math.exp(-0.06), rel=1e-15)
 
 
 def test_the_end_of_the_model_has_its_time():
