@@ -148,7 +148,7 @@ def _swept(
     changes = [{name: v} for v in few(values, CHECKED)]
     checkpoint = Checkpoint(given.table, head)
     reduction, region = sweeps.reduced_for(system, wanted, changes, method, progress, checkpoint)
-    rows = list(sweeps.reduced_rows(reduction, region, name, values))
+    rows = list(sweeps.reduced_rows(reduction, region, name, values, wanted.modes))
     checkpoint.close()
     return _Sweep(rows, reduction)
 

@@ -115,6 +115,20 @@ def test_the_lowest_modes_of_a_band(sparse, capsys):
     assert found["count"] == len(inside)
 
 
+@pytest.mark.parametrize("method", ["full", "reduced", "modal"])
+def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path, capsys):
+    # sqrt(1 - c^2/4) and sqrt(1.21 - c^2/4): a neighbour within a fifth, and it grows
+    file = tmp_path / "two.yaml"
+    file.write_text(
+        "M: [[1, 0], [0, 1]]\nC: {matrix: [[0.1, 0], [0, -0.1]]}\n"
+        "K: [{matrix: [[1, 0], [0, 1.21]]}, {factor: mu, matrix: [[0, 1e-9], [0, 0]]}]\n"
+    )
+    options = ("--modes", "1", "--sweep", "0:1:3", "--method", method)
+    for row in answer(capsys, "eigenvalues", file, *options)["sweep"]:
+        assert _values(row) == pytest.approx([-0.05 + 1j * (1 - 0.05**2) ** 0.5])
+        assert row["verdict"] == "flutter"
+
+
 def test_set_changes_a_named_number(small, capsys):
     path, _ = small
     file = path / "system.yaml"

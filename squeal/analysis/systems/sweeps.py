@@ -139,17 +139,21 @@ def reduced_for(
 
 
 def reduced_rows(
-    reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
+    reduction: Reduction,
+    region: Rectangle,
+    name: str,
+    values: Sequence[float],
+    modes: int | None = None,
 ) -> Iterator[SweepRow]:
-    """The sweep on a reduced system."""
+    """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
     noise = noise_of(reduction.system)
     with one_thread():
         for value in values:
             found = reduction.modes(region, {name: value})
-            order = ordered(found.values)
-            roots = found.values[order]
-            verdict = verdict_of(roots, noise)
-            yield SweepRow(value, roots, found.residuals[order], verdict, found.spurious)
+            verdict = verdict_of(found.values, noise)  # on all of them, however few are listed
+            order = ordered(found.values)[:modes]
+            residuals = found.residuals[order]
+            yield SweepRow(value, found.values[order], residuals, verdict, found.spurious)
 
 
 def full_rows(
