@@ -13,6 +13,7 @@ from squeal.model.states import State
 from squeal.numerics.newton import complex_step
 
 FIRST = 1e-6  # of the distance from the origin: the least first step
+TURNED = 1e-3  # between two steps: less may be rounding, and tells nothing of the next step
 CLOSE = 1e-6  # of a step: what places that were located may lie outside of it
 
 
@@ -159,8 +160,9 @@ class _Walk:
             return self._ends(f"the equilibrium runs away to infinity near mu = {new[3]:.9g}")
         if why := self.statics.why_hidden(new):
             return self._ends(f"the branch from mu = 0 is lost at mu = {new[3]:.9g}: {why}")
-        # of a new contact state nothing is known yet
-        self.bend = (turn - self.ahead) / self.step if taken.point is None else np.zeros(4)
+        turned = turn - self.ahead
+        known = taken.point is None and np.max(np.abs(turned)) > TURNED
+        self.bend = turned / self.step if known else np.zeros(4)
         self.z, self.ahead = new, turn
         longest = self.settings.longest_step * (1.0 + 0.1 * float(np.max(np.abs(new * self.scale))))
         self.step = min(self.settings.growth * self.step, longest)

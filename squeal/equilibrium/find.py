@@ -149,7 +149,8 @@ def find_all(model: PadModel, near: bool = False) -> list[Equilibrium]:
     return [found for found, presses in _find(model, near) if presses]
 
 
-def _find(model: PadModel, near: bool) -> list[tuple[Equilibrium, bool]]:
+@lru_cache(maxsize=16)  # one question asks for the same pad several times
+def _find(model: PadModel, near: bool) -> tuple[tuple[Equilibrium, bool], ...]:
     """As `find_all`, also where the surfaces touch without pressing; for each whether they do."""
     statics = Statics.of(model)
     found: list[tuple[np.ndarray, State]] = []
@@ -171,7 +172,7 @@ def _find(model: PadModel, near: bool) -> list[tuple[Equilibrium, bool]]:
             elif not _is_near(polished, known, 1e-6 * size):
                 found.append((polished, state))
     each = [(_recorded(statics, *at), bool(statics.presses(at[0]))) for at in found]
-    return sorted(each, key=lambda one: one[0].potential)
+    return tuple(sorted(each, key=lambda one: one[0].potential))
 
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
