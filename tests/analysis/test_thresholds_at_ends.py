@@ -41,7 +41,7 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
     assert (point.mu, point.kind) == (0.0, "flutter")
     assert point.frequency_hz == pytest.approx(hertz[0], rel=1e-5)
     # whatever was asked before
-    for other in (falling(F_n=420.0), falling(V=2.0), pad):
+    for other in (falling(V=2.0), pad):
         critical_friction(other, 0.3)
         assert critical_friction(pad, 0.5) == found
 

@@ -86,7 +86,7 @@ def test_many_at_once_are_as_each_alone():
             assert (not found.beyond[:, i].any()) == (not e.excesses), i
 
 
-@pytest.mark.parametrize("seed", [*range(16), 40, 62, 66, 110, 198, 290, 394])
+@pytest.mark.parametrize("seed", [*range(8), 40, 62, 66, 110, 198, 290, 394])
 def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)
     mu = scene.pad.mu

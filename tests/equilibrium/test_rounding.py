@@ -35,7 +35,7 @@ def exact_reaction(scene, found):
         return -free[1]
 
 
-@pytest.mark.parametrize("load", [1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("load", [1e-3, 1e-9, 1e-12])
 @pytest.mark.parametrize("model", LIGHT)
 def test_equilibria_do_not_depend_on_a_small_load(model, load):
     usual, contact = LIGHT[model]

@@ -23,10 +23,8 @@ from squeal.stability.following.windows import Guess
 from squeal.stability.terms import Term, TermSystem
 from tests.known import known_system
 
-SEEDS = range(30)
 
-
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(20))
 def test_every_known_threshold_is_found_and_none_invented(seed):
     rng = np.random.default_rng(seed)
     system, expected = known_system(int(rng.integers(4, 32)), rng, damped=bool(seed % 2))

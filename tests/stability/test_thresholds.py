@@ -43,7 +43,7 @@ def _exact_threshold(M, K0, K1, near):
 
 def test_random_pads_to_nine_digits(rng):
     checked = 0
-    for _ in range(100):
+    for _ in range(60):
         M, _, K0 = random_pad(rng)
         size = np.sqrt(np.outer(np.diag(M), np.diag(M)))
         K0 = (K0 + K0.T) / 2
@@ -68,7 +68,7 @@ def test_random_pads_to_nine_digits(rng):
         for a, b, before, after in zip(grid, grid[1:], names, names[1:], strict=False):
             if before != after:
                 assert any(a <= p.mu <= b for p in points)
-    assert checked > 30
+    assert checked > 20
 
 
 def test_mode_coupling(mode_coupling):
