@@ -19,6 +19,7 @@ from squeal.numerics.newton import newton_steps
 EPS = float(np.finfo(float).eps)
 LOST = 20  # pads for which all places are searched, one by one
 MOST = 4096  # trials that are solved at once; bounds the memory
+WALK = 6  # passes of a step along a branch; where they do not do, a shorter one is tried
 CONVERGED = 1e-12  # relative step of Newton's method
 SHALLOW = 1e-6  # penetration over distance from the origin: below it steps must be finer
 SOFT = 0.1  # of what the load displaces the springs alone: the least that counts as far
@@ -175,21 +176,26 @@ def branch_ends(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Equilibria (4, n) on the branches from mu = 0; the determinant's sign, 0 short of mu.
 
-    Each point walks in steps of its own, halved where Newton's method fails, passes a fold or
-    jumps to another branch; one below the shortest share of mu means that the branch turns back.
+    Each point walks in steps of its own, the way of the one before, halved where Newton's method
+    fails, passes a fold or jumps to another branch; one below the shortest share of mu means that
+    the branch turns back.
     """
     z, side = rests(statics, names, mu.size)
     reached = (side != 0.0) & (mu == 0.0)
     active = (side != 0.0) & ~reached
     step = DEFAULT.first_share * mu
+    slope = np.zeros((3, mu.size))  # of the last step
     while active.any():
         index = np.flatnonzero(active)
         part = dataclasses.replace(statics, model=subset(statics.model, names, index))
         trial, before = z[:, index], z[:, index]
         trial[3] = np.minimum(trial[3] + step[index], mu[index])
-        good = solved(part, names, trial, 8) == side[index]
+        trial[:3] += (trial[3] - before[3]) * slope[:, index]
+        good = solved(part, names, trial, WALK) == side[index]
         good &= moved_little(part, trial, before)
         z[:, index[good]] = trial[:, good]
+        went = (trial - before)[:, good]
+        slope[:, index[good]] = went[:3] / went[3]
         step[index] *= np.where(good, DEFAULT.growth, 0.5)
         reached |= active & (z[3] >= mu)
         active &= ~reached & (step > DEFAULT.shortest_share * mu)

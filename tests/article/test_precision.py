@@ -19,7 +19,7 @@ from squeal.article.precision.linear import (
     exact_values,
 )
 from squeal.article.precision.maps import matrices, named
-from squeal.article.precision.measure import compare_times, confirm, points_of, timed
+from squeal.article.precision.measure import CONFIRMING, compare_times, confirm, points_of, timed
 from squeal.article.precision.paths import DEFAULT, Run
 from squeal.article.report.precision import check_values, linear_values, speed_table, values
 from squeal.article.results.precision import Check, Point, Timing, time_at
@@ -160,8 +160,13 @@ def test_the_reference_is_confirmed_or_refused():
     assert found.changes == len(exact.times)
     assert found.order == pytest.approx(0.0, abs=1e-15)
     assert found.place < 1e-10
+    known = points_of("one", scene, exact, CONFIRMING, DEFAULT[CONFIRMING], np.inf)
+    assert confirm("one", scene, exact, True, known) == found
     with pytest.raises(ComputationError, match="other contact changes"):
         confirm("one", scene, dataclasses.replace(exact, times=exact.times[1:]), False)
+    wrong = [dataclasses.replace(known[-1], extra=1)]
+    with pytest.raises(ComputationError, match="other contact changes"):
+        confirm("one", scene, exact, False, wrong)
 
 
 def test_table_values_and_figures_from_known_results():

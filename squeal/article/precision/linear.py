@@ -22,7 +22,6 @@ from squeal.stability import complex_eigenvalues, critical_points, sweep
 POINTS = 100
 DIGITS = 30  # of the truth
 HALVINGS = (0, 8, 16, 24, 32, 40)
-ENOUGH = 0.05  # s of repeats
 GROWING = 1e-7  # real part over spectral radius; a double root has some sqrt(eps)
 
 Program = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -136,7 +135,7 @@ def sweep_timings(scene: Scene) -> list[Timing]:
     timings = []
     for name, program in PROGRAMS.items():
         program(M, K[:1])  # imports
-        values, seconds = timed(partial(program, M, K), ENOUGH)
+        values, seconds = timed(partial(program, M, K))
         timings.append(Timing("sweep", name, POINTS, distance(values, exact), seconds / POINTS))
     return timings
 
@@ -144,11 +143,11 @@ def sweep_timings(scene: Scene) -> list[Timing]:
 def threshold_timings() -> list[Timing]:
     """The threshold of the literature's two coupled modes by our search and by halving."""
     system = literature_system("mode_coupling")
-    mu, seconds = timed(lambda: critical_points(system, 1.0)[0].mu, ENOUGH)
+    mu, seconds = timed(lambda: critical_points(system, 1.0)[0].mu)
     exact = exact_coalescence(system, mu)
     timings = [Timing("threshold", "squeal", 0, abs(mu - exact), seconds)]
     for name, program in PEERS.items():
         for halvings in HALVINGS:
-            mu, seconds = timed(partial(by_halving, system, program, halvings), ENOUGH)
+            mu, seconds = timed(partial(by_halving, system, program, halvings))
             timings.append(Timing("threshold", name, halvings, abs(mu - exact), seconds))
     return timings

@@ -119,10 +119,11 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
         rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
     ) -> tuple[float, np.ndarray, Any, int]:
         events = []
+        both = lru_cache(maxsize=1)(lambda _t, place: gaps(np.frombuffer(place)))
         for edge in (0, 1):
 
-            def gap(_t: float, s: np.ndarray, edge: int = edge) -> float:
-                return float(gaps(s)[edge])
+            def gap(t: float, s: np.ndarray, edge: int = edge) -> float:
+                return float(both(t, s.tobytes())[edge])
 
             gap.terminal = True  # type: ignore[attr-defined]
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
