@@ -29,6 +29,7 @@ FEW = (2, 8)  # springs whose thresholds are sought
 SAMPLES = 401
 SIDE = 9  # starts a side of the plane through equilibrium and own start
 TIMES = (1, 3)  # times of the scene over which other starts are compared
+SPARSE = 100.0  # rad between samples, of which the shares of time need none
 MU_MAX = 2.0
 
 
@@ -104,8 +105,9 @@ def compared(scene: Scene) -> tuple[results.Compared, ...]:
     assert scene.stop is not None
     # all times in one batch, since wide ones cost less
     times, every = np.repeat(TIMES, len(starts)), np.tile(starts, (len(TIMES), 1))
+    wanted = {"measured": True, "calm": False, "phase": SPARSE}
     runs = [
-        simulate_starts(one, every, times * scene.stop, results.TOLERANCE, measured=True)
+        simulate_starts(one, every, times * scene.stop, results.TOLERANCE, **wanted)
         for one in (on_springs(scene, FEW[0]), line)
     ]
     whole = np.logical_and(*(run["outcome"] == DONE for run in runs))
