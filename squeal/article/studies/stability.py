@@ -12,7 +12,7 @@ import numpy as np
 
 from squeal.analysis.advice_text import scene_in_words
 from squeal.analysis.growth import fits
-from squeal.analysis.maps import NAMES, angle_axes, stability_map
+from squeal.analysis.maps import NAMES, angle_axes, codes_at
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.literature.comparison import literature_rows
 from squeal.article.results.stability import Growth, Stability, Thresholds
@@ -23,6 +23,7 @@ from squeal.scene import Scene
 
 GROWTH_POINTS = 12
 POINTS = 90  # a side of the map on which a fluttering pad is sought
+FIRST = 400  # of its points, the nearest, which are looked at before all others
 ADVISED = ("b2-c",)  # the text's example: it flutters
 
 
@@ -31,17 +32,19 @@ def fluttering(scene: Scene) -> Scene | None:
 
     None if no angles flutter, or its own do: then the nearest lie within a cell of the map.
     """
-    axes = angle_axes(POINTS)
-    angles = axes[0].values
-    places = np.argwhere(stability_map(scene, axes).codes == NAMES.index("flutter"))
-    if not len(places):
-        return None
-    own = np.array([scene.pad.alpha1, scene.pad.alpha2])
-    i, j = places[np.argmin(np.sum((angles[places] - own) ** 2, axis=1))]
-    if max(abs(angles[i] - own[0]), abs(angles[j] - own[1])) < angles[1] - angles[0]:
-        return None
-    pad = scene.pad.replace(alpha1=float(angles[i]), alpha2=float(angles[j]))
-    return replace(scene, pad=pad)
+    names = ("alpha1", "alpha2")
+    axis = angle_axes(POINTS)[0].values
+    angles = np.array(np.meshgrid(axis, axis, indexing="ij")).reshape(2, -1)
+    apart = angles - np.array([[getattr(scene.pad, name)] for name in names])
+    order = np.argsort(np.sum(apart**2, axis=0), kind="stable")
+    for part in np.split(order, [FIRST]):
+        found = part[codes_at(scene, names, angles[:, part]).codes == NAMES.index("flutter")]
+        if len(found):
+            if np.abs(apart[:, found[0]]).max() < axis[1] - axis[0]:
+                return None
+            pad = scene.pad.replace(**dict(zip(names, angles[:, found[0]].tolist(), strict=True)))
+            return replace(scene, pad=pad)
+    return None
 
 
 def held(scene: Scene) -> Thresholds | None:
