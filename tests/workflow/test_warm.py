@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from squeal.article.cases import CASES
 from squeal.article.report.chapters import STUDIES
 from squeal.files.sources import packages
 from tests.conftest import ROOT
@@ -103,10 +102,9 @@ def test_it_is_asked_where_it_answers_alone(warm, tmp_path, monkeypatch):
 
 def test_a_result_says_the_same_of_what_was_loaded(warm, tmp_path):
     scenes = ROOT / "workflow/scenes"
-    b2 = [str(scenes / f"b2-{case}.yaml") for case in CASES]
-    for name, files in (("quasi_static", [str(scenes / "b3.yaml")]), ("eigenvalues", b2)):
+    for name, scene in (("quasi_static", "b3"), ("eigenvalues", "b2-a")):
         made = [
-            run(path, tmp_path, "squeal.article.studies", name, *files)
+            run(path, tmp_path, "squeal.article.studies", name, str(scenes / f"{scene}.yaml"))
             for path in (warm, "nowhere")
         ]
         assert [(one.returncode, one.stderr) for one in made] == [(0, "")] * 2

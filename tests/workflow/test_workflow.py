@@ -35,7 +35,11 @@ def reading(file):
 def loaded(tmp_path_factory):
     """A process that has loaded Snakemake, and nothing of this package: its forks are runs."""
     path = tmp_path_factory.mktemp("loaded") / LIGHT
-    code = f"import snakemake.cli, workflow.warm; workflow.warm.serve({str(path)!r})"
+    code = (  # with its plugins and what these load
+        "import requests, smart_open, snakemake.cli, snakemake.storage, workflow.warm\n"
+        "snakemake.cli.get_argument_parser()\n"
+        f"workflow.warm.serve({str(path)!r})"
+    )
     command = [sys.executable, "-c", code]
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(ROOT))
