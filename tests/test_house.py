@@ -1,6 +1,7 @@
 """The house: which room may import which, and how many there are."""
 
 import ast
+import functools
 import itertools
 from pathlib import Path
 
@@ -34,7 +35,9 @@ def imported(file: Path) -> set[str]:
     return {name for name in found if name.split(".")[0] == "squeal"}
 
 
-GRAPH = {name: imported(file) for name, file in MODULES.items()}
+@functools.cache  # asked for by this file alone, which every worker collects
+def graph() -> dict[str, set[str]]:
+    return {name: imported(file) for name, file in MODULES.items()}
 
 
 def room(module: str) -> str:
@@ -46,7 +49,7 @@ def room(module: str) -> str:
 def test_the_toolkit_never_imports_the_companion():
     wrong = [
         (name, other)
-        for name, others in GRAPH.items()
+        for name, others in graph().items()
         for other in others
         if other.startswith("squeal.article") and not name.startswith("squeal.article")
     ]
@@ -62,7 +65,7 @@ def test_the_toolkit_never_imports_the_companion():
     ],
 )
 def test_foundations_import_what_lies_below_only(inner, allowed):
-    for name, others in GRAPH.items():
+    for name, others in graph().items():
         if name == inner or name.startswith(inner + "."):
             assert {room(o) for o in others} <= {inner, *allowed}, name
 
@@ -74,10 +77,10 @@ def test_numerics_import_neither_plots_nor_snakemake():
         text = file.read_text(encoding="utf-8")
         assert "matplotlib" not in text, name
         assert "import snakemake" not in text, name
-        assert not any(o.startswith("squeal.plots") for o in GRAPH[name]), name
+        assert not any(o.startswith("squeal.plots") for o in graph()[name]), name
 
 
-def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+def cycles(links: dict[str, set[str]]) -> list[list[str]]:
     """Strongly connected parts of more than one node (Kosaraju)."""
     order: list[str] = []
     seen: set[str] = set()
@@ -95,11 +98,11 @@ def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
                 seen.add(onward)
                 stack.append((onward, iter(sorted(follow.get(onward, ())))))
 
-    for node in sorted(graph):
+    for node in sorted(links):
         if node not in seen:
-            visit(node, graph, order)
+            visit(node, links, order)
     back: dict[str, set[str]] = {}
-    for node, others in graph.items():
+    for node, others in links.items():
         for other in others:
             back.setdefault(other, set()).add(node)
     seen.clear()
@@ -119,12 +122,12 @@ def test_the_search_for_circles_finds_one():
 
 
 def test_no_circle_of_modules():
-    assert not cycles(GRAPH)
+    assert not cycles(graph())
 
 
 def test_no_circle_of_rooms():
     rooms: dict[str, set[str]] = {}
-    for name, others in GRAPH.items():
+    for name, others in graph().items():
         if name != "squeal":  # the package itself names what it offers, loaded on first use
             mine = rooms.setdefault(room(name), set())
             mine |= {room(o) for o in others if o != "squeal"} - {room(name)}
