@@ -40,8 +40,8 @@ def term_count(terms: tuple[str, ...]) -> int:
 def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
     """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
     at = pose(ops, q)
-    total = springs(ops, c, at) + law.loads(c, at, on)
-    return Loads(total.x, total.y - c.F_n, total.moment)
+    total = (springs(ops, c, at) + law.forces(c, at, on)).loads(at)
+    return total._replace(y=total.y - c.F_n)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from squeal.model.mechanics import Coefficients, Loads, Number, Pose
+from squeal.model.mechanics import Coefficients, Forces, Loads, Number, Pose
 from squeal.model.states import State
 
 Touching = Sequence[Number] | np.ndarray
@@ -70,8 +70,11 @@ class ContactLaw(Hashable, Protocol):
     def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
         """Height of each contact point over the surface; contact changes where it passes zero."""
 
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces; zero where nothing touches."""
+
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """Normal and friction forces and their moment; zero where nothing touches."""
+        """These forces and their moment."""
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, ...]:
         """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in

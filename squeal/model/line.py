@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from squeal.model.law import FACE_STATES, NORMAL_REACTION, Touching, face_state
-from squeal.model.mechanics import Coefficients, Loads, Number, Point, Pose, edges, gaps
+from squeal.model.mechanics import Coefficients, Forces, Loads, Number, Point, Pose, edges, gaps
 
 LineForce = Literal["integral", "mean"]
 DeltaFrom = Literal["centre", "frame"]
@@ -83,13 +83,24 @@ class LineContact:
         cos_phi, middle = (trailing - leading) / (2.0 * c.w), (leading + trailing) / 2.0
         return cos_phi, middle if self.delta_from == "centre" else middle + c.x0 + at.x
 
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """Rn, Rf = mu Rn and their moment, Eqs. (8)-(10) (friction at the constant arm h)."""
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Rn and Rf = mu Rn, Eqs. (8)-(10) (friction at the constant arm h)."""
         partial, full, _ = self._reaction(c, at, on)
         Rn, along = partial[0] + full[0], partial[1] + full[1]
-        cos_phi, middle = self._middle(c, at)
-        Rf, turning = c.mu * Rn, cos_phi * along + middle * Rn
-        return Loads(Rf, Rn, c.h * Rf + (turning if self.delta_moment == "+" else -turning))
+        Rf, sign = c.mu * Rn, 1.0 if self.delta_moment == "+" else -1.0
+        # sums of the coordinates of the points where Rn acts, each times its part
+        aside, down = (
+            sign * (0.5 * (t + l) * Rn + (t - l) / (2.0 * c.w) * along)
+            for l, t in ((c.rlx, c.rtx), (c.rly, c.rty))
+        )
+        moment = c.h * Rf
+        if self.delta_from == "frame":
+            moment = moment + sign * ((c.x0 + at.x) * Rn)
+        return Forces(Rf, Rn, aside, down, moment)
+
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+        """The forces and their moment."""
+        return self.forces(c, at, on).loads(at)
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Rn (in units of force) and delta (of length), Eqs. (13)-(20); delta is 0/0 apart."""

@@ -7,6 +7,7 @@ pad may then be numbers, arrays or symbols, and every use of the model runs thro
 
 from __future__ import annotations
 
+import operator
 from typing import Any, NamedTuple
 
 from squeal.model.pad import Pad
@@ -22,8 +23,32 @@ class Loads(NamedTuple):
     y: Number
     moment: Number
 
-    def __add__(self, other: Loads) -> Loads:  # type: ignore[override]
-        return Loads(self.x + other.x, self.y + other.y, self.moment + other.moment)
+
+class Forces(NamedTuple):
+    """Forces on the pad at points that are fixed to it, put together for any pose.
+
+    across, along: sums of r x f and r . f, r being the point from the mass centre at theta = 0;
+    moment: what turns the pad beside them.
+    """
+
+    x: Number
+    y: Number
+    across: Number
+    along: Number
+    moment: Number = 0.0
+
+    @staticmethod
+    def of(r: Point, x: Number, y: Number) -> Forces:
+        """One force at the point r."""
+        return Forces(x, y, r[0] * y - r[1] * x, r[0] * x + r[1] * y)
+
+    def __add__(self, other: Forces) -> Forces:  # type: ignore[override]
+        return Forces(*map(operator.add, self, other))
+
+    def loads(self, at: Pose) -> Loads:
+        """The loads in a pose; the moment of (R r) x f turns with the points."""
+        turned = self.across + at.C * self.across - at.S * self.along
+        return Loads(self.x, self.y, self.moment + turned)
 
 
 class Coefficients(NamedTuple):
@@ -143,28 +168,32 @@ def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
     return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
 
 
-def elongation(ops: Any, L: Number, D: Point, u: Point) -> tuple[Number, Number, Point]:
-    """Elongation |D + u| - L of a spring with |D| = L, its length and its present vector.
+def stretched(ops: Any, L: Number, D: Point, u: Point) -> tuple[Number, Number]:
+    """|D + u|^2 - L^2 of a spring with |D| = L, and its length |D + u|.
 
-    Written as (2 D.u + u.u)/(|D + u| + L), which keeps its digits when L is much larger than u.
+    The former is written as 2 D.u + u.u, which keeps its digits when L is much larger than u.
     """
-    vx, vy = D[0] + u[0], D[1] + u[1]
-    length = ops.sqrt(vx * vx + vy * vy)
-    stretch = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
-    return stretch / (length + L), length, (vx, vy)
+    more = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
+    return more, ops.sqrt(L * L + more)
 
 
-def spring(ops: Any, k: Number, L: Number, D: Point, r: Point, at: Pose) -> Loads:
-    """Load of one inclined spring on the pad, Eq. (3) with its moment in Eqs. (6) and (10)."""
-    e, length, v = elongation(ops, L, D, at.displacement(*r))
-    f = -k * e / length
-    fx, fy = f * v[0], f * v[1]
-    ax, ay = at.arm(*r)
-    return Loads(fx, fy, ax * fy - ay * fx)
+def elongation(ops: Any, L: Number, D: Point, u: Point) -> Number:
+    """Elongation |D + u| - L of a spring with |D| = L."""
+    more, length = stretched(ops, L, D, u)
+    return more / (length + L)
 
 
-def springs(ops: Any, c: Coefficients, at: Pose) -> Loads:
-    """Loads of springs 1 and 2 together."""
+def spring(ops: Any, k: Number, L: Number, D: Point, r: Point, at: Pose) -> Forces:
+    """Force of one inclined spring on the pad, Eq. (3), where it acts in Eqs. (6) and (10)."""
+    u = at.displacement(*r)
+    more, length = stretched(ops, L, D, u)
+    # the elongation over the length, by L^2 + more = length^2
+    f = -k * more / (L * length + (L * L + more))
+    return Forces.of(r, f * (D[0] + u[0]), f * (D[1] + u[1]))
+
+
+def springs(ops: Any, c: Coefficients, at: Pose) -> Forces:
+    """Forces of springs 1 and 2 together."""
     return spring(ops, c.k1, c.L1, (c.D1x, c.D1y), (c.r1x, c.r1y), at) + spring(
         ops, c.k2, c.L2, (c.D2x, c.D2y), (c.r2x, c.r2y), at
     )
@@ -172,9 +201,15 @@ def springs(ops: Any, c: Coefficients, at: Pose) -> Loads:
 
 def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
     """Potential energy of springs 1 and 2."""
-    e1, _, _ = elongation(ops, c.L1, (c.D1x, c.D1y), at.displacement(c.r1x, c.r1y))
-    e2, _, _ = elongation(ops, c.L2, (c.D2x, c.D2y), at.displacement(c.r2x, c.r2y))
+    e1 = elongation(ops, c.L1, (c.D1x, c.D1y), at.displacement(c.r1x, c.r1y))
+    e2 = elongation(ops, c.L2, (c.D2x, c.D2y), at.displacement(c.r2x, c.r2y))
     return 0.5 * c.k1 * e1 * e1 + 0.5 * c.k2 * e2 * e2
+
+
+def spring_lengths(ops: Any, c: Coefficients, at: Pose) -> Point:
+    """Present lengths of springs 1 and 2."""
+    u1, u2 = at.displacement(c.r1x, c.r1y), at.displacement(c.r2x, c.r2y)
+    return stretched(ops, c.L1, (c.D1x, c.D1y), u1)[1], stretched(ops, c.L2, (c.D2x, c.D2y), u2)[1]
 
 
 def gaps(c: Coefficients, at: Pose) -> Point:
@@ -189,8 +224,7 @@ def edges(c: Coefficients, at: Pose) -> Point:
 
 def facing(c: Coefficients, at: Pose) -> Number:
     """cos(theta0 + theta): positive as long as the lower face faces the surface."""
-    leading, trailing = edges(c, at)
-    return (trailing - leading) / (2.0 * c.w)
+    return at.aside((c.rtx - c.rlx) / (2.0 * c.w), (c.rty - c.rly) / (2.0 * c.w))
 
 
 def spring_vectors(c: Coefficients, at: Pose) -> tuple[Point, Point]:

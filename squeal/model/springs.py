@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from squeal.model.law import FACE_STATES, NORMAL_REACTION, Signal, Touching, face_state
-from squeal.model.mechanics import Coefficients, Loads, Number, Point, Pose, gaps
+from squeal.model.mechanics import Coefficients, Forces, Loads, Number, Point, Pose, edges, gaps
 from squeal.model.states import STATES, State
 
 LIGHT = 1e-8  # of k_c w: a lighter touch leaves of delta's digits nothing but rounding
@@ -75,19 +75,22 @@ class Springs(ABC):
         ll, lt, tt = self._stiffness(c, on)
         return -(ll * gl + lt * gt), -(lt * gl + tt * gt)
 
-    def _at_edges(self, c: Coefficients, at: Pose, on: Touching) -> Iterator[tuple[Number, Point]]:
-        """Each of these forces with its arm from the mass centre."""
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces of Eqs. (4)-(6)."""
+        total = Forces(0.0, 0.0, 0.0, 0.0)
         corners = (c.rlx, c.rly), (c.rtx, c.rty)
-        for force, corner in zip(self._edge_forces(c, at, on), corners, strict=True):
-            yield force, at.arm(*corner)
+        for force, r in zip(self._edge_forces(c, at, on), corners, strict=True):
+            friction = c.mu * force
+            if self.level_friction:
+                normal = Forces.of(r, 0.0, force)
+                total += normal._replace(x=friction, moment=c.h * friction)
+            else:
+                total += Forces.of(r, friction, force)
+        return total
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """Normal and friction forces of Eqs. (4)-(6) and their moment."""
-        total = Loads(0.0, 0.0, 0.0)
-        for force, (ax, ay) in self._at_edges(c, at, on):
-            height = c.h if self.level_friction else -ay
-            total += Loads(c.mu * force, force, (ax + c.mu * height) * force)
-        return total
+        """The forces and their moment."""
+        return self.forces(c, at, on).loads(at)
 
     @property
     def restoring(self) -> bool:
@@ -96,7 +99,7 @@ class Springs(ABC):
 
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
-        (fl, (al, _)), (ft, (at_, _)) = self._at_edges(c, at, on)
+        (fl, ft), (al, at_) = self._edge_forces(c, at, on), edges(c, at)
         return fl + ft, (al * fl + at_ * ft) / (fl + ft)
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:

@@ -192,7 +192,7 @@ def _calm(s: Seen, duration: np.ndarray) -> np.ndarray:
     m, c = s.motion, s.c
     fall = (s.terms[9], s.terms[10]) if len(s.terms) > 9 else None
     now = at_speed(np, c, fall, m.samples[:, 3])
-    x, y, moment = springs(np, c, s.at) + s.law.loads(now, s.at, s.on)
+    x, y, moment = (springs(np, c, s.at) + s.law.forces(now, s.at, s.on)).loads(s.at)
     rates = np.array([x / c.m, (y - c.F_n) / c.m, c.w * moment / c.I])
     if len(s.terms):
         D = s.terms[:9].reshape(3, 3, -1)

@@ -11,7 +11,7 @@ import heyoka as hy
 
 from squeal.model.equations import net_loads, term_count
 from squeal.model.law import ContactLaw, Touching
-from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_vectors
+from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_lengths
 from squeal.simulation.legs import COLLAPSED
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a leg
@@ -66,8 +66,8 @@ def motion(
             rates[3 + i] = rates[3 + i] - drag
     at = pose(ops, q)
     limits = [facing(c, at)] + [
-        ops.sqrt(vx * vx + vy * vy) / L - COLLAPSED
-        for (vx, vy), L in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
+        length / L - COLLAPSED
+        for length, L in zip(spring_lengths(ops, c, at), (c.L1, c.L2), strict=True)
     ]
     if "falling" in terms:
         limits.append(numbers[11] - u)

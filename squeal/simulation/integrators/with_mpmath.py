@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import Coefficients, facing, pose, spring_vectors
+from squeal.model.mechanics import Coefficients, facing, pose, spring_lengths
 from squeal.model.states import State
 from squeal.numerics.newton import complex_step
 from squeal.simulation.legs import COLLAPSED, LIMITS, Integrator, Leg
@@ -96,8 +96,8 @@ class MpmathIntegrator(Integrator):
         at = pose(ops, c.place(s))
         signs = [1.0 if touches else -1.0 for touches in contact]
         heights = zip(signs, self._model.law.gaps(c, at), strict=True)
-        springs = zip(spring_vectors(c, at), (c.L1, c.L2), strict=True)
-        limits = [COLLAPSED - ops.sqrt(vx * vx + vy * vy) / L for (vx, vy), L in springs]
+        springs = zip(spring_lengths(ops, c, at), (c.L1, c.L2), strict=True)
+        limits = [COLLAPSED - length / L for length, L in springs]
         return [*(sign * gap for sign, gap in heights), -facing(c, at), *limits]
 
     def _first_end(
