@@ -6,7 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.stability.eigen import ComplexArray, complex_eigenvalues
-from squeal.stability.matrices import Array, System, check_system, matrices_at, values_of
+from squeal.stability.matrices import (
+    Array,
+    Batched,
+    Matrices,
+    System,
+    check_system,
+    matrices_at,
+    values_of,
+)
 
 SURE = 0.9  # a likeness below this halves the step
 KEEP = 0.7  # below this (shapes mixed, at a crossing) the reference shape stays as it was
@@ -42,8 +50,10 @@ class _Place:
 
 
 class _Tracker:
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, steps: list[float]) -> None:
         self.system = system
+        several = system.many(steps) if isinstance(system, Batched) else ()
+        self._known: dict[float, Matrices] = dict(zip(steps, several, strict=False))
 
     def states(self, mu: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Eigenvalues (2n,), shapes (n, 2n), and unit states (2n, 2n) that tell them apart.
@@ -51,7 +61,7 @@ class _Tracker:
         A state is the shape with its velocity, in mass-normalised coordinates and in units in
         which |lambda| = 1: a mode and its complex conjugate are then orthogonal.
         """
-        matrices = matrices_at(self.system, mu)
+        matrices = self._known.get(mu) or matrices_at(self.system, mu)
         spectrum = complex_eigenvalues(*matrices)
         values = spectrum.values
         shapes = np.array([e.right for e in spectrum.eigenvalues]).T
@@ -91,7 +101,7 @@ def track(system: System, mus: Iterable[float], halvings: int = DEPTH) -> Tracke
     """
     check_system(system, "track")
     steps = values_of("track", mus)
-    tracker = _Tracker(system)
+    tracker = _Tracker(system, steps)
     first = tracker.states(steps[0])
     rows = [(_Place(steps[0], *first, np.zeros(len(first[0]), dtype=bool)), np.ones(len(first[0])))]
     for mu in steps[1:]:
