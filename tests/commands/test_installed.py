@@ -122,11 +122,13 @@ def run(installed, folder, commands, without=()):
     What lacks something imports all public names and commands too.
     """
     code = WITHOUT.format(names=set(without)) if without else ""
+    path = [] if without else filter(None, [os.environ.get("PYTHONPATH")])
     code += TOLD.format(installed=str(installed), everything=bool(without))
     done = subprocess.run(
         [sys.executable, "-c", code, json.dumps(commands)],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(installed)},
+        # first what is installed, then what hides heyoka from the tests
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(installed), *path])},
         capture_output=True,
         text=True,
         check=False,
