@@ -168,28 +168,38 @@ def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
     return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
 
 
-def stretched(ops: Any, L: Number, D: Point, u: Point) -> tuple[Number, Number]:
-    """|D + u|^2 - L^2 of a spring with |D| = L, and its length |D + u|.
+class Stretched(NamedTuple):
+    """A spring whose end has moved.
 
-    The former is written as 2 D.u + u.u, which keeps its digits when L is much larger than u.
+    v: the present vector; length: |v|; more: |v|^2 - L^2, written so that it keeps its digits when
+    L is much larger than the displacement.
     """
+
+    v: Point
+    length: Number
+    more: Number
+
+
+def stretched(ops: Any, D: Point, u: Point) -> Stretched:
+    """A spring of vector D whose end has moved by u."""
+    v = D[0] + u[0], D[1] + u[1]
+    # not by L^2 + more, which rounding makes negative where the spring passes through no length
+    length = ops.sqrt(v[0] * v[0] + v[1] * v[1])
     more = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
-    return more, ops.sqrt(L * L + more)
+    return Stretched(v, length, more)
 
 
 def elongation(ops: Any, L: Number, D: Point, u: Point) -> Number:
     """Elongation |D + u| - L of a spring with |D| = L."""
-    more, length = stretched(ops, L, D, u)
-    return more / (length + L)
+    s = stretched(ops, D, u)
+    return s.more / (s.length + L)
 
 
 def spring(ops: Any, k: Number, L: Number, D: Point, r: Point, at: Pose) -> Forces:
     """Force of one inclined spring on the pad, Eq. (3), where it acts in Eqs. (6) and (10)."""
-    u = at.displacement(*r)
-    more, length = stretched(ops, L, D, u)
-    # the elongation over the length, by L^2 + more = length^2
-    f = -k * more / (L * length + (L * L + more))
-    return Forces.of(r, f * (D[0] + u[0]), f * (D[1] + u[1]))
+    s = stretched(ops, D, at.displacement(*r))
+    f = -k * s.more / (s.length * (s.length + L))
+    return Forces.of(r, f * s.v[0], f * s.v[1])
 
 
 def springs(ops: Any, c: Coefficients, at: Pose) -> Forces:
@@ -209,7 +219,7 @@ def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
 def spring_lengths(ops: Any, c: Coefficients, at: Pose) -> Point:
     """Present lengths of springs 1 and 2."""
     u1, u2 = at.displacement(c.r1x, c.r1y), at.displacement(c.r2x, c.r2y)
-    return stretched(ops, c.L1, (c.D1x, c.D1y), u1)[1], stretched(ops, c.L2, (c.D2x, c.D2y), u2)[1]
+    return stretched(ops, (c.D1x, c.D1y), u1).length, stretched(ops, (c.D2x, c.D2y), u2).length
 
 
 def gaps(c: Coefficients, at: Pose) -> Point:
