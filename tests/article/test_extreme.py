@@ -118,23 +118,30 @@ def test_other_units_are_the_same_scene():
 
 
 @pytest.mark.parametrize(
-    ("rate", "half", "ends", "words"),
+    ("rate", "half", "other", "ends", "words", "beyond"),
     [
         # ln(0.01/1e-15) = 29.93, over 0.4/ms and 0.2/ms; a scene is 3 ms long
         (
             0.3,
             0.1,
+            0.25,
             False,
             r"B1, case (a) 0.075 to 0.15\,s, 25 to 50 times that of the scene; in 600",
+            "12 to 23",
         ),
-        (0.3, 0.4, False, "in 600 times the time of the scenes no other own motion"),
-        (0.3, 0.1, True, "no exponents were measured"),
+        # another start is chaotic at 0.5/ms, or at 0.15/ms
+        (0.3, 0.1, 0.5, False, r"B1, case (a) 0.06 to 0.15\,s, 20 to 50 times", "9.2 to 23"),
+        (0.3, 0.1, 0.15, False, r"B1, case (a) 0.075 to 0.2\,s, 25 to 67 times", "12 to 31"),
+        # or not seen to be, at 0.05/ms with an error of 0.1/ms
+        (0.3, 0.1, 0.05, False, r"B1, case (a) 0.075 to 0.15\,s, 25 to 50 times", "12 to 23"),
+        (0.3, 0.4, 0.25, False, "in 600 times the time of the scenes no other own motion", ""),
+        (0.3, 0.1, 0.25, True, "no exponents were measured", ""),
     ],
 )
-def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, ends, words):
+def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, other, ends, words, beyond):
     one = SceneAccuracy(1e-14, 20.0, 300.0, 5.0, 200, 40, 0.05, 1e-15, 0.003)
     found = Accuracy({"b1-a": one, "b1-b": one}, 0.01, "quad precision")
-    exponent = Exponent(0.0, (rate, 9.0), (half, 0.1), 0.001, 600, ends)
+    exponent = Exponent(0.0, (rate, other), (half, 0.1), 0.001, 600, ends)
     onset = dataclasses.replace(known.of(Onset), exponents={"b1-a, undamped": exponent})
     values = accuracy_values(found, onset)
     assert words in values["accuracy.horizons"]
@@ -142,8 +149,8 @@ def test_a_horizon_is_given_where_the_own_motion_is_chaotic(rate, half, ends, wo
     assert values["accuracy.within"] == "all are"
     # exp(0.3/ms 15 ms) = 90
     assert values["accuracy.grown"] == r"$9.1 \times 10^{-14}$"
-    # ln(0.01/1e-8) = 13.8, over 0.4/ms and 0.2/ms of 3 ms: below 40 windows
-    late = "in B1, case (a) (12 to 23 windows)" if rate > half and not ends else "in no case"
+    # ln(0.01/1e-8) = 13.8, over these rates and 3 ms: below 40 windows
+    late = f"in B1, case (a) ({beyond} windows)" if beyond else "in no case"
     assert values["accuracy.beyond"].startswith(late)
     lost = dataclasses.replace(found, lost=1e-14)
     assert accuracy_values(lost, onset)["accuracy.within"] == "not all are"

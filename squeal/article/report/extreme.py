@@ -77,9 +77,12 @@ def _tolerance(scene: SceneAccuracy) -> float:
 
 def _windows(found: Accuracy, scene: SceneAccuracy, one: Exponent, tolerance: float) -> list[float]:
     """The time in which a tolerance grows to the share that counts as lost, in windows of the
-    scene: from one end of the interval of the own motion's rate to the other."""
-    grown, rate, half = math.log(found.lost / tolerance), one.rates[0], one.half_widths[0]
-    return [1e-3 * grown / (rate + sign * half) / scene.stop for sign in (1.0, -1.0)]
+    scene: by the ends of the interval of the own motion's rate, or by the rates of other chaotic
+    starts beyond them, since rounding too may set a motion on the way of these."""
+    rate, half = one.rates[0], one.half_widths[0]
+    chaotic = [r for r, sign in zip(one.rates, one.signs, strict=True) if sign == "chaotic"]
+    grown = 1e-3 * math.log(found.lost / tolerance) / scene.stop
+    return [grown / max(rate + half, *chaotic), grown / min(rate - half, *chaotic)]
 
 
 def _words(ends: Iterable[float]) -> str:
@@ -100,7 +103,7 @@ def _beyond(found: Accuracy, onset: Onset) -> str:
 
 def _horizons(found: Accuracy, onset: Onset) -> str:
     """The times in which the tolerance grows to the share that counts as lost, where the scene's
-    own motion is chaotic: from one end of the interval of its rate to the other."""
+    own motion is chaotic."""
     words, longest = [], 0
     for name, scene in found.scenes.items():
         one = onset.exponents.get(f"{name}, undamped")
