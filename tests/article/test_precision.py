@@ -164,9 +164,9 @@ def test_the_reference_is_confirmed_or_refused():
     assert confirm("one", scene, exact, True, known) == found
     with pytest.raises(ComputationError, match="other contact changes"):
         confirm("one", scene, dataclasses.replace(exact, times=exact.times[1:]), False)
-    wrong = [dataclasses.replace(known[-1], extra=1)]
-    with pytest.raises(ComputationError, match="other contact changes"):
-        confirm("one", scene, exact, False, wrong)
+    for wrong in ({"extra": 1}, {"error": None}):
+        with pytest.raises(ComputationError, match="other contact changes"):
+            confirm("one", scene, exact, False, [dataclasses.replace(known[-1], **wrong)])
 
 
 def test_table_values_and_figures_from_known_results():

@@ -221,3 +221,19 @@ def test_a_scene_that_flutters_needs_no_other_angles(monkeypatch):
     other = stability.fluttering(read_scene(SCENES / "b2-c.yaml"))
     assert other is not None
     assert stability.fluttering(other) is None
+
+
+@pytest.mark.parametrize("first", [3, 400])
+def test_angles_that_flutter_are_the_nearest_of_the_whole_map(first, monkeypatch):
+    # of this scene none of the three nearest flutter
+    monkeypatch.setattr(stability, "POINTS", 20)
+    monkeypatch.setattr(stability, "FIRST", first)
+    scene = read_scene(SCENES / "b2-a.yaml")
+    axes = angle_axes(20)
+    places = np.argwhere(stability_map(scene, axes).codes == NAMES.index("flutter"))
+    angles = axes[0].values[places]
+    own = scene.pad.alpha1, scene.pad.alpha2
+    nearest = angles[np.argmin(np.hypot(*(angles - own).T))]
+    found = stability.fluttering(scene)
+    assert found is not None
+    assert [found.pad.alpha1, found.pad.alpha2] == nearest.tolist()

@@ -153,6 +153,16 @@ def test_sizes_beyond_double_precision_are_refused(
     assert "meeting.yaml: M: is zero beside C and K in double precision" in err
 
 
+def test_a_matrix_that_is_hardly_regular_is_refused_with_its_file(tmp_path, capsys):
+    file = tmp_path / "hardly.yaml"  # det M = 1e-10, and M is not symmetric
+    file.write_text(
+        "parameters: {mu: 0.1, Omega: 1}\nM: [{matrix: [[1, 0.5], [2, 1.0000000001]]}]\nK: ["
+        "{matrix: [[1, 0], [0, 1.21]]}, {factor: mu*Omega, matrix: [[0, 1], [-1, 0]]}]\n"
+    )
+    err = assert_refused(capsys, "critical-friction", file)
+    assert "hardly.yaml: M: a regular matrix is required" in err
+
+
 def test_a_range_beyond_double_precision_is_refused(meeting, capsys):
     err = assert_refused(capsys, "critical-friction", meeting, "--max", "1e300")
     assert "a range up to 1e+300 is not allowed; it must be at most 1e+100 times" in err
