@@ -19,7 +19,7 @@ from squeal.numerics.newton import newton_steps
 EPS = float(np.finfo(float).eps)
 LOST = 20  # pads for which all places are searched, one by one
 MOST = 4096  # trials that are solved at once; bounds the memory
-WALK = 6  # passes of a step along a branch; where they do not do, a shorter one is tried
+WALK = 8  # passes of a step along a branch; fewer take a steep branch for one that turns back
 CONVERGED = 1e-12  # relative step of Newton's method
 SHALLOW = 1e-6  # penetration over distance from the origin: below it steps must be finer
 SOFT = 0.1  # of what the load displaces the springs alone: the least that counts as far

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse, sweep_mu
-from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
+from squeal.analysis.maps import NAMES, Axis, angle_axes, codes_at, stability_map
 from squeal.errors import ComputationError, InputError
 from squeal.files.place import Place
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.scene import Scene, read_scene
 from squeal.scene.schema import Damping
-from tests.conftest import SCENES
+from tests.conftest import ROOT, SCENES
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))
 RATIOS = Damping(ratios=(0.004, 0.03, 0.001))
@@ -54,6 +54,22 @@ def test_masses_and_friction_that_vary(damping):
         for j, m in enumerate(axes[1].values):
             pad = scene.pad.replace(mu=float(mu), m=float(m))
             assert NAMES[codes[i, j]] == verdict_at(scene, pad), (mu, m)
+
+
+def test_a_branch_that_is_steep_beside_a_fold_does_not_turn_back():
+    # beside these angles branches fold; here they come close to it and go on
+    scene = read_scene(ROOT / "workflow" / "scenes" / "b2-d.yaml")
+    places = [
+        (1.4807, 1.0734),
+        (1.4812, 1.1083),
+        (1.4816, 1.1271),
+        (1.4827, 1.213),
+        (1.485, 1.3011),
+    ]
+    codes = codes_at(scene, ("alpha1", "alpha2"), np.array(places).T).codes
+    for (alpha1, alpha2), code in zip(places, codes, strict=True):
+        pad = scene.pad.replace(alpha1=alpha1, alpha2=alpha2)
+        assert NAMES[code] == verdict_at(scene, pad) == "marginal", (alpha1, alpha2)
 
 
 def test_pads_that_rest_far_from_where_they_are_put():
