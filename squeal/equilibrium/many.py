@@ -190,13 +190,18 @@ def branch_ends(
         part = dataclasses.replace(statics, model=subset(statics.model, names, index))
         trial, before = z[:, index], z[:, index]
         trial[3] = np.minimum(trial[3] + step[index], mu[index])
+        ahead = slope[:, index].any(axis=0)
         trial[:3] += (trial[3] - before[3]) * slope[:, index]
         good = solved(part, names, trial, WALK) == side[index]
         good &= moved_little(part, trial, before)
         z[:, index[good]] = trial[:, good]
         went = (trial - before)[:, good]
+        slope[:, index] = (
+            0.0  # where the way ahead misled, the next try starts from the place itself
+        )
         slope[:, index[good]] = went[:3] / went[3]
-        step[index] *= np.where(good, DEFAULT.growth, 0.5)
+        misled = ~good & ahead  # the same step is tried again from the place itself
+        step[index] *= np.where(good, DEFAULT.growth, np.where(misled, 1.0, 0.5))
         reached |= active & (z[3] >= mu)
         active &= ~reached & (step > DEFAULT.shortest_share * mu)
     return z, np.where(reached, side, 0.0)

@@ -72,6 +72,19 @@ def test_a_branch_that_is_steep_beside_a_fold_does_not_turn_back():
         assert NAMES[code] == verdict_at(scene, pad) == "marginal", (alpha1, alpha2)
 
 
+def test_a_branch_that_bends_where_a_stiff_face_tilts_does_not_turn_back():
+    numbers = {"h": 0.2689816314417701, "I": 0.3026823240875288, "k2": 1.438826587096588}
+    numbers |= {"k_c": 320045.6330011822, "L1": 7.468306790577523, "L2": 12.353271181464967}
+    numbers |= {"alpha1": 1.4922565104551517, "alpha2": 2.149442007353456, "mu": 1.4625}
+    numbers |= {"F_n": 0.0022663027845558946, "x0": 0.0725781542340169, "y0": -0.012209485629771793}
+    pad = Pad(m=1.0, w=1.0, k1=1.0, theta0=0.004143949912545275, **numbers)
+    scene = Scene("B2", pad, Formulation("mean", "frame", "-"))
+    alone = analyse(scene)
+    assert alone.on_branch
+    code = codes_at(scene, ("mu", "alpha1"), np.array([[pad.mu], [pad.alpha1]])).codes[0]
+    assert NAMES[code] == alone.judgement.verdict
+
+
 def test_pads_that_rest_far_from_where_they_are_put():
     # short springs turn this pad by 50 degrees: no place that the load reaches is an equilibrium
     pad = Pad(
