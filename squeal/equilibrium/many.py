@@ -196,9 +196,7 @@ def branch_ends(
         good &= moved_little(part, trial, before)
         z[:, index[good]] = trial[:, good]
         went = (trial - before)[:, good]
-        slope[:, index] = (
-            0.0  # where the way ahead misled, the next try starts from the place itself
-        )
+        slope[:, index] = 0.0
         slope[:, index[good]] = went[:3] / went[3]
         misled = ~good & ahead  # the same step is tried again from the place itself
         step[index] *= np.where(good, DEFAULT.growth, np.where(misled, 1.0, 0.5))
