@@ -196,7 +196,10 @@ def _least(smooth: PadModel) -> Equilibrium | None:
     # the usual pad rests near the place where it is put; look there before looking everywhere
     each = _find(smooth, near=True)
     if not any(presses for _, presses in each):
-        each = _find(smooth, near=False)
+        # with what was met before: a place without a reaction is a double one, which is found or
+        # not by rounding
+        each = (*each, *_find(smooth, near=False))
+        each = tuple(sorted(each, key=lambda one: one[0].potential))
     found = [e for e, presses in each if presses]
     admissible = [e for e in found if e.admissible]
     if each and not each[0][1]:  # the pad hangs in its springs
