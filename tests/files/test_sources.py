@@ -104,7 +104,7 @@ def copy(tmp_path, monkeypatch):
     """A copy of the package, looked at in place of the package itself."""
     shutil.copytree(ROOT, tmp_path / "squeal", ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(sources_module, "ROOT", tmp_path / "squeal")
-    cached = [sources_module._file, sources_module._imports, sources_module._data]
+    cached = [f for f in vars(sources_module).values() if hasattr(f, "cache_clear")]
     for function in cached:
         function.cache_clear()
     yield tmp_path / "squeal"
