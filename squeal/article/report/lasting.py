@@ -307,8 +307,8 @@ def _laws(found: Onset) -> str:
     if not words:
         return "As many starts go on under the printed law as under the integral law."
     end = (
-        "What keeps a motion going is thus not decided by the printed law's lack of a potential "
-        "(finding~E4)."
+        "In the latter the printed law's lack of a potential (finding~E4) is thus not what keeps "
+        "motions going; whether it is the cause in the former is not shown."
         if all(parts.values())
         else "Whether the printed law's lack of a potential (finding~E4) is the cause is not shown."
     )
