@@ -72,7 +72,8 @@ def new_folder(folder: Path) -> Iterator[None]:
     """Make a folder, with those that lead to it, unless it exists; if what follows fails, none of
     them is left."""
     missing = [one for one in (folder, *folder.parents) if not one.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
+    with _written(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     try:
         yield
     except BaseException:

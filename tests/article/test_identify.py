@@ -185,6 +185,7 @@ def test_without_any_generation_an_interrupt_is_one(monkeypatch):
 def test_scenes_are_not_overwritten_unless_asked(tmp_path, capsys):
     (tmp_path / "b2-a.yaml").write_text("mine")
     assert main(["identify", "--minutes", "0", "--scenes", str(tmp_path)]) == 2
+    assert main(["identify", "--minutes", "0", "--overwrite"]) == 2
     assert "b2-a.yaml exists" in capsys.readouterr().err
     assert (tmp_path / "b2-a.yaml").read_text() == "mine"
     with pytest.raises(InputError, match=r"b2-a\.yaml exists.*--overwrite"):

@@ -53,6 +53,9 @@ def test_a_reduced_system_has_the_roots_of_the_full_one(tmp_path, capsys):
     code, _, err = run(capsys, "export", path, "--output", path)
     assert code == 2
     assert f"--output {path}: is no folder; a new or empty folder is allowed" in err
+    code, _, err = run(capsys, "export", path, "--output", path / "below")
+    assert code == 2
+    assert f"{path / 'below'}: cannot be written: " in err
 
 
 def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):

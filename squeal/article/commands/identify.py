@@ -12,6 +12,7 @@ from squeal.commands.base import Answer, Parser
 from squeal.commands.numbers import numbers, whole
 from squeal.commands.streams import say
 from squeal.commands.tables import table
+from squeal.errors import InputError
 from squeal.files.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
@@ -74,6 +75,8 @@ def run(given: argparse.Namespace) -> Answer:
         starts, seconds = whole(given.starts, "--starts", 1), math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
+    elif given.overwrite:
+        raise InputError("--overwrite: is not allowed without --scenes, which it replaces")
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
