@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from squeal.stability import thresholds
+from squeal.linear import thresholds
 from tests.known import known_system
 
 CLOSE = 1e-8  # relative distance of a threshold that counts as found

@@ -24,14 +24,14 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.files.matrices import read_matrix
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.sparse.dense import dense_values
-from squeal.stability.sparse.factor import one_thread
-from squeal.stability.sparse.modes import Modes, modes_in
-from squeal.stability.sparse.reduction import Basis, reduce_system
-from squeal.stability.sparse.region import Rectangle
-from squeal.stability.sparse.scaled import ScaledSystem
-from squeal.stability.terms import Term, TermSystem
+from squeal.numerics.threads import one_thread
+from squeal.sparse.dense import dense_values
+from squeal.sparse.modes import Modes, modes_in
+from squeal.sparse.reduction import Basis, reduce_system
+from squeal.sparse.region import Rectangle
+from squeal.sparse.scaled import ScaledSystem
 
 REGION = Rectangle(-50.0, 1000.0, -1.0, 20000.0)
 SPEED = 4 * np.pi

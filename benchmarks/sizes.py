@@ -20,12 +20,13 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.systems.solid_brake import solid_brake
-from squeal.stability.sparse.along import crossings_along
-from squeal.stability.sparse.factor import factorise, one_thread
-from squeal.stability.sparse.modes import lowest_modes, modes_in
-from squeal.stability.sparse.reduction import reduce_system
-from squeal.stability.sparse.region import band
-from squeal.stability.sparse.scaled import ScaledSystem
+from squeal.numerics.threads import one_thread
+from squeal.sparse.along import crossings_along
+from squeal.sparse.factor import factorise
+from squeal.sparse.modes import lowest_modes, modes_in
+from squeal.sparse.reduction import reduce_system
+from squeal.sparse.region import band
+from squeal.sparse.scaled import ScaledSystem
 
 ROWS = (1000, 5000, 11000, 36000, 82000)
 BAND = (500.0, 8000.0)  # Hz

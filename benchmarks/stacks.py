@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from squeal.stability import stack_eigenvalues
+from squeal.linear import stack_eigenvalues
 
 ROWS = (2, 3, 5, 10, 30)
 COUNTS = (1, 2, 5, 20, 100, 1000)

@@ -43,13 +43,7 @@ if TYPE_CHECKING:
     from squeal.analysis.unstable import growing_modes
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
-    from squeal.model.contact import Formulation
-    from squeal.model.linear import Linearisation
-    from squeal.model.pad import Pad
-    from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
-    from squeal.scene.terms import SystemFile, read_system
-    from squeal.simulation import Event, Response, Simulation, simulate
-    from squeal.stability import (
+    from squeal.linear import (
         CriticalPoint,
         Crossing,
         Eigenvalue,
@@ -69,7 +63,13 @@ if TYPE_CHECKING:
         unstable_modes,
         verdict,
     )
-    from squeal.stability.terms import Term, TermSystem
+    from squeal.linear.terms import Term, TermSystem
+    from squeal.model.contact import Formulation
+    from squeal.model.linear import Linearisation
+    from squeal.model.pad import Pad
+    from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
+    from squeal.scene.terms import SystemFile, read_system
+    from squeal.simulation import Event, Response, Simulation, simulate
 
 # fmt: off
 __all__ = [

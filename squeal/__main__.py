@@ -2,6 +2,6 @@
 
 import sys
 
-from squeal.commands.cli import main
+from squeal.cli.main import main
 
 sys.exit(main())

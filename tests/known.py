@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.terms import Term, TermSystem
 
 Threshold = tuple[float, str, str, float]
 """mu, kind, direction, omega."""

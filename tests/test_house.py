@@ -59,7 +59,7 @@ def test_the_toolkit_never_imports_the_companion():
 @pytest.mark.parametrize(
     ("inner", "allowed"),
     [
-        ("squeal.stability", {"squeal.numerics", "squeal.errors"}),
+        ("squeal.linear", {"squeal.numerics", "squeal.errors"}),
         ("squeal.numerics", {"squeal.errors"}),
         ("squeal.errors", set()),
     ],
@@ -72,7 +72,7 @@ def test_foundations_import_what_lies_below_only(inner, allowed):
 
 def test_numerics_import_neither_plots_nor_snakemake():
     for name, file in MODULES.items():
-        if name.startswith(("squeal.plots", "squeal.article", "squeal.commands")):
+        if name.startswith(("squeal.plots", "squeal.article", "squeal.cli")):
             continue
         text = file.read_text(encoding="utf-8")
         assert "matplotlib" not in text, name
@@ -134,7 +134,7 @@ def test_no_circle_of_rooms():
     assert not cycles(rooms)
 
 
-def test_there_are_at_most_26_rooms():
+def test_there_are_at_most_27_rooms():
     entries = itertools.chain.from_iterable((ROOT / folder).iterdir() for folder in ROOMS)
     named = {
         path
@@ -142,4 +142,4 @@ def test_there_are_at_most_26_rooms():
         if (path.suffix == ".py" or (path / "__init__.py").is_file())
         and path.name not in ("__init__.py", "__main__.py", "article")
     }
-    assert len(named) <= 26, sorted(map(str, named))
+    assert len(named) <= 27, sorted(map(str, named))

@@ -20,7 +20,7 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from squeal.commands.cli import main
+from squeal.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
 

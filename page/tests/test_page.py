@@ -11,7 +11,7 @@ from page.build import PAGE
 from page.tests.browser import Browser
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.scene import read_scene
 from squeal.simulation.run import simulate

@@ -13,10 +13,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.files.arguments import takes
 from squeal.files.values import Number
-from squeal.model.linear import about_origin
-from squeal.model.states import State
-from squeal.scene import Scene, takes_scene
-from squeal.stability import (
+from squeal.linear import (
     GROWING,
     Batched,
     CriticalPoint,
@@ -24,9 +21,12 @@ from squeal.stability import (
     System,
     thresholds,
 )
-from squeal.stability.eigen import HIDDEN, STIFF, hidden_share
-from squeal.stability.following.answer import TIGHT
-from squeal.stability.matrices import checked, reduce
+from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
+from squeal.linear.following.answer import TIGHT
+from squeal.linear.matrices import checked, reduce
+from squeal.model.linear import about_origin
+from squeal.model.states import State
+from squeal.scene import Scene, takes_scene
 
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation

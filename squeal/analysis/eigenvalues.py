@@ -13,12 +13,12 @@ from squeal.errors import ComputationError
 from squeal.files.arguments import Several, takes
 from squeal.files.place import Place
 from squeal.files.values import Number
+from squeal.linear import Judgement, Spectrum, System, judge
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import State
 from squeal.scene import Scene, takes_scene
-from squeal.stability import Judgement, Spectrum, System, judge
 
 _AT_ORIGIN = "about the origin, full contact"
 

@@ -9,10 +9,10 @@ import numpy as np
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium, Path
 from squeal.equilibrium.damping import damped_model
+from squeal.linear import complex_eigenvalues
 from squeal.scene import Scene
 from squeal.simulation.observers import Samples
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
-from squeal.stability import complex_eigenvalues
 
 DISPLACEMENT = 1e-6  # of the motion's natural length: small enough to be linear
 PERIODS = 8

@@ -9,8 +9,8 @@ from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.modes import ModeSweep
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
+from squeal.linear import Spectrum
 from squeal.simulation import Simulation
-from squeal.stability import Spectrum
 
 
 def to_records(result: Any) -> list[dict[str, Any]]:

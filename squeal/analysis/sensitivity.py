@@ -19,6 +19,7 @@ from squeal.equilibrium.damping import (
     without_friction,
 )
 from squeal.errors import ComputationError
+from squeal.linear import CriticalPoint, complex_eigenvalues, sensitivities
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import at_speed, coefficients, pose
@@ -28,7 +29,6 @@ from squeal.numerics import dual
 from squeal.numerics.dual import Dual
 from squeal.numerics.newton import complex_step, with_derivative
 from squeal.scene import Scene, takes_scene
-from squeal.stability import CriticalPoint, complex_eigenvalues, sensitivities
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     rad/s per unit of p in SI units, with all other parameters and what the scene's damping names
     held fixed (I too, unless it was left out and so follows m, w and h); infinite at a
     coalescence, NaN where modes of one frequency have different damping ratios, see
-    `squeal.stability.sensitivities`. Where an edge only just touches, the derivative is that
+    `squeal.linear.sensitivities`. Where an edge only just touches, the derivative is that
     within the present contact state.
     """
     model, q = scene.pad_model, np.array(analysis.q)

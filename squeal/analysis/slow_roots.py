@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
-from squeal.stability import Judgement, Spectrum
-from squeal.stability.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
-from squeal.stability.judgement import judge_reduced
-from squeal.stability.matrices import EPS, checked, reduce
+from squeal.linear import Judgement, Spectrum
+from squeal.linear.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
+from squeal.linear.judgement import judge_reduced
+from squeal.linear.matrices import EPS, checked, reduce
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves nothing to be told
 
@@ -29,7 +29,7 @@ def roots_and_verdict(
     if free or not hidden(reduced, K):
         return spectrum_of(reduced), judge_reduced(reduced)
     from squeal.analysis.systems.roots import ROUNDING, decided  # a tenth of a query's time
-    from squeal.stability.sparse.spectrum import dense_spectrum
+    from squeal.sparse.spectrum import dense_spectrum
 
     found = dense_spectrum(M, C, K)
     if len(found) < 2 * len(M):  # a pad has no motion without mass

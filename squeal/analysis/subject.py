@@ -5,10 +5,10 @@ from squeal.analysis.sensitivity import parameters
 from squeal.errors import InputError
 from squeal.files.place import Place
 from squeal.files.values import Number
+from squeal.linear.matrices import System
+from squeal.linear.terms import TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.scene import Scene
-from squeal.stability.matrices import System
-from squeal.stability.terms import TermSystem
 
 Subject = Scene | TermSystem
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again

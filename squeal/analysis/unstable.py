@@ -2,8 +2,8 @@
 
 from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
+from squeal.linear import Matrices, UnstableMode, crossings, unstable_modes
 from squeal.scene import Scene, takes_scene
-from squeal.stability import Matrices, UnstableMode, crossings, unstable_modes
 
 
 @takes_scene

@@ -11,13 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.analysis.modes import ModeSweep
+from squeal.linear import GROWING, VERDICTS
 from squeal.plots.areas import VERDICT_COLOURS
 from squeal.plots.curves import COLOURS, FINE, LOOKS, draw_locus, draw_modes, mark_events
 from squeal.plots.parameters import symbol
 from squeal.plots.states import state_label
 from squeal.plots.style import DOUBLE, Drawing, origin, save, style
 from squeal.plots.units import Unit, in_unit, units_of
-from squeal.stability import GROWING, VERDICTS
 
 MORE = ("#117A65", "#B7950B", "#000000")  # of further modes
 FEW = 3  # modes that have a colour and line each; of more only those that grow

@@ -25,9 +25,9 @@ from squeal.files.document import read_document
 from squeal.files.keys import Group, Key
 from squeal.files.place import Place
 from squeal.files.values import Square, Text
+from squeal.linear.matrices import Array, reduce
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.matrices import Array, reduce
-from squeal.stability.terms import Term, TermSystem
 
 POWER = 9
 

@@ -27,9 +27,9 @@ from squeal.files.keys import Group, Key
 from squeal.files.matrices import SUFFIXES, FileMatrix, aligned, read_matrix
 from squeal.files.place import Place
 from squeal.files.values import Kind, Named, Number, Numbers, Row, Square, Text
+from squeal.linear.dampings import modal, rayleigh, structural
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import ALLOWED, Formula
-from squeal.stability.dampings import modal, rayleigh, structural
-from squeal.stability.terms import Term, TermSystem
 
 PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not

@@ -8,8 +8,8 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.terms import Term, TermSystem
 
 ROWS = 420
 MU = Formula("mu")

@@ -11,9 +11,9 @@ from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import full_rows, reduced_for, reduced_rows
 from squeal.analysis.systems.wanted import Wanted
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.sparse.region import Rectangle
-from squeal.stability.terms import Term, TermSystem
+from squeal.sparse.region import Rectangle
 
 N, SPRING = 90, 1e6
 MU = Formula("mu")

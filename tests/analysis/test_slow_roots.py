@@ -9,13 +9,13 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
-from squeal.commands.sweep import sweep
+from squeal.cli.sweep import sweep
 from squeal.errors import ComputationError
+from squeal.linear.terms import Term, TermSystem
 from squeal.model.pad import Pad
 from squeal.scene import Damping, PlainSystem, Scene
-from squeal.stability.terms import Term, TermSystem
 from tests.exact import Exact, discriminant
-from tests.stability.conftest import exact_damped
+from tests.linear.conftest import exact_damped
 
 VALUES = {
     "m": 0.2,

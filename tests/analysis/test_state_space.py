@@ -9,9 +9,9 @@ import pytest
 from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.state_space import friction_plant, state_space
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.linear import complex_eigenvalues
 from squeal.model.pad import Pad
 from squeal.scene import Damping, Scene
-from squeal.stability import complex_eigenvalues
 from tests.conftest import scene_of
 
 

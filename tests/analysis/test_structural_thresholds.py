@@ -7,8 +7,8 @@ from squeal.analysis.systems import critical
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
-from squeal.stability.sparse.count import Count
-from squeal.stability.sparse.region import Rectangle
+from squeal.sparse.count import Count
+from squeal.sparse.region import Rectangle
 from tests import large
 
 REGION = Wanted(region=Rectangle(-60.0, 60.0, 350.0, 600.0))

@@ -13,7 +13,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, codes_at, stability_map
 from squeal.analysis.sensitivity import change
 from squeal.analysis.threshold_curve import QUIET, threshold_curves
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
 from squeal.model.pad import Pad
 from squeal.scene import Damping, Scene, read_scene

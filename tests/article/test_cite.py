@@ -9,7 +9,7 @@ import tomllib
 import pytest
 
 from squeal.article.report.bibliography import behind, entries, installed, reference
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.files.provenance import Provenance, provenance
 from tests.conftest import ROOT, SCENES
 

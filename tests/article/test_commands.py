@@ -7,7 +7,7 @@ from importlib import import_module
 import pytest
 
 from squeal.article.commands import claims
-from squeal.commands.cli import main
+from squeal.cli.main import main
 
 
 @pytest.mark.parametrize("command", ["claims", "findings"])

@@ -14,7 +14,7 @@ from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.figures import angle_maps, charts, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
-from squeal.commands.cli import command
+from squeal.cli.main import command
 from squeal.files.results import read_run
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients

@@ -15,7 +15,7 @@ from squeal.article.identify.stored import read_searches
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.results.verify import TOLERANCE
 from squeal.article.studies.verify import VARIATIONS
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.article.literature import comparison
 from squeal.article.results.stability import DERIVED, MATRICES, READ
-from tests.stability.conftest import exact_damped
+from tests.linear.conftest import exact_damped
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.__main__ import main
 from squeal.article.report.chapters import CHAPTERS, FIGURES
-from squeal.commands.simulate import data
+from squeal.cli.simulate import data
 from squeal.files.provenance import provenance
 from squeal.scene import read_scene
 from squeal.simulation import simulate
@@ -27,7 +27,7 @@ def built(tmp_path_factory):
     for stem in HISTORY_FIGURES:
         file = ROOT / "workflow" / "scenes" / f"{stem}.yaml"
         scene = read_scene(file, "simulate")
-        made = {"provenance": provenance([file], "squeal.commands.simulate").to_dict()}
+        made = {"provenance": provenance([file], "squeal.cli.simulate").to_dict()}
         summary = folder / "results" / f"{stem}.json"
         summary.write_text(json.dumps(data(scene, simulate(scene)) | made))
     for chapter in CHAPTERS:

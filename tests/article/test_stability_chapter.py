@@ -22,9 +22,9 @@ from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.files.provenance import provenance
+from squeal.linear import verdict
 from squeal.model.linear import about_origin
 from squeal.scene import read_scene
-from squeal.stability import verdict
 from tests import naive
 from tests.article import known
 from tests.conftest import SCENES, only_levers, scene_of

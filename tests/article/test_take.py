@@ -11,7 +11,7 @@ import pytest
 from squeal.article.report.contact_states import table_1
 from squeal.article.report.plain import table_rows
 from squeal.article.report.taking import ORIGIN, take
-from squeal.commands.cli import command, main
+from squeal.cli.main import command, main
 from squeal.errors import InputError
 from squeal.files.results import read_run
 from tests.article import known

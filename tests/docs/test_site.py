@@ -6,7 +6,7 @@ import runpy
 import pytest
 
 from squeal.article.findings import FINDINGS
-from squeal.commands.cli import COMMANDS
+from squeal.cli.main import COMMANDS
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"

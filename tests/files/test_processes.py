@@ -44,13 +44,13 @@ if __name__ == "__main__":
 """
 COMMANDS = {
     "tasks": ("", "", "stopped\n"),
-    "squeal.commands.cli": (
+    "squeal.cli.main": (
         "squeal.analysis.scatter._work",
         f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
         "squeal: stopped\n",
     ),
-    "squeal.commands.parts": (
-        "squeal.commands.parts._write",
+    "squeal.cli.parts": (
+        "squeal.cli.parts._write",
         "job.yaml --part 1-of-1 --workers 2 --out job.csv",
         "job: stopped\n",
     ),

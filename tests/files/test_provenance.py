@@ -11,7 +11,7 @@ from importlib import metadata
 import pytest
 
 from squeal.article.studies.__main__ import main
-from squeal.commands.cli import command
+from squeal.cli.main import command
 from squeal.files.provenance import NOT_INSTALLED, Provenance, provenance, version
 from squeal.files.sources import digest, packages
 from tests.conftest import ROOT, SCENES
@@ -29,7 +29,7 @@ def test_every_input_is_named_with_the_digest_of_its_bytes():
 
 def test_sources_versions_and_machine():
     made = provenance([], MODULE)
-    assert made.source_sha256 == digest(MODULE) != digest("squeal.commands.simulate")
+    assert made.source_sha256 == digest(MODULE) != digest("squeal.cli.simulate")
     assert set(made.versions) == {"squeal", "python", *packages(MODULE)}
     assert made.versions["numpy"] == metadata.version("numpy")
     assert made.versions["python"] == platform.python_version()

@@ -10,7 +10,7 @@ import pytest
 from squeal.files import sources as sources_module
 from squeal.files.sources import ROOT, digest, packages, sources
 
-MODULES = ["squeal.commands.simulate", "squeal.article.commands.sliding", "squeal.commands.map"]
+MODULES = ["squeal.cli.simulate", "squeal.article.commands.sliding", "squeal.cli.map"]
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -35,7 +35,7 @@ def test_queries_do_not_depend_on_what_they_do_not_import():
 
 
 def test_imports_in_functions_are_seen():
-    assert "squeal/simulation/integrators/taylor.py" in sources("squeal.commands.simulate")
+    assert "squeal/simulation/integrators/taylor.py" in sources("squeal.cli.simulate")
 
 
 def test_unknown_module_is_refused():
@@ -95,7 +95,7 @@ def h():
 
 
 def test_packages_are_those_that_are_imported():
-    assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.commands.simulate"))
+    assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.cli.simulate"))
     assert packages("squeal.errors") == []
 
 
@@ -116,9 +116,9 @@ def copy(tmp_path, monkeypatch):
     ("changed", "module", "follows"),
     [
         ("article/literature/systems/bicycle.yaml", "squeal.article.studies.stability", True),
-        ("article/literature/systems/bicycle.yaml", "squeal.commands.eigenvalues", False),
-        ("stability/cubic.py", "squeal.commands.eigenvalues", True),
-        ("article/literature/comparison.py", "squeal.commands.eigenvalues", False),
+        ("article/literature/systems/bicycle.yaml", "squeal.cli.eigenvalues", False),
+        ("stability/cubic.py", "squeal.cli.eigenvalues", True),
+        ("article/literature/comparison.py", "squeal.cli.eigenvalues", False),
     ],
 )
 def test_the_digest_follows_what_a_module_imports_or_reads(copy, changed, module, follows):

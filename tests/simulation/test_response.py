@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.model.states import FULL
 from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate

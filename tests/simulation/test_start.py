@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.commands.cli import main
+from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.files.place import Place
 from squeal.model.contact import Formulation

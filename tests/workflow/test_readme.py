@@ -7,7 +7,7 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from squeal.commands.cli import COMMANDS, main
+from squeal.cli.main import COMMANDS, main
 from tests.conftest import ROOT, needs_heyoka
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")

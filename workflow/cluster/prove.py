@@ -57,7 +57,7 @@ def pid_of(part: str, folder: Path) -> int | None:
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             words = (entry / "cmdline").read_bytes().decode().split("\0")
-            python = words[1:3] == ["-m", "squeal.commands.parts"] and part in words
+            python = words[1:3] == ["-m", "squeal.cli.parts"] and part in words
             if python and (entry / "cwd").resolve() == folder:
                 return int(entry.name)
         except OSError:  # it has ended

@@ -16,7 +16,7 @@ rule part:
         job="workflow/jobs/{job}.yaml",
         scene=lambda wildcards: with_named_files(Path(SCENE_OF[wildcards.job])),
         lock=LOCK,
-        package=sources("squeal.commands.parts"),
+        package=sources("squeal.cli.parts"),
     output:
         temp("results/jobs/{job}/{scatteritem}.csv"),
     log:
@@ -28,7 +28,7 @@ rule part:
         mem_mb=lambda wildcards, threads: 500 + 500 * threads,
         runtime=60,
     shell:
-        "OPENBLAS_NUM_THREADS=1 python -m squeal.commands.parts {input.job} "
+        "OPENBLAS_NUM_THREADS=1 python -m squeal.cli.parts {input.job} "
         "--part {wildcards.scatteritem} --workers {threads} --out {output} 2> {log}"
 
 
@@ -43,7 +43,7 @@ rule gathered:
     wildcard_constraints:
         job="|".join(SCENE_OF),
     shell:
-        "python -m squeal.commands.parts {input.job} --gather {input.parts} --out {output} 2> {log}"
+        "python -m squeal.cli.parts {input.job} --gather {input.parts} --out {output} 2> {log}"
 
 
 # The searches of the chapter on ensembles, `--config stages=10` for a few; a stage that stands in

@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 . workflow/setup/system.sh
 PLACE=$(realpath -m "${1:?the directory to work in}")
-TESTS=${2-tests/model tests/stability/test_judgement.py tests/commands/test_cli.py tests/commands/test_streams.py}
+TESTS=${2-tests/model tests/linear/test_judgement.py tests/cli/test_cli.py tests/cli/test_streams.py}
 case $PLACE/ in "$PWD"/*) echo "pythons.sh: $PLACE lies in the repository; take another one" >&2 && exit 2 ;; esac
 
 if ! command -v debootstrap >/dev/null; then may_be_root && apt_install debootstrap; fi

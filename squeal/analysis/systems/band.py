@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.numerics.grouping import together
-from squeal.stability import CriticalPoint, Crossing
-from squeal.stability.eigen import ComplexArray
-from squeal.stability.following.answer import TIGHT
-from squeal.stability.following.verdicts import (
+from squeal.linear import CriticalPoint, Crossing
+from squeal.linear.eigen import ComplexArray
+from squeal.linear.following.answer import TIGHT
+from squeal.linear.following.verdicts import (
     Lead,
     Place,
     VerdictChange,
     marks_of,
     verdict_changes,
 )
-from squeal.stability.growth import GROWING, Growth, counted
+from squeal.linear.growth import GROWING, Growth, counted
+from squeal.numerics.grouping import together
 
 BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
 SAME = 1e-9  # of the range: crossings closer than this are at one place

@@ -11,10 +11,11 @@ from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
-from squeal.stability import VERDICTS
-from squeal.stability.sparse.factor import Progress, one_thread, quiet
-from squeal.stability.sparse.reduction import Reduction
-from squeal.stability.terms import TermSystem
+from squeal.linear import VERDICTS
+from squeal.linear.terms import TermSystem
+from squeal.numerics.threads import one_thread
+from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.reduction import Reduction
 
 NAMES = (*VERDICTS, NO_ROOT)
 SAMPLES = 5  # values a side at which a reduced system has to be good

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from squeal.linear.matrices import norm_of
+from squeal.linear.terms import Matrix, TermSystem
 from squeal.scene.terms import SystemFile
-from squeal.stability.matrices import norm_of
-from squeal.stability.sparse.factor import factorise
-from squeal.stability.sparse.growth import definite
-from squeal.stability.terms import Matrix, TermSystem
+from squeal.sparse.factor import factorise
+from squeal.sparse.growth import definite
 
 SYMMETRIC = 1e-12  # of the largest entry
 SINGULAR = 1e-15  # reciprocal condition, 1-norm, of the scaled matrix

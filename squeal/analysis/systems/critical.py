@@ -12,17 +12,18 @@ from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
 from squeal.files.journal import Checkpoint
-from squeal.stability import CriticalPoint, Crossing, thresholds
-from squeal.stability.eigen import ComplexArray
-from squeal.stability.following.search import search
-from squeal.stability.matrices import ILL, unit_diagonal
-from squeal.stability.sparse.along import crossings_along
-from squeal.stability.sparse.count import count_roots
-from squeal.stability.sparse.factor import Progress, one_thread, quiet
-from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.reduction import Reduction
-from squeal.stability.sparse.region import Discs, Rectangle
-from squeal.stability.terms import TermSystem, dense
+from squeal.linear import CriticalPoint, Crossing, thresholds
+from squeal.linear.eigen import ComplexArray
+from squeal.linear.following.search import search
+from squeal.linear.matrices import ILL, unit_diagonal
+from squeal.linear.terms import TermSystem, dense
+from squeal.numerics.threads import one_thread
+from squeal.sparse.along import crossings_along
+from squeal.sparse.count import count_roots
+from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.merge import Roots
+from squeal.sparse.reduction import Reduction
+from squeal.sparse.region import Discs, Rectangle
 
 STEPS = 13  # values at which a reduced system has to be good
 START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero

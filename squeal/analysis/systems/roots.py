@@ -13,21 +13,22 @@ from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.files.arguments import takes
-from squeal.stability import Judgement, UnstableMode
-from squeal.stability.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
-from squeal.stability.judgement import judge_reduced
-from squeal.stability.matrices import EPS, Reduced, first_order, reduce
-from squeal.stability.sparse.count import count_roots
-from squeal.stability.sparse.factor import Progress, one_thread, quiet
-from squeal.stability.sparse.growth import growth_bound
-from squeal.stability.sparse.merge import Roots
-from squeal.stability.sparse.modes import Modes, lowest_modes, modes_in
-from squeal.stability.sparse.quadratic import Quadratic
-from squeal.stability.sparse.region import Disc, Discs, Rectangle
-from squeal.stability.sparse.scaled import ScaledSystem, quadratic
-from squeal.stability.sparse.spectrum import dense_spectrum
-from squeal.stability.sparse.zeros import slow_noise
-from squeal.stability.terms import TermSystem
+from squeal.linear import Judgement, UnstableMode
+from squeal.linear.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
+from squeal.linear.judgement import judge_reduced
+from squeal.linear.matrices import EPS, Reduced, first_order, reduce
+from squeal.linear.terms import TermSystem
+from squeal.numerics.threads import one_thread
+from squeal.sparse.count import count_roots
+from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.growth import growth_bound
+from squeal.sparse.merge import Roots
+from squeal.sparse.modes import Modes, lowest_modes, modes_in
+from squeal.sparse.quadratic import Quadratic
+from squeal.sparse.region import Disc, Discs, Rectangle
+from squeal.sparse.scaled import ScaledSystem, quadratic
+from squeal.sparse.spectrum import dense_spectrum
+from squeal.sparse.zeros import slow_noise
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS

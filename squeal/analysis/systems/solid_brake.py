@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.writing import write_system
 from squeal.errors import ComputationError, InputError
 from squeal.files.writing import write_csv
+from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.stability.terms import Term, TermSystem
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement

@@ -14,20 +14,21 @@ from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
 from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.files.journal import Checkpoint
-from squeal.stability.eigen import ordered
-from squeal.stability.sparse.dense import dense_values
-from squeal.stability.sparse.factor import Progress, one_thread, quiet
-from squeal.stability.sparse.modes import lowest_modes
-from squeal.stability.sparse.reduction import (
+from squeal.linear.eigen import ordered
+from squeal.linear.terms import TermSystem
+from squeal.numerics.threads import one_thread
+from squeal.sparse.dense import dense_values
+from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.modes import lowest_modes
+from squeal.sparse.reduction import (
     TOLERANCE,
     Begun,
     Reduction,
     reduce_system,
     reduce_to_real_modes,
 )
-from squeal.stability.sparse.region import Disc, Rectangle
-from squeal.stability.sparse.scaled import ScaledSystem
-from squeal.stability.terms import TermSystem
+from squeal.sparse.region import Disc, Rectangle
+from squeal.sparse.scaled import ScaledSystem
 
 METHODS = ("full", "reduced", "modal")
 REAL_MODES = 200  # of a modal reduction

@@ -8,8 +8,8 @@ from squeal.files.arguments import Instance
 from squeal.files.memory import available_memory
 from squeal.files.place import Place
 from squeal.files.values import Row, Whole
-from squeal.stability.sparse.region import Disc, Rectangle, band
-from squeal.stability.terms import TermSystem
+from squeal.linear.terms import TermSystem
+from squeal.sparse.region import Disc, Rectangle, band
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
 MODES = 20  # of a larger system where nothing else is asked for

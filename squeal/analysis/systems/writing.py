@@ -8,7 +8,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.files.matrices import fingerprint, write_matrix
 from squeal.files.writing import new_folder, whole_folder, write_text
-from squeal.stability.terms import TermSystem
+from squeal.linear.terms import TermSystem
 
 
 def write_system(

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from squeal.article.report.bibliography import behind, installed, references
-from squeal.commands.base import Answer, Parser
+from squeal.cli.base import Answer, Parser
 from squeal.errors import InputError
 from squeal.files.provenance import Provenance
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.claims import Claims
 from squeal.article.studies.claims import study
-from squeal.commands.base import Answer, Parser
-from squeal.commands.tables import table
+from squeal.cli.base import Answer, Parser
+from squeal.cli.tables import table
 from squeal.errors import InputError
 from squeal.files.sources import ROOT
 

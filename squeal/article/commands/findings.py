@@ -6,7 +6,7 @@ from squeal.article.cases import STEMS
 from squeal.article.commands.claims import options as options
 from squeal.article.commands.claims import scene_files
 from squeal.article.studies.findings import study
-from squeal.commands.base import Answer
+from squeal.cli.base import Answer
 
 
 def run(given: argparse.Namespace) -> Answer:

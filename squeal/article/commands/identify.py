@@ -8,10 +8,10 @@ from typing import Any
 
 from squeal.article.identify import Found, search
 from squeal.article.identify.write import check_folder, write_scenes
-from squeal.commands.base import Answer, Parser
-from squeal.commands.numbers import numbers, whole
-from squeal.commands.streams import say
-from squeal.commands.tables import table
+from squeal.cli.base import Answer, Parser
+from squeal.cli.numbers import numbers, whole
+from squeal.cli.streams import say
+from squeal.cli.tables import table
 from squeal.errors import InputError
 from squeal.files.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation

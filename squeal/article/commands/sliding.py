@@ -8,9 +8,9 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import judged_equilibria
 from squeal.article.equations import bounds, stiffness
-from squeal.commands.base import Answer, Parser
-from squeal.commands.outputs import file_options
-from squeal.commands.tables import number, table
+from squeal.cli.base import Answer, Parser
+from squeal.cli.outputs import file_options
+from squeal.cli.tables import number, table
 from squeal.errors import InputError
 from squeal.files.writing import picked, write_table
 from squeal.model.linear import rank

@@ -5,8 +5,8 @@ import argparse
 from pathlib import Path
 
 from squeal.article.report.taking import names, take
-from squeal.commands.base import Answer, Parser
-from squeal.commands.tables import table
+from squeal.cli.base import Answer, Parser
+from squeal.cli.tables import table
 from squeal.errors import InputError
 from squeal.files.sources import ROOT
 

@@ -15,7 +15,7 @@ from squeal.article.ensembles.distance import INDEX
 from squeal.article.ensembles.draw import SEEDS, files_there, read_stage, stage_file, write_stage
 from squeal.article.ensembles.gather import B2, FRONT
 from squeal.article.ensembles.population import Stage, advance, first_stage
-from squeal.commands.streams import exit_code, say
+from squeal.cli.streams import exit_code, say
 from squeal.errors import InputError
 from squeal.model.contact import Formulation
 

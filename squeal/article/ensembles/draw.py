@@ -17,7 +17,7 @@ import numpy as np
 
 from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
-from squeal.commands.streams import exit_code, say
+from squeal.cli.streams import exit_code, say
 from squeal.files.parts import cut
 from squeal.files.processes import mapped
 from squeal.model.contact import Formulation

@@ -20,7 +20,7 @@ from squeal.article.ensembles.distance import INDEX, PARTS
 from squeal.article.ensembles.draw import SEEDS, files_there, read_stage
 from squeal.article.ensembles.population import RANDOM_STAGES, Stage
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
-from squeal.commands.streams import exit_code
+from squeal.cli.streams import exit_code
 from squeal.errors import InputError
 
 SAMPLE = 40  # pads kept of each last population

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
-from squeal.commands.streams import exit_code
+from squeal.cli.streams import exit_code
 from squeal.files.records import call
 from squeal.plots.style import save
 

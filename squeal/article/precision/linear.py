@@ -14,10 +14,10 @@ import numpy as np
 from squeal.article.literature.comparison import literature_system
 from squeal.article.precision.measure import timed
 from squeal.article.results.precision import Timing
+from squeal.linear import complex_eigenvalues, critical_points, sweep
 from squeal.model.linear import about_origin
 from squeal.scene import Scene
 from squeal.scene.system import PlainSystem
-from squeal.stability import complex_eigenvalues, critical_points, sweep
 
 POINTS = 100
 DIGITS = 30  # of the truth
@@ -61,7 +61,7 @@ PEERS: dict[str, Program] = {
 }
 PROGRAMS: dict[str, Program] = {
     "squeal.complex_eigenvalues": _with_vectors,
-    "squeal.stability.sweep": _with_sweep,
+    "squeal.linear.sweep": _with_sweep,
     **PEERS,
 }
 

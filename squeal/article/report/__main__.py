@@ -15,7 +15,7 @@ from typing import Any
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import definitions, plain_values
 from squeal.article.results import record_of
-from squeal.commands.streams import exit_code
+from squeal.cli.streams import exit_code
 from squeal.files.records import Plain, call
 from squeal.files.writing import write_text
 

@@ -18,7 +18,7 @@ class ContactChange(Record):
 
 
 class Threshold(Record):
-    """A change of verdict on the way up in mu, see `squeal.stability.CriticalPoint`."""
+    """A change of verdict on the way up in mu, see `squeal.linear.CriticalPoint`."""
 
     mu: float
     kind: str

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import studies
-from squeal.commands.streams import exit_code, printed
+from squeal.cli.streams import exit_code, printed
 from squeal.errors import ComputationError
 from squeal.files.provenance import provenance
 from squeal.files.writing import to_json

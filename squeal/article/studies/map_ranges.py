@@ -18,11 +18,11 @@ from squeal.article.results import map_ranges as results
 from squeal.article.scenes import read_scenes
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
+from squeal.linear import VERDICTS
 from squeal.model.pad import Pad
 from squeal.model.states import FULL, STATES
 from squeal.numerics.outline import outline
 from squeal.scene import Scene
-from squeal.stability import VERDICTS
 
 VALUES = {
     "h/w": np.linspace(0.1, 1.0, 10),

@@ -29,8 +29,8 @@ from squeal.article.studies.energy import under_both_laws
 from squeal.errors import ComputationError
 from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.files.records import Missing
+from squeal.linear import verdict
 from squeal.scene import Scene
-from squeal.stability import verdict
 
 SWEPT = (0.005, 0.01, 0.02)  # where the own start goes on losing contact; else RATIO
 _SETTINGS: dict[str, Any] = {"ratio": RATIO, "ratios": RATIOS, "confidence": CONFIDENCE}

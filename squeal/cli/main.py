@@ -1,0 +1,71 @@
+"""The command line: finds the command's module by name and leaves the rest to it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from squeal import __version__
+from squeal.cli.streams import exit_code, open_closed, printed, say
+
+if TYPE_CHECKING:
+    from squeal.cli.base import Command
+
+# a command's summary, and the package that holds it (the toolkit never imports the companion)
+_HERE, _ARTICLE = "squeal.cli", "squeal.article.commands"
+COMMANDS = {
+    "simulate": "integrate a B1 or B2 scene through its contact changes",
+    "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
+    "critical-friction": "every threshold of stability in a range of mu",
+    "advise": "which parameter moves the critical friction most, each changed both ways",
+    "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+    "claims": "the statements of the article, each with its measured verdict",
+    "findings": "what is wrong in the article's equations, each measured",
+    "identify": "search for the pad that reproduces most of the article's statements",
+    "cite": "BibTeX for the article, this software and what a result was computed with",
+    "take": "a figure, table or number of the report, with its data, caption and references",
+    "export": "matrices of a pad or a reduced system as files with a system file",
+    "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
+    "map": "verdict over alpha1 and alpha2, or over any two parameters",
+}
+
+
+OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite", "take")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "terms")
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name.ljust(width)}  {summary}" for name, summary in COMMANDS.items()]
+    return "\n".join(
+        ["usage: squeal COMMAND [OPTIONS] SCENE.yaml", "", "commands", *lines, ""]
+        + ["squeal COMMAND --help tells the options; squeal --version the version."]
+    )
+
+
+def command(name: str) -> Command:
+    """A command by its name, for which its module is imported."""
+    from squeal.cli.base import Command
+
+    home = _ARTICLE if name in OF_ARTICLE else _HERE
+    module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
+    return Command(name, module, scene=name not in WITHOUT_SCENE)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
+    open_closed()
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not given or given[0] in ("-h", "--help"):
+        if given:
+            return printed(_help())
+        say(_help())
+        return 2
+    if given[0] == "--version":
+        return printed(f"squeal {__version__}")
+    if given[0] not in COMMANDS:
+        say(f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}")
+        return 2
+    return exit_code("squeal", lambda: command(given[0]).main(given[1:]))

@@ -1,0 +1,37 @@
+"""Linear stability of circulatory systems M q'' + C q' + K(mu) q = 0 of any size.
+
+Give matrices and get eigenvalues, a verdict and sensitivities; give a function
+`system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
+"""
+
+from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
+from squeal.linear.cubic import VERDICTS
+from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
+from squeal.linear.gains import LoopThreshold
+from squeal.linear.growth import GROWING
+from squeal.linear.judgement import (
+    Judgement,
+    damped_verdicts,
+    judge,
+    sum_verdicts,
+    undamped_verdicts,
+    verdict,
+)
+from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
+from squeal.linear.matrices import Batched, Matrices, System
+from squeal.linear.sensitivity import sensitivities
+from squeal.linear.stacks import stack_eigenvalues, sweep
+from squeal.linear.thresholds import critical_points, crossings, thresholds
+from squeal.linear.tracking import TrackedModes, track
+from squeal.linear.unstable import UnstableMode, unstable_modes
+
+# fmt: off
+__all__ = [
+    "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
+    "Judgement", "LoopAnswer", "LoopThreshold", "Matrices", "Spectrum", "System", "Thresholds",
+    "TrackedModes", "UnstableMode", "complex_eigenvalues", "critical_points", "crossings",
+    "damped_verdicts", "friction_loop", "judge", "sensitivities", "stack_eigenvalues",
+    "sum_verdicts", "sweep", "thresholds", "track", "undamped_verdicts", "unstable_modes",
+    "verdict",
+]
+# fmt: on

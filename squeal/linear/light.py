@@ -1,0 +1,115 @@
+"""Thresholds where some motion has no mass, or hardly any: those of the slow roots.
+
+In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2. On the subspace of the slow
+roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static condensation of what has no
+mass, and with a light one a few iterations more, each of which gains a factor of D2 L / K22.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from squeal.errors import MatrixError
+from squeal.linear.crossing import Thresholds
+from squeal.linear.matrices import (
+    EPS,
+    Array,
+    Matrices,
+    System,
+    checked,
+    light_motions,
+    unit_diagonal,
+)
+from squeal.linear.terms import dense
+
+LIGHT = 1e-4  # of the next heavier mass: what is lighter is split off
+ROUNDS = 60
+CONDITION = 1e8  # of the light motions' stiffness: more leaves the slow roots too few digits
+REFUSED = (
+    "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
+    "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
+    "given that lie in a band (--band LOW:HIGH, in Hz)"
+)
+
+
+class FastMotionError(MatrixError):
+    """What has no mass, or hardly any, cannot be eliminated."""
+
+
+@dataclass
+class Slow:
+    """The slow roots of `system`, which has to be like that at p, as a system of their own, M = 1.
+
+    Calls raise FastMotionError if M varies, light motions are damped or may grow. `growth` is by
+    how much what was eliminated so far has increased rounding.
+    """
+
+    system: System
+    p: float
+    growth: float = field(default=1.0, init=False)
+
+    def __post_init__(self) -> None:
+        self.M = self._at(self.p)[0]
+        masses, self.turn = light_motions(self.M)
+        gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
+        self.light = int(np.argmax(gaps)) + 1
+        self.fast, self.heavy = masses[: self.light], masses[self.light :]
+        if gaps.max() * LIGHT < 1.0 or np.count_nonzero(self.fast) > 1:
+            raise FastMotionError(REFUSED)
+        self.sign = float(np.linalg.slogdet(self._turned(self._at(self.p)[2])[0])[0])
+        if self.sign <= 0.0 and np.any(self.fast):
+            raise FastMotionError(REFUSED)
+
+    def _at(self, p: float) -> tuple[Array, Array | None, Array]:
+        M, C, K = self.system(p)
+        return checked(dense(M), None if C is None else dense(C), dense(K))
+
+    def _turned(self, X: Array) -> tuple[Array, Array, Array, Array]:
+        """Blocks 22, 21, 12 and 11 of a matrix, 2 being the light motions."""
+        X, k = self.turn.T @ X @ self.turn, self.light
+        return X[:k, :k], X[:k, k:], X[k:, :k], X[k:, k:]
+
+    def __call__(self, p: float) -> Matrices:
+        """M, C and K of the slow motions at p."""
+        M, C, K = self._at(p)
+        unit = np.sqrt(np.outer(self.heavy, self.heavy))
+        if C is not None:
+            *light, C = self._turned(C)
+            least = 4 * EPS * len(M) * np.abs(C).max(initial=0.0)
+            if np.any(self.fast) or any(np.abs(X).max() > least for X in light):
+                raise FastMotionError(REFUSED)
+            C = C / unit
+        if not np.array_equal(M, self.M):
+            raise FastMotionError(REFUSED)
+        return np.eye(len(unit)), C, self._condensed(*self._turned(K)) / unit
+
+    def _condensed(self, K22: Array, K21: Array, K12: Array, K11: Array) -> Array:
+        """D1 L (n1, n1)."""
+        condition = float(np.linalg.cond(unit_diagonal(K22)))
+        if not condition < CONDITION or np.linalg.slogdet(K22)[0] != self.sign:
+            raise FastMotionError(REFUSED)
+        X = np.linalg.solve(K22, K21)
+        for _ in range(ROUNDS):
+            inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
+            before, X = X, np.linalg.solve(K22, K21 + inertia)
+            if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
+                terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
+                lost = float(np.abs(terms).max() / np.abs(rest).max())
+                lost *= float(self.heavy[-1] / self.heavy[0])
+                self.growth = max(self.growth, len(self.M) * condition * lost)
+                return rest
+        raise FastMotionError(REFUSED)
+
+    def widened(self, found: Thresholds) -> Thresholds:
+        """The thresholds with intervals for the rounding of the elimination."""
+
+        def wide(mu: float, interval: tuple[float, float]) -> tuple[float, float]:
+            return mu + self.growth * (interval[0] - mu), mu + self.growth * (interval[1] - mu)
+
+        if found.certified is not None:  # followed, with this rounding
+            return found
+        return Thresholds(
+            [replace(p, interval=wide(p.mu, p.interval)) for p in found.points],
+            [replace(c, interval=wide(c.mu, c.interval)) for c in found.crossings],
+            found.certified,
+        )

@@ -1,0 +1,172 @@
+"""Friction as a feedback gain: the loop from friction force to normal reaction.
+
+With K(mu) = K0 + mu b c' the reaction varies by r = c' q, the friction force by mu r, and the
+motion obeys M q'' + C q' + K0 q = -b (mu r). The plant G = c' (s^2 M + s C + K0)^-1 b, closed by
+negative feedback of gain mu, has the system's eigenvalues as poles: its root locus is the mu-locus
+and its gain margin the critical friction. That needs a friction term of rank one.
+
+With damping the thresholds are gain margins as python-control computes them, crossings of the
+negative real axis. The response of an undamped plant is real at all frequencies, so that it
+crosses nowhere and such margins are rounding noise; its thresholds are the stationary values of
+mu(x) = -1/G over x = omega^2 (breakaway points of the locus), and mu at x = 0. See `gains`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.errors import ComputationError
+from squeal.linear.gains import LoopThreshold, loop_thresholds
+from squeal.linear.judgement import verdict
+from squeal.linear.matrices import (
+    Array,
+    Reduced,
+    System,
+    check_range,
+    check_system,
+    matrices_at,
+    reduce,
+)
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+RANK_TOLERANCE = 1e-10  # second over first singular value of the friction term
+
+
+def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
+    """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
+    eye, zero = np.eye(len(M)), np.zeros_like(M, dtype=float)
+    lower = np.linalg.solve(M, np.hstack([-K, -C, eye]))
+    return np.vstack([np.hstack([zero, eye]), lower[:, : -len(M)]]), np.vstack(
+        [zero, lower[:, -len(M) :]]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionLoop:
+    """M q'' + C q' + K0 q = -b u, r = c q: plant from friction force u to normal reaction r."""
+
+    M: Array = field(repr=False)
+    C: Array = field(repr=False)
+    K0: Array = field(repr=False)
+    b: Array = field(repr=False)  # (n,) where the friction force acts
+    c: Array = field(repr=False)  # (n,) reaction per displacement
+
+    @property
+    def plant(self) -> StateSpace:
+        """The plant as control.StateSpace, states (q, q'), input u (N), output r (N)."""
+        import control
+
+        A, B = state_matrices(self.M, self.C, self.K0)
+        output = np.concatenate([self.c, np.zeros(len(self.M))])[None, :]
+        names = {"inputs": ["friction force"], "outputs": ["normal reaction"]}
+        return control.ss(A, B @ self.b[:, None], output, 0.0, name="friction loop", **names)
+
+    def closed(self, mu: float) -> StateSpace:
+        """The loop closed with gain mu: its poles are the system's eigenvalues."""
+        import control
+
+        return control.feedback(self.plant, mu)
+
+    def root_locus(self, mus: Iterable[float]) -> Any:
+        """control.root_locus_map of the plant over the gains `mus` (`.loci`, `.gains`)."""
+        import control
+
+        return control.root_locus_map(self.plant, gains=np.array(list(mus), dtype=float))
+
+    def thresholds(self, mu_max: float) -> list[LoopThreshold]:
+        """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
+        return loop_thresholds(self._reduced, *self._vectors, mu_max)
+
+    @property
+    def _reduced(self) -> Reduced:
+        return reduce(self.M, self.C, self.K0)
+
+    @property
+    def _vectors(self) -> tuple[Array, Array]:
+        T = self._reduced.T
+        return T.T @ self.b, T.T @ self.c
+
+    def verdict_at_start(self, mu_max: float) -> str:
+        """The verdict between mu = 0 and the first threshold."""
+        first = next((point.mu for point in self.thresholds(mu_max)), mu_max)
+        return verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
+
+    def critical_friction(self, mu_max: float = 2.0) -> LoopThreshold | None:
+        """The gain margin: the first threshold in (0, mu_max] at which a pole starts to grow.
+
+        None if there is none. Raises ComputationError where the loop grows from mu = 0 on, so
+        that it has no gain margin.
+        """
+        start = self.verdict_at_start(mu_max)
+        if start in ("flutter", "divergence"):
+            raise ComputationError(
+                f"the loop has no gain margin: it grows from mu = 0 on ({start})"
+            )
+        return next((point for point in self.thresholds(mu_max) if point.direction == "up"), None)
+
+
+@dataclass(frozen=True)
+class LoopAnswer:
+    """A friction loop, or None and the reason why there is none."""
+
+    loop: FrictionLoop | None
+    reason: str
+
+
+def friction_loop(
+    system: System, mu_max: float = 1.0, reaction: ArrayLike | None = None
+) -> LoopAnswer:
+    """The friction loop of system(mu) -> (M, C, K), if it has one.
+
+    It has one where M and C do not depend on mu and K = K0 + mu K1 with K1 of rank one, examined
+    at a few values up to `mu_max`. `reaction` (n,) is the known gradient of the normal reaction
+    by the coordinates; without it c has unit length and the plant's output is the reaction but
+    for a factor.
+    """
+    check_system(system, "friction_loop")
+    check_range("friction_loop", 0.0, mu_max)
+    M, C, K0 = _arrays(system, 0.0)
+    at = [_arrays(system, x * mu_max) for x in (1.0, 0.37)]
+    K1 = (at[0][2] - K0) / mu_max
+    if not (_same(M, at[0][0]) and _same(M, at[1][0])):
+        return LoopAnswer(None, "the mass matrix depends on mu")
+    if not (_same(C, at[0][1]) and _same(C, at[1][1])):
+        return LoopAnswer(None, "the damping matrix depends on mu")
+    if not _same(K0 + 0.37 * mu_max * K1, at[1][2]):
+        return LoopAnswer(None, "the stiffness matrix is not linear in mu")
+    unit = 1.0 / np.sqrt(np.diag(M))  # without it the rank would depend on the units
+    U, singular, rows = np.linalg.svd(unit[:, None] * K1 * unit)
+    if singular[0] <= RANK_TOLERANCE * np.linalg.norm(unit[:, None] * K0 * unit, 2) / mu_max:
+        return LoopAnswer(None, "the stiffness matrix does not depend on mu")
+    if len(singular) > 1 and singular[1] > RANK_TOLERANCE * singular[0]:
+        ratio = singular[1] / singular[0]
+        return LoopAnswer(
+            None,
+            f"the friction term is not of rank one (second singular value {ratio:.2g} of the "
+            "first): friction closes more than one loop",
+        )
+    b, c = singular[0] * U[:, 0] / unit, rows[0] / unit
+    size = 1.0 / float(np.linalg.norm(c))
+    if reaction is not None:
+        given = np.asarray(reaction, dtype=float)
+        size = float(given @ c) / float(c @ c)
+        if not _same(size * c, given) or size == 0:
+            return LoopAnswer(None, "the friction force does not follow the given reaction")
+    return LoopAnswer(FrictionLoop(M, C, K0, b / size, c * size), "the friction term has rank one")
+
+
+def _arrays(system: System, mu: float) -> tuple[Array, Array, Array]:
+    M, C, K = matrices_at(system, mu)
+    mass = np.asarray(M, dtype=float)
+    return mass, np.zeros_like(mass) if C is None else np.asarray(C, float), np.asarray(K, float)
+
+
+def _same(one: Array, other: Array) -> bool:
+    return bool(np.abs(one - other).max() <= 1e-11 * max(np.abs(one).max(), np.abs(other).max()))

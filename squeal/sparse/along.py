@@ -1,0 +1,284 @@
+"""Crossings of the imaginary axis along a parameter: found on a reduced system, proved on the full.
+
+At values of the parameter the reduced system gives roots and their derivatives. Roots at
+neighbouring values are matched by where their derivatives point. A cubic through values and
+derivatives of the real part shows where it vanishes, also twice between two values. Steps that
+leave a match or a change of sign in doubt are halved: two equally damped modes meet as a square
+root, which no cubic follows, and cross where they have parted by their damping. Windows that open
+and close between two values are foreseen from how roots of a real system are coupled. Newton's
+method on the full system has the last word.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.linear.following.line import Line
+from squeal.linear.following.line import State as LineState
+from squeal.linear.following.locate import located
+from squeal.linear.following.steps import hermite_cubic, zeros_between
+from squeal.linear.following.windows import foreseen, windows
+from squeal.numerics.threads import one_thread
+from squeal.sparse.critical import AxisCrossing, axis_crossing
+from squeal.sparse.quadratic import ComplexArray, combined
+from squeal.sparse.reduction import Reduction
+from squeal.sparse.region import Rectangle
+
+DEPTH = 36  # halvings of a step
+STATES = 600  # values at which roots are computed; beyond, no step is halved
+DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
+SMALL = 1e-4  # of |lambda|: ... or this
+ROUNDING = 1e-11  # of a root
+ZERO = 1e-10  # of |lambda|: real part that may be rounding; of |C| the same
+NEWTON = 5  # steps on the reduced system; the full one goes on from there
+NOISE = 0.05
+REAL = 1e-6  # of the region's highest imaginary part
+SAME = 1e-7  # relative: crossings closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Roots (m,) of the reduced system at one value of the parameter, with their derivatives.
+
+    `coupling` (m, m) is the derivative of the first-order form in its eigenvectors.
+    """
+
+    value: float
+    roots: ComplexArray
+    coupling: ComplexArray = field(repr=False)
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
+
+    @property
+    def slopes(self) -> ComplexArray:
+        """Derivatives of the roots."""
+        return np.asarray(self.coupling.diagonal())
+
+
+def _zeros(before: State, after: State, i: int, j: int) -> Iterator[tuple[float, complex]]:
+    """Where the cubic through the real parts of one root, and their derivatives, vanishes between
+    two values, i and j being its index at both; and the root there."""
+    h = after.value - before.value
+    a, b = before.roots[i], after.roots[j]
+    cubic = hermite_cubic(a.real, h * before.slopes[i].real, b.real, h * after.slopes[j].real)
+    for t in zeros_between(cubic):
+        yield before.value + t * h, complex(a + t * (b - a))
+
+
+class Along:
+    """A reduced system along one parameter."""
+
+    def __init__(self, reduction: Reduction, region: Rectangle, name: str) -> None:
+        if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
+            raise InputError(
+                f"region {region.low_real:g}:{region.high_real:g}:{region.low_imag:g}:"
+                f"{region.high_imag:g}: must hold a part of the upper imaginary axis"
+            )
+        self.reduction, self.name = reduction, name
+        # a root of real matrices is real below this; complex ones mean what is above the axis
+        self.real = REAL * region.high_imag if reduction.system.real else 0.0
+        low = max(region.low_imag, -self.real)
+        self.region = Rectangle(region.low_real, region.high_real, low, region.high_imag)
+        self._states: dict[float, State] = {}
+
+    def at(self, value: float) -> State:
+        """The roots at a value of the parameter, of pairs the upper ones."""
+        if value not in self._states:
+            at = {self.name: value}
+            M, C, _ = self.reduction.system.at(at)
+            C = np.zeros_like(M) if C is None else C
+            found = self.reduction.roots(self.region, at, left=True)
+            moved = [
+                np.zeros_like(M) if d is None else d
+                for d in self.reduction.system.derivative(self.name, at)
+            ]
+            z, X, Y = found.values, found.right, found.left.conj().T
+            change = moved[0] @ X * z**2 + moved[1] @ X * z + moved[2] @ X
+            inertia = np.sum(Y.T * (2 * z * (M @ X) + C @ X), axis=0)
+            # a double root at zero leaves it as a square root, if at all
+            single = (z != 0) | (np.abs(inertia) > ZERO * np.linalg.norm(C))
+            coupling = -(Y @ change) / np.where(single, inertia, np.inf)[:, None]
+            self._states[value] = State(value, z, coupling, X, found.left)
+        return self._states[value]
+
+    def crossings(self, a: float, b: float, depth: int = DEPTH) -> Iterator[tuple[State, int]]:
+        """States on the axis from a to b with the index of the root that is there; the step is
+        halved where a match or a change of sign is in doubt."""
+        before, after = self.at(a), self.at(b)
+        pairs = self._matched(before, after)
+        found = None if pairs is None else self._located(before, after, pairs)
+        if found is None and depth > 0 and len(self._states) < STATES:
+            middle = (a + b) / 2
+            yield from self.crossings(a, middle, depth - 1)
+            yield from self.crossings(middle, b, depth - 1)
+        elif found is None:  # as near as values of the parameter are told apart
+            for i, j in self._nearest(before, after):
+                if _changes_sign(before.roots[i], after.roots[j]):
+                    first = abs(before.roots[i].real) < abs(after.roots[j].real)
+                    yield (before, i) if first else (after, j)
+        else:
+            yield from found
+
+    def _located(
+        self, before: State, after: State, pairs: Sequence[tuple[int, int]]
+    ) -> list[tuple[State, int]] | None:
+        """The zeros of the real parts of matched roots, None if a change of sign shows none."""
+        result = []
+        for i, j in pairs:
+            ends = before.value, after.value
+            zeros = [
+                z
+                for value, root in _zeros(before, after, i, j)
+                if (z := self.refined(value, root, *ends))
+            ]
+            if not zeros and _changes_sign(before.roots[i], after.roots[j]):
+                return None
+            result += zeros
+        return result
+
+    def _costs(self, before: State, after: State) -> np.ndarray:
+        h = after.value - before.value
+        mean = h / 2 * (before.slopes[:, None] + after.slopes[None, :])
+        return np.asarray(np.abs(after.roots[None, :] - before.roots[:, None] - mean))
+
+    def _nearest(self, before: State, after: State) -> list[tuple[int, int]]:
+        from scipy.optimize import linear_sum_assignment
+
+        rows, columns = linear_sum_assignment(self._costs(before, after))
+        return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
+
+    def _matched(self, before: State, after: State) -> list[tuple[int, int]] | None:
+        """Pairs of indices, None if one is in doubt or comes from nowhere."""
+        pairs = self._nearest(before, after)
+        costs = self._costs(before, after)
+        for i, j in pairs:
+            way = abs(after.roots[j] - before.roots[i])
+            if costs[i, j] > max(DOUBT * way, SMALL * abs(before.roots[i])):
+                return None
+        h = after.value - before.value
+        lost = set(range(len(before.roots))) - {i for i, _ in pairs}
+        new = set(range(len(after.roots))) - {j for _, j in pairs}
+        gone = [(before.roots[i], h * before.slopes[i]) for i in lost]
+        gone += [(after.roots[j], -h * after.slopes[j]) for j in new]
+        # one that leaves the region may cross the axis before
+        if any(self.region.contains(z + way) or _changes_sign(z, z + 2 * way) for z, way in gone):
+            return None
+        return pairs
+
+    def windows(self) -> list[tuple[State, int]]:
+        """The same for two roots that pass each other between the states so far.
+
+        Of a real system with regular M.
+        """
+        states = [self._states[value] for value in sorted(self._states)]
+        system = replace(self.reduction.system, parameter=self.name)
+        found = []
+        with suppress(InputError):  # complex matrices, M singular
+            line = Line(system, states[0].value, states[-1].value)
+            for a, b in itertools.pairwise(_on(line, state) for state in states):
+                for guess in windows(line, foreseen(a, b), b.value - a.value):
+                    one = located(line, guess)
+                    state = None if one is None else self.at(one.value)
+                    if one is not None and state is not None and len(state.roots):
+                        k = int(np.argmin(np.abs(state.roots - 1j * one.omega)))
+                        found.append((state, k))
+        return found
+
+    def refined(
+        self, value: float, root: complex, low: float, high: float
+    ) -> tuple[State, int] | None:
+        """The zero of the reduced system's real part next to a guess between two values: the last
+        state and the root; None if there is none."""
+        width = high - low
+        for _ in range(NEWTON):
+            state = self.at(value)
+            if not len(state.roots):
+                return None
+            k = int(np.argmin(np.abs(state.roots - root)))
+            slope = state.slopes[k]
+            move = -state.roots[k].real / slope.real if slope.real else np.inf
+            near = abs(move) <= NOISE * width  # rounding may move a weak crossing this far
+            move = float(np.clip(move, -width / 2, width / 2))
+            value, root = value + move, state.roots[k] + move * slope
+            if not low - width / 4 <= value <= high + width / 4:
+                return None
+        return (state, k) if near else None
+
+
+def _on(line: Line, state: State) -> LineState:
+    """A state in the line's units; pairs are iterated on from any vectors."""
+    z, rng = state.roots / line.rate, np.random.default_rng(0)
+    right, left = rng.normal(size=(2, 2 * line.n, len(z))).astype(complex)
+    coupling = state.coupling / line.rate
+    noise = ROUNDING * np.abs(z)
+    return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling, line.damped)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Crossings of the full system, sorted, and guesses that it did not confirm."""
+
+    crossings: tuple[AxisCrossing, ...]
+    unconfirmed: tuple[str, ...]
+
+
+def crossings_along(
+    reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
+) -> Found:
+    """All crossings of the imaginary axis inside a region between the first and last value.
+
+    The reduced system must be good at the values (rising), which set the first steps. Each
+    crossing is located on the full system; what it does not confirm is named. Raises InputError
+    for a region without the axis.
+    """
+    along = Along(reduction, region, name)
+    scaled, basis = reduction.basis.scaled, reduction.basis.vectors
+    crossings: list[AxisCrossing] = []
+    unconfirmed: list[str] = []
+    with one_thread():
+        on_axis = [x for a, b in itertools.pairwise(values) for x in along.crossings(a, b)]
+        for state, k in [*on_axis, *along.windows()]:
+            omega = abs(state.roots[k].imag)
+            real = omega <= along.real
+            pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
+            right, left = combined(basis, pair).T
+            try:
+                found = axis_crossing(
+                    scaled, name, state.value, 0.0 if real else omega, right, left
+                )
+            except ComputationError as error:
+                unconfirmed.append(str(error))
+                continue
+            if not any(_same(found, other) for other in crossings):
+                crossings.append(found)
+    placed = [_in_range(c, values[0], values[-1]) for c in crossings]
+    inside = sorted(filter(None, placed), key=lambda c: (c.value, -abs(c.slope)))
+    return Found(tuple(inside), tuple(unconfirmed))
+
+
+def _in_range(one: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
+    """A crossing, at an end of the range exactly if rounding leaves that; None for one outside it
+    and for what does not grow at the start and begins to decay."""
+    first, last = one.interval
+    if first <= low <= last:
+        return replace(one, value=low, interval=(low, last)) if one.direction == "up" else None
+    if first <= high <= last:
+        return replace(one, value=high)
+    return one if low <= one.value <= high else None
+
+
+def _changes_sign(one: complex, other: complex) -> bool:
+    """True if the real parts differ in sign by more than rounding."""
+    return one.real * other.real < 0 and all(abs(z.real) > ZERO * abs(z) for z in (one, other))
+
+
+def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
+    return bool(
+        abs(one.value - other.value) <= SAME * max(abs(one.value), abs(other.value))
+        and abs(one.omega - other.omega) <= SAME * max(one.omega, other.omega)
+        and abs(np.vdot(one.vector, other.vector)) > 0.5
+    )

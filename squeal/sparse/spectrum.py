@@ -1,0 +1,18 @@
+"""All roots of a small problem whose M may be singular, not symmetric or complex."""
+
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.terms import Matrix
+from squeal.sparse.modes import listed
+from squeal.sparse.pencil import pencil_roots
+from squeal.sparse.scaled import quadratic
+
+
+def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, ...]:
+    """All finite roots with vectors, backward errors and conditions; matrices (n, n).
+
+    Of real matrices both of a conjugate pair, of complex ones those of rising motion
+    Im lambda >= 0 alone. Raises InputError for an empty row.
+    """
+    problem = quadratic(M, C, K)
+    roots = pencil_roots(*(X.toarray() for X in (problem.M, problem.C, problem.K)))
+    return listed(problem, roots if problem.real else roots.picked(roots.values.imag >= 0.0))

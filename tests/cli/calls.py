@@ -1,0 +1,35 @@
+"""Commands as a user gives them, in this process: what they print and how they end."""
+
+import json
+
+from squeal.cli.main import main
+
+
+def run(capsys, *arguments):
+    """Exit code, standard output and standard error."""
+    code = main([str(a) for a in arguments])
+    return code, *capsys.readouterr()
+
+
+def answer(capsys, *arguments):
+    """The JSON answer of a command that ends well and says no more than its warnings."""
+    code, out, err = run(capsys, *arguments, "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert_warns(err, found)
+    return found
+
+
+def assert_warns(err, found):
+    """Standard error holds the warnings of the answer and nothing else."""
+    told = [f"squeal: warning: {words}" for words in found.get("warnings", [])]
+    assert err.splitlines() == told
+
+
+def assert_refused(capsys, *arguments, code=2):
+    """The one line of a refusal; nothing is printed on standard output."""
+    ended, out, err = run(capsys, *arguments)
+    assert (ended, out) == (code, "")
+    assert err.startswith("squeal: ")
+    assert err.count("\n") == 1
+    return err

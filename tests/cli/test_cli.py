@@ -1,0 +1,269 @@
+"""The command line as a user meets it: exit codes, JSON, refusals, and nothing loaded in vain."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from squeal.cli.main import COMMANDS, main
+from squeal.files.sources import ROOT
+from squeal.files.writing import column_name
+from tests.cli.calls import answer, assert_refused, run
+from tests.conftest import SCENES, needs_heyoka
+
+B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+DRUM = str(ROOT / "article" / "literature" / "systems" / "drum_brake.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "keys"),
+    [
+        (("simulate", B1), {"model", "final", "events", "shares", "extrema", "sliding_holds"}),
+        (("eigenvalues", B2), {"equilibrium", "M", "C", "K", "eigenvalues", "verdict"}),
+        (("critical-friction", B2), {"critical"}),
+        (
+            ("sliding", B2),
+            {"K", "determinant", "rank", "printed_K33_singular", "bound_23a", "bound_23b"}
+            | {"holds_as_printed", "holds_sign_aware", "equilibria"},
+        ),
+        (("map", B3, "--n", "20"), {"share"}),
+    ],
+)
+def test_json_has_the_promised_keys(capsys, arguments, keys):
+    assert keys <= answer(capsys, *arguments).keys()
+
+
+def test_inner_keys_of_the_answers(capsys):
+    found = answer(capsys, "simulate", B2)
+    assert list(found["final"]) == ["t", "x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
+    assert set(found["shares"]) == {"SS", "PC", "FC"}
+    assert set(found["extrema"]) == {"Rn", "delta"}
+    assert set(found["events"][0]) == {"t", "from", "to"}
+    found = answer(capsys, "eigenvalues", B1, "--mu", "0:1:5")
+    assert len(found["eigenvalues"]) == 6
+    assert set(found["eigenvalues"][0]) == {"real", "imag", "frequency_hz", "damping_ratio"}
+    assert set(found["equilibrium"]) == {"x", "y", "theta", "R_n", "contact"}
+    assert [row["mu"] for row in found["sweep"]] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    found = answer(capsys, "sliding", B3)
+    assert "equilibria" not in found
+    found = answer(capsys, "claims")
+    assert len(found["claims"]) == 33
+    assert {"id", "verdict", "measured", "where"} <= found["claims"][0].keys()
+
+
+@pytest.mark.parametrize(("stem", "flat"), [("b2-a", True), ("b2-c", False)])
+def test_conditions_without_bounds_hold_and_say_nothing(capsys, stem, flat):
+    """Case (a): each spring is along an axis, so that K21 = 0 and no friction is too great."""
+    scene = str(SCENES / f"{stem}.yaml")
+    found = answer(capsys, "sliding", scene)
+    assert (found["bound_23a"] is None, found["bound_23b"] is None) == (flat, flat)
+    assert found["holds_as_printed"] or not flat
+    assert ("they say nothing of sliding" in run(capsys, "sliding", scene)[1]) == flat
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(capsys, command):
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    assert f"usage: squeal {command}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "command", sorted(set(COMMANDS) - {"identify", "cite", "take", "export", "terms"})
+)
+def test_every_query_prints_a_table(capsys, command):
+    scene = (
+        [] if command in ("claims", "findings") else [B3 if command in ("map", "advise") else B2]
+    )
+    extra = ["--n", "10"] if command == "map" else []
+    code, out, err = run(capsys, command, *scene, *extra)
+    assert code == 0
+    assert all(line.startswith("squeal: warning: ") for line in err.splitlines())
+    assert out.strip()
+
+
+def test_csv_history(capsys, tmp_path):
+    target = tmp_path / "h.csv"
+    assert run(capsys, "simulate", B1, "--csv", target)[0] == 0
+    with target.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert ",".join(rows[0]) == (
+        "t [s],x [m],y [m],theta [rad],x_dot [m/s],y_dot [m/s],theta_dot [rad/s],"
+        "state,F3 [F_n],F4 [F_n]"
+    )
+    assert len(rows) == 4001
+    assert {row["state"] for row in rows} <= {"1", "2", "3", "4"}
+    assert sorted(os.listdir(tmp_path)) == ["h.csv"]
+
+
+def test_a_map_in_a_file(capsys, tmp_path):
+    cells = tmp_path / "m.csv"
+    found = answer(capsys, "map", B3, "--n", "12", "--csv", cells)
+    rows = cells.read_text().splitlines()
+    assert rows[0] == "alpha1 [rad],alpha2 [rad],verdict"
+    counted = sum(row.endswith("marginal") for row in rows) / (len(rows) - 1)
+    assert counted == pytest.approx(found["share"]["marginal"])
+
+
+def rows_of(path):
+    with path.open() as stream:
+        rows = list(csv.DictReader(stream))
+    return [{column_name(head): value for head, value in row.items()} for row in rows]
+
+
+def test_files_of_the_stability_queries(capsys, tmp_path):
+    table, drawing = tmp_path / "t.csv", tmp_path / "t.pdf"
+    files = ("--csv", table, "--pdf", drawing)
+    found = answer(capsys, "eigenvalues", B2, *files)
+    assert [float(r["imag"]) for r in rows_of(table)] == [e["imag"] for e in found["eigenvalues"]]
+    assert drawing.read_bytes().startswith(b"%PDF")
+    # the article's linearisation stands beside that about the equilibrium
+    assert set(found["origin"]) == {"K", "eigenvalues", "verdict"}
+    assert found["origin"]["K"] != found["K"]
+    for source in (B1, DRUM):
+        found = answer(capsys, "eigenvalues", source, "--mu", "0:1:5", "--csv", table)
+        last = found["sweep"][-1]["eigenvalues"][-1]
+        row = rows_of(table)[-1]
+        assert row["verdict"] == found["sweep"][-1]["verdict"]
+        assert float(row[f"imag_{len(found['eigenvalues'])}"]) == last["imag"]
+        found = answer(capsys, "critical-friction", source, *(files if source == B1 else files[:2]))
+        assert [float(r["mu"]) for r in rows_of(table)] == [p["mu"] for p in found["critical"]]
+    found = answer(capsys, "sliding", B2, "--csv", table)
+    assert [r["verdict"] for r in rows_of(table)] == [e["verdict"] for e in found["equilibria"]]
+
+
+def test_sensitivities(capsys):
+    found = answer(capsys, "eigenvalues", B1, "--sensitivity")
+    by = {row["parameter"]: row["eigenvalues"] for row in found["sensitivity"]}
+    assert {"m", "I", "k1", "k4", "alpha2", "mu", "F_n"} <= by.keys()
+    assert all(len(slopes) == 6 for slopes in by.values())
+    code, out, _ = run(capsys, "eigenvalues", B1, "--sensitivity")
+    assert code == 0
+    assert "alpha1     1 degree" in out
+    found = answer(capsys, "critical-friction", B1, "--sensitivity")
+    assert found["sensitivity"] is None
+    assert "nothing moves" in run(capsys, "critical-friction", B1, "--sensitivity")[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["nothing"], "'nothing' is no command"),
+        (["simulate"], "SCENE.yaml"),
+        (["simulate", "none.yaml"], "none.yaml"),
+        (["simulate", B3], "B3 is not allowed"),
+        (["simulate", B1, "--fast"], "--fast"),
+        (["simulate", B1, "--integrator", "euler"], "euler"),
+        (["simulate", B1, "--csv", "none/h.csv"], "none"),
+        (["eigenvalues", B1, "--mu", "1:0:5"], "--mu 1:0:5"),
+        (["eigenvalues", B1, "--mu", "0:1"], "A:B:N"),
+        (["eigenvalues", B1, "--at", "0.3"], "--at 0.3"),
+        (["critical-friction", B1, "--mu-max", "nan"], "--mu-max nan"),
+        (["critical-friction", DRUM, "--sensitivity"], "--sensitivity"),
+        (["eigenvalues", DRUM, "--sensitivity"], "--sensitivity"),
+        (["eigenvalues", B1, "--pdf", "none/e.pdf"], "none"),
+        (["sliding", B3, "--csv", "e.csv"], "B3"),
+        (["map", B3, "--n", "1"], "--n 1"),
+        (["map", B3, "--first", "alpha2:0:1"], "alpha2"),
+        (["map", B3, "--first", "L1:0:1"], "L1:0:1"),
+        (["map", B3, "--second", "mu:1:0"], "mu:1:0"),
+        (["claims", "--scenes", "none"], "none"),
+        (["identify", "--seed", "x"], "--seed x"),
+        (["identify", "--scenes", "none"], "--scenes none"),
+    ],
+)
+def test_refusals_are_one_sentence_and_exit_code_2(capsys, tmp_path, monkeypatch, arguments, part):
+    monkeypatch.chdir(tmp_path)
+    err = assert_refused(capsys, *arguments)
+    assert part in err
+    assert os.listdir(tmp_path) == []
+
+
+def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys, tmp_path):
+    # without springs nothing balances the friction force
+    scene = tmp_path / "free.yaml"
+    scene.write_text(
+        "model: B1\nparameters: {m: 1, w: 1, h: 0.2, k1: 0, k2: 0, k3: 1, k4: 1, L1: 1, L2: 1,"
+        " alpha1: pi/2, alpha2: pi/2, mu: 0.5, F_n: 0.01}\n"
+    )
+    err = assert_refused(capsys, "eigenvalues", scene, code=1)
+    assert "no steady sliding exists" in err
+
+
+def modules_after(*commands):
+    """Names of the modules that a process has loaded after each of these commands, in turn."""
+    code = (
+        "import json, sys; from squeal.cli.main import main\n"
+        "for words in json.loads(sys.argv[1]):\n"
+        "    main(words); print(' '.join(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, json.dumps(commands)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return [set(line.split()) for line in done.stderr.splitlines()]
+
+
+def test_queries_load_neither_integrators_nor_plots(pad):
+    # a pad that flutters and its onset first, and what costs a tenth of a second to load has no
+    # place in a query of a third
+    commands = [[name, str(pad)] for name in ("eigenvalues", "critical-friction")]
+    lean = {"numpy.ma", "squeal.scene.terms", "squeal.sparse.region"}
+    commands += [[name, B3] for name in ("eigenvalues", "sliding", "critical-friction", "advise")]
+    commands.append(["map", B3, "--n", "5"])
+    heavy = {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
+    after = zip(commands, modules_after(*commands), strict=True)
+    refused = [heavy | lean] * 2 + [heavy] * 5
+    found = {
+        " ".join(words): loaded & no for (words, loaded), no in zip(after, refused, strict=True)
+    }
+    assert not any(found.values()), found
+
+
+@needs_heyoka
+def test_a_simulation_loads_no_plots_and_no_second_integrator():
+    (loaded,) = modules_after(["simulate", B1])
+    assert "heyoka" in loaded
+    assert not loaded & {"matplotlib", "control", "scipy.integrate", "squeal.equilibrium"}
+
+
+def test_a_minus_sign_by_itself_is_one(capsys, tmp_path):
+    scene = tmp_path / "minus.yaml"
+    text = (SCENES / "b2-c.yaml").read_text()
+    scene.write_text(text)
+    by_set = answer(capsys, "eigenvalues", scene, "--set", "formulation.delta_moment=-")
+    quoted = answer(capsys, "eigenvalues", scene, "--set", "formulation.delta_moment='-'")
+    assert by_set["eigenvalues"] == quoted["eigenvalues"]
+    told = assert_refused(capsys, "eigenvalues", scene, "--set", "formulation.line_force=-")
+    assert "it must be one of" in told
+
+
+def test_a_missing_package_is_named(capsys, monkeypatch, pad, tmp_path):
+    for name in [n for n in sys.modules if n.startswith("squeal.plots")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = run(capsys, "eigenvalues", pad, "--png", tmp_path / "modes.png")
+    assert (code, out) == (1, "")
+    assert err.startswith("squeal: the package matplotlib cannot be imported (")
+    assert err.count("\n") == 1
+
+
+def test_stopped_while_modules_load(capsys, monkeypatch):
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("squeal.cli.main.command", interrupted)
+    assert run(capsys, "eigenvalues", "pad.yaml") == (130, "", "squeal: stopped\n")
+
+
+def test_beyond_double_precision_is_no_verdict(capsys):
+    code, out, err = run(capsys, "eigenvalues", SCENES / "b3.yaml", "--set", "I=1e-300")
+    assert (code, out) == (1, "")
+    assert "beyond double precision" in err.splitlines()[-1]

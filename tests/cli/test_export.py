@@ -1,0 +1,220 @@
+"""`export`, `terms` and `map` of systems from matrices: round trips, closed forms, refusals."""
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csc_array, random_array
+
+from squeal.files.matrices import read_matrix
+from squeal.scene import read_scene
+from squeal.scene.terms import read_system
+from tests import large
+from tests.cli.calls import answer, assert_refused, run
+from tests.conftest import SCENES
+
+
+def _values(found):
+    values = [complex(e["real"], e["imag"]) for e in found["eigenvalues"]]
+    return np.array(sorted(values, key=lambda v: (v.imag, v.real)))
+
+
+@pytest.mark.parametrize("suffix", ["mtx", "mat", "npz", "hb", "inp"])
+def test_a_pad_comes_back(suffix, tmp_path, capsys):
+    folder = tmp_path / "out"
+    answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder, "--format", suffix)
+    pad = answer(capsys, "eigenvalues", SCENES / "b1-c.yaml")
+    file = read_system(folder / "system.yaml")
+    M, _, K = file.system.at()
+    assert file.system.parameters == {"mu": read_scene(SCENES / "b1-c.yaml").pad.mu}
+    assert np.array_equal(M, pad["M"])
+    assert np.array_equal(K, pad["K"])
+    assert np.allclose(_values(answer(capsys, "eigenvalues", folder / "system.yaml")), _values(pad))
+
+
+def test_a_reduced_system_has_the_roots_of_the_full_one(tmp_path, capsys):
+    system = large.disc_and_pad(3)
+    for name, term in zip("mckf", (*system.M, *system.C, *system.K), strict=True):
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(term.matrix))
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "parameters: {mu: 0.3}\nM: {file: m.mtx}\nC: {file: c.mtx}\n"
+        "K: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
+    )
+    folder = tmp_path / "reduced"
+    options = ("--method", "reduced", "--band", "200:2000", "--sweep", "0:0.6:5")
+    answer(capsys, "export", path, "--output", folder, *options)
+    one = answer(capsys, "eigenvalues", path, "--band", "200:2000")
+    other = answer(capsys, "eigenvalues", folder / "system.yaml", "--band", "200:2000")
+    assert other["rows"] < one["rows"] / 3
+    assert np.allclose(_values(one), _values(other), rtol=1e-8)
+    code, _, err = run(capsys, "export", path, "--output", folder)
+    assert code == 2
+    assert "is not empty" in err
+    code, _, err = run(capsys, "export", path, "--output", path)
+    assert code == 2
+    assert f"--output {path}: is no folder; a new or empty folder is allowed" in err
+    code, _, err = run(capsys, "export", path, "--output", path / "below")
+    assert code == 2
+    assert f"{path / 'below'}: cannot be written: " in err
+
+
+def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    K0, K1 = (csc_array(random_array((40, 40), density=0.1, rng=rng)) for _ in range(2))
+    for k, mu in enumerate((0.1, 0.4, 0.7)):
+        mmwrite(tmp_path / f"k{k}.mtx", K0 + mu * K1)
+    given = [f"{mu}:{tmp_path / f'k{k}.mtx'}" for k, mu in enumerate((0.1, 0.4, 0.7))]
+    found = answer(capsys, "terms", *given, "--output", tmp_path / "K.mtx")
+    assert found["checked"]
+    assert found["error"] < 1e-14
+    assert [t["file"] for t in found["terms"]] == ["K0.mtx", "K1.mtx"]
+    for name, matrix in (("K0", K0), ("K1", K1)):
+        assert abs(read_matrix(tmp_path / f"{name}.mtx").matrix - matrix).max() < 1e-14
+    assert found["terms"][1]["nonzeros"] == K1.nnz
+    mmwrite(tmp_path / "k2.mtx", K0 + 0.71 * K1)
+    code, _, err = run(capsys, "terms", *given)
+    assert code == 1
+    assert "is not linear in mu" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("0.1:a.mtx",), "2 or 3"),
+        (("x:a.mtx", "1:b.mtx"), "VALUE:FILE"),
+        (("1:a.mtx", "2"), "VALUE:FILE"),
+        (("1:a.mtx", "2:"), "VALUE:FILE"),
+        (("1:a.mtx", "2:b.mtx", "--parameter", "2x"), "--parameter 2x: is not allowed; it must be"),
+        (("1:a.mtx", "2:b.mtx"), "cannot be read"),
+    ],
+)
+def test_terms_refuses(arguments, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    err = assert_refused(capsys, "terms", *arguments)
+    assert words in err
+
+
+def test_terms_overwrite_no_file(tmp_path, capsys):
+    for name in ("a", "b"):
+        mmwrite(tmp_path / f"{name}.mtx", np.eye(2))
+    given = ("terms", f"1:{tmp_path}/a.mtx", f"2:{tmp_path}/b.mtx", "--output", tmp_path / "K.mtx")
+    (tmp_path / "K1.mtx").touch()
+    assert "K1.mtx: exists" in assert_refused(capsys, *given)
+    assert not (tmp_path / "K0.mtx").exists()
+    (tmp_path / "K1.mtx").unlink()
+    assert run(capsys, *given)[0] == 0
+    assert (tmp_path / "K0.mtx").exists()
+
+
+CHART = """\
+parameters: {mu: 0.3, gap: 0.5}
+M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+K:
+  - {matrix: [[4, 0, 0, 0], [0, 4, 0, 0], [0, 0, 20, 0], [0, 0, 0, 30]]}
+  - {matrix: [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], factor: gap}
+  - {matrix: [[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], factor: mu}
+"""
+
+
+def test_a_chart_over_two_parameters(tmp_path, capsys):
+    """Flutter exactly where mu exceeds the gap."""
+    path, table, figure = (tmp_path / name for name in ("system.yaml", "t.csv", "f.svg"))
+    path.write_text(CHART)
+    axes = ("--first", "mu:0:1", "--second", "gap:0:1", "--n", "21")
+    found = answer(capsys, "map", path, *axes, "--csv", table, "--pdf", figure)
+    at = (np.arange(21) + 0.5) / 21
+    for i, mu in enumerate(at):
+        for j, gap in enumerate(at):
+            if abs(mu - gap) > 1e-9:
+                assert found["verdicts"][i][j] == ("flutter" if mu > gap else "marginal")
+    assert found["share"]["flutter"] == pytest.approx(0.5, abs=0.03)
+    assert len(table.read_text().splitlines()) == 1 + 21 * 21
+    assert "</svg>" in figure.read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--first", "mu:0:1"), "--second: is missing"),
+        (("--first", "nu:0:1", "--second", "gap:0:1"), "NAME one of gap, mu"),
+        (("--first", "mu:1:0", "--second", "gap:0:1"), "LOW < HIGH"),
+        (("--first", "mu:0:1", "--second", "mu:0:1"), "not allowed twice"),
+        (("--quantity", "growth"), "--quantity growth: is not allowed with a system of matrices"),
+        (("--threshold-curve", "c.csv"), "c.csv: is not allowed with a system of matrices"),
+    ],
+)
+def test_map_refuses(options, words, tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(CHART)
+    err = assert_refused(capsys, "map", path, *options)
+    assert words in err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--format", "doc"), "--format doc: is not allowed; it must be one of"),
+        (("--method", "best"), "--method best: is not allowed; it must be one of full, reduced"),
+        (("--method", "reduced"), "--band: is missing"),
+        (("--band", "1:2"), "--band 1:2: is of a reduced system"),
+    ],
+)
+def test_export_refuses(options, words, tmp_path, capsys):
+    path, folder = tmp_path / "system.yaml", tmp_path / "out"
+    path.write_text(CHART)
+    assert words in assert_refused(capsys, "export", path, "--output", folder, *options)
+    assert not folder.exists()
+
+
+def test_complex_matrices_are_not_written(tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(CHART + "damping: {structural: 0.1}\n")
+    err = assert_refused(capsys, "export", path, "--output", tmp_path / "out")
+    assert "K: is complex (structural damping) and cannot be written" in err
+    assert_refused(capsys, "export", path, "--output", tmp_path / "new" / "out")
+    assert list(tmp_path.iterdir()) == [path]
+    (tmp_path / "out").mkdir()
+    assert_refused(capsys, "export", path, "--output", tmp_path / "out")
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_terms_are_written_both_or_not_at_all(tmp_path, capsys):
+    mmwrite(tmp_path / "k.mtx", csc_array(np.eye(2)))
+    given = [f"{mu}:{tmp_path / 'k.mtx'}" for mu in (0.0, 0.4)]
+    assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.hb")  # K1 is zero
+    assert [p.name for p in tmp_path.iterdir()] == ["k.mtx"]
+    answer(capsys, "terms", *given, "--output", tmp_path / "S.inp")
+    assert read_matrix(tmp_path / "S1.inp").matrix.shape == (2, 2)
+
+
+@pytest.mark.filterwarnings("error")
+def test_terms_that_are_not_finite_are_not_written(tmp_path, capsys):
+    for name, size in (("a", 1.0), ("b", 2.0)):
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(size * np.eye(2)))
+    given = [f"0:{tmp_path / 'a.mtx'}", f"1e-320:{tmp_path / 'b.mtx'}"]
+    err = assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.mtx")
+    assert "their difference over that of the values is not finite" in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mtx", "b.mtx"]
+
+
+def test_a_scene_is_not_reduced(tmp_path, capsys):
+    options = ("--output", tmp_path / "out", "--band", "1:2")
+    err = assert_refused(capsys, "export", SCENES / "b1-c.yaml", *options)
+    assert "a scene with six roots; a system from matrices is allowed" in err
+
+
+def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
+    folder = tmp_path / "out"
+    answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder)
+    told = assert_refused(capsys, "eigenvalues", folder / "system.yaml", "--set", "mu=0.3")
+    assert "no matrix of system.yaml depends on mu" in told
+    code, _, err = run(capsys, "critical-friction", folder / "system.yaml")
+    assert (code, err) == (0, "squeal: warning: no matrix depends on mu\n")
+
+
+def test_a_whole_system_takes_no_options_of_a_reduced_one(tmp_path, capsys):
+    system = tmp_path / "one.yaml"
+    system.write_text("M: [[1.0]]\nK0: [[2.0]]\nK1: [[1.0]]\n")
+    told = assert_refused(capsys, "export", system, "--output", tmp_path / "out", "--band", "1:2")
+    assert "--band 1:2" in told
+    assert not (tmp_path / "out").exists()

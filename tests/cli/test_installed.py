@@ -1,0 +1,215 @@
+"""The package as people install it: from a wheel, in an empty folder, also without Linux' parts."""
+
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import numpy
+import pytest
+
+from squeal.cli.main import COMMANDS
+from tests.cli.calls import assert_warns
+from tests.conftest import HEYOKA, ROOT, SCENES
+
+B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+# run before the command line: what Windows, macOS or a plain Python lack is not found
+WITHOUT = """\
+import importlib.abc, os, sys
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, *_):
+        if name.partition(".")[0] in {names}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Missing())
+for name in ("fork", "forkpty"):
+    if hasattr(os, name):
+        delattr(os, name)
+"""
+POSIX = {"fcntl", "grp", "pwd", "resource", "termios"}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "flit_core.wheel", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+@pytest.fixture(scope="module")
+def installed(wheel):
+    """Folder with the unpacked wheel: the package and nothing of the repository."""
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(wheel.parent / "site")
+    return wheel.parent / "site"
+
+
+def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
+    code = "import sys; from flit_core import buildapi; print(buildapi.build_sdist(sys.argv[1]))"
+    subprocess.run([sys.executable, "-c", code, tmp_path], cwd=ROOT, check=True, text=True)
+    (sdist,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        packed = {name.partition("/")[2] for name in archive.getnames()}
+    kept = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "squeal").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert {"squeal/py.typed", "squeal/article/report/references.bib"} < kept
+    assert any(file.endswith(".yaml") for file in kept)
+    assert kept <= set(zipfile.ZipFile(wheel).namelist())
+    assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
+
+
+def test_the_wheel_installs_a_program_into_an_empty_environment(wheel, tmp_path):
+    place = tmp_path / "environment"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", place / "bin" / "python"]
+    offline = ["install", "--quiet", "--no-deps", "--no-index", wheel]
+    subprocess.run([*pip, *offline], check=True, capture_output=True)
+    (site,) = (place / "lib").glob("python*/site-packages")
+    # its requirements from here; what is installed there comes first
+    (site / "requirements.pth").write_text(f"{Path(numpy.__file__).parents[1]}\n")
+    bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    done = subprocess.run(
+        [place / "bin" / "squeal", "critical-friction", B2, "--json"],
+        cwd=tmp_path, env=bare, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["critical"]
+    where = [place / "bin" / "python", "-c", "import squeal; print(squeal.__file__)"]
+    found = subprocess.run(where, cwd=tmp_path, env=bare, capture_output=True, text=True)
+    assert found.stdout.startswith(str(site))
+
+
+# what is told of the commands that one process runs, each in a folder of its own
+TOLD = """\
+import contextlib, importlib, io, json, os, pkgutil, sys, traceback
+import squeal
+from squeal.cli.main import main
+assert squeal.__file__.startswith({installed!r})
+told = {{}}
+for name, arguments in json.loads(sys.argv[1]).items():
+    os.mkdir(name)
+    os.chdir(name)
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(arguments)
+        except BaseException:
+            code = traceback.print_exc()
+    told[name] = (code, out.getvalue(), err.getvalue(), os.listdir())
+    os.chdir("..")
+for name in squeal.__all__ if {everything} else ():
+    getattr(squeal, name)
+for package in ("squeal.cli", "squeal.article.commands") if {everything} else ():
+    module = importlib.import_module(package)
+    for found in pkgutil.iter_modules(module.__path__):
+        importlib.import_module(f"{{package}}.{{found.name}}")
+print(json.dumps(told))
+"""
+
+
+def run(installed, folder, commands, without=()):
+    """Exit code, output, errors and files of commands by name, in one process.
+
+    What lacks something imports all public names and commands too.
+    """
+    code = WITHOUT.format(names=set(without)) if without else ""
+    path = [] if without else filter(None, [os.environ.get("PYTHONPATH")])
+    code += TOLD.format(installed=str(installed), everything=bool(without))
+    done = subprocess.run(
+        [sys.executable, "-c", code, json.dumps(commands)],
+        cwd=folder,
+        # first what is installed, then what hides heyoka from the tests
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(installed), *path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+def sentence(err):
+    assert err.startswith("squeal: ")
+    assert err.count("\n") == 1
+    return err
+
+
+ANSWERS = {
+    "simulate": [B1],
+    "eigenvalues": [B2],
+    "critical-friction": [B2],
+    "advise": [B3],
+    "sliding": [B2],
+    "map": [B3, "--n", "10"],
+    "export": [B2, "--output", "matrices"],
+    "cite": [],
+}
+NEEDS = {
+    "claims": ([], "repository"),
+    "findings": ([], "repository"),
+    "identify": (["--scenes", "none"], "existing folder"),
+    "take": (["fig11"], "repository"),
+    "terms": (["0:a.mtx", "1:b.mtx"], "matrix file"),
+}
+
+
+REFUSED = {
+    "search": ["identify", "--minutes", "0"],
+    "integrator": ["simulate", B1, "--integrator", "heyoka"],
+}
+
+
+@pytest.fixture(scope="module")
+def bare(installed, tmp_path_factory):
+    """What is told without heyoka and POSIX."""
+    answers = {name: [name, *given, "--json"] for name, given in ANSWERS.items()}
+    folder = tmp_path_factory.mktemp("bare")
+    return run(installed, folder, answers | REFUSED, without={"heyoka", *POSIX})
+
+
+@pytest.fixture(scope="module")
+def whole(installed, tmp_path_factory):
+    """What is told where all is there."""
+    needs = {name: [name, *given] for name, (given, _) in NEEDS.items()}
+    answers = {"simulate": ["simulate", B1, "--json"]}
+    return run(installed, tmp_path_factory.mktemp("whole"), needs | answers)
+
+
+def test_all_commands_are_tried():
+    assert {*ANSWERS, *NEEDS} == set(COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("command", "missing"), [*((command, True) for command in ANSWERS), ("simulate", False)]
+)
+def test_a_command_answers_in_an_empty_folder(bare, whole, command, missing):
+    """Without heyoka and POSIX too."""
+    code, out, err, files = (bare if missing else whole)[command]
+    assert code == 0, err
+    assert_warns(err, json.loads(out))
+    if command == "simulate":
+        assert ("SciPy" in json.loads(out)["method"]) == (missing or not HEYOKA)
+    assert files == (["matrices"] if command == "export" else [])
+
+
+@pytest.mark.parametrize("command", NEEDS)
+def test_a_command_says_what_it_needs(whole, command):
+    code, out, err, files = whole[command]
+    assert (code, out, files) == (2, "", [])
+    assert NEEDS[command][1] in sentence(err)
+
+
+@pytest.mark.parametrize("asked", REFUSED)
+def test_what_needs_heyoka_says_so(bare, asked):
+    code, out, err, files = bare[asked]
+    assert (code, out, files) == (1, "", [])
+    assert "heyoka" in sentence(err)

@@ -1,0 +1,211 @@
+"""`squeal simulate` draws, sounds and writes its history."""
+
+import csv
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.io import netcdf_file, wavfile
+
+from squeal.errors import ComputationError
+from squeal.files.provenance import provenance
+from squeal.files.results import Event, Run, Summary
+from squeal.model.contact import contact_law
+from squeal.model.law import NORMAL_REACTION
+from squeal.plots.motion import motion_figure, with_place
+from squeal.scene import Scene, read_scene
+from squeal.simulation import simulate
+from squeal.simulation.sound import PEAK, RATE, sound
+from tests.cli.calls import assert_refused, run
+from tests.conftest import SCENES
+from tests.simulation.closed import upright
+from tests.simulation.test_response import RATE as PULSE
+from tests.simulation.test_response import bounce
+
+MADE = provenance([], "squeal.cli.simulate")
+B1, B2 = (str(SCENES / f"{name}.yaml") for name in ("b1-c", "b2-c"))
+
+
+@pytest.mark.parametrize(
+    ("scene", "ending", "head"),
+    [(B1, "svg", b"<?xml"), (B2, "svg", b"<?xml"), (B2, "pdf", b"%PDF"), (B1, "png", b"\x89PNG")],
+)
+def test_pictures_of_a_motion(tmp_path, capsys, scene, ending, head):
+    path = tmp_path / f"motion.{ending}"
+    code, out, _ = run(capsys, "simulate", scene, "--pdf", path, "--set", "stop=2e-3")
+    assert code == 0
+    assert path.read_bytes().startswith(head)
+    assert "history" not in out
+    if ending == "svg":
+        text = path.read_text()
+        forces = [s.name for s in contact_law(read_scene(scene).model).plotted if s.is_force]
+        assert all(f'id="spectrum {name}"' in text for name in forces)
+        assert "A last panel shows the spectrum" in text
+        assert text.count("place of the reaction over the half length") == 1
+
+
+def test_a_history_over_a_zero_brake_force_is_refused(tmp_path, capsys):
+    table = tmp_path / "x.csv"
+    options = ("--set", "F_n=0", "--set", "outputs=[events]", "--set", "stop=1e-3")
+    err = assert_refused(capsys, "simulate", B2, *options, "--csv", table)
+    assert "parameters.F_n: 0 is not allowed with --csv" in err
+    assert not table.exists()
+    assert run(capsys, "simulate", B2, *options)[0] == 0
+
+
+def test_a_picture_changes_no_other_answer(tmp_path, capsys):
+    options = ("simulate", B2, "--json", "--set", "stop=1e-3", "--set", "samples=11")
+    plain = json.loads(run(capsys, *options, "--csv", tmp_path / "plain.csv")[1])
+    drawn = json.loads(
+        run(capsys, *options, "--csv", tmp_path / "drawn.csv", "--png", tmp_path / "x.png")[1]
+    )
+    for found in (plain, drawn):
+        for changing in ("run_time", "provenance"):
+            found.pop(changing)
+    assert set(plain) == set(drawn)
+    assert drawn["events"] == plain["events"]
+    tables = []
+    for name in ("plain", "drawn"):
+        with (tmp_path / f"{name}.csv").open() as stream:
+            tables.append(list(csv.reader(stream)))
+    assert len(tables[1]) == 12
+    assert tables[0][0] == tables[1][0]
+    for one, other in zip(tables[0][1:], tables[1][1:], strict=True):
+        for a, b in zip(one, other, strict=True):
+            if a not in ("FC", "PC", "SS", ""):
+                assert float(b) == pytest.approx(float(a), rel=1e-9, abs=1e-12)
+
+
+def test_the_place_of_the_reaction_of_point_contacts():
+    scene = read_scene(SCENES / "b1-a.yaml", "simulate").replace(outputs=("events", "history"))
+    result = simulate(scene)
+    assert result.history is not None
+    assert result.events is not None
+    events = tuple(Event(e.t, e.source, e.target) for e in result.events)
+    summary = Summary("b1-a", "B1", 0.01, events, {}, {}, "", 1e-12, 1, MADE)
+    history = with_place(Run(summary, result.history), scene.pad_model).history
+    found, t = history["delta"], history["t"]
+    assert len(t) == len(result.history["t"]) + len(events) > len(result.history["t"])
+    assert (np.diff(t) >= 0.0).all()
+    own = np.isin(t, result.history["t"])
+    F3, F4 = history["F3"], history["F4"]
+    apart = own & (history["state"] == "2")
+    assert apart.any()
+    assert np.isnan(found[apart]).all()
+    # the arms of the edges are w to a thousandth as long as the pad is nearly level
+    touching = own & ~apart
+    expected = (F4 - F3)[touching] / (F3 + F4)[touching]
+    assert np.abs(found[touching] - expected).max() < 0.02
+    # where the trailing edge lifts or lands, the reaction is at the leading edge
+    for event in events:
+        if {event.source, event.target} == {"1", "3"}:
+            (at,) = np.flatnonzero(t == event.t)
+            assert found[at] == pytest.approx(-1.0, abs=0.02)
+
+
+def test_the_marked_line_is_where_it_was_told():
+    sag = 400.0 / 1.6e6
+    scene = bounce(0.2, start="equilibrium", initial=(0.0, sag / 2, 0.0, 0.0, 0.0, 0.0))
+    result = simulate(
+        dataclasses.replace(scene, samples=4001, outputs=("events", "shares", "extrema", "history"))
+    )
+
+    summary = Summary(
+        "bounce", "B2", 0.2, (), result.shares or {}, result.extrema or {}, "", 1e-12, 1, MADE
+    )
+    assert result.history is not None
+    figure = motion_figure(Run(summary, result.history), scene.pad_model, PULSE / (2 * math.pi))
+    spectrum = figure.axes[-1]
+    (line,) = [one for one in spectrum.get_lines() if one.get_gid() == "spectrum Rn"]
+    x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+    assert x[np.argmax(y)] == pytest.approx(PULSE / (2 * math.pi) / 1e3, abs=2e-3)
+    # R_n is k_c times the penetration, whose amplitude is half of the sag
+    pad = scene.pad
+    assert y.max() == pytest.approx(pad.k_c * sag / 2 / pad.F_n, rel=0.02)
+    assert NORMAL_REACTION[1].name in result.history
+
+
+def test_a_history_in_netcdf_is_that_in_csv(tmp_path, capsys):
+    for name in ("h.csv", "h.nc"):
+        code, _, _ = run(capsys, "simulate", B2, "--table", tmp_path / name, "--set", "samples=31")
+        assert code == 0
+    with (tmp_path / "h.csv").open() as stream:
+        head, *rows = csv.reader(stream)
+    with netcdf_file(tmp_path / "h.nc", mmap=False) as file:
+        for i, column in enumerate(head):
+            name, _, unit = column.partition(" [")
+            variable = file.variables[name]
+            assert variable.dimensions[0] == "t"
+            assert getattr(variable, "units", b"").decode() == unit.rstrip("]")
+            told = [row[i] for row in rows]
+            if name == "state":
+                found = [b"".join(row).rstrip(b"\0").decode() for row in variable[:]]
+                assert found == told
+            else:
+                numbers = np.array([float(v) if v else math.nan for v in told])
+                assert np.array(variable[:], dtype=float).tobytes() == numbers.tobytes()
+    assert run(capsys, "simulate", B2, "--nc", tmp_path / "again.nc")[0] == 0
+    # another file of that name stays what it is
+    (tmp_path / "mine.nc").write_text("mine")
+    code, _, err = run(capsys, "simulate", B2, "--nc", tmp_path / "mine.nc")
+    assert (code, (tmp_path / "mine.nc").read_text()) == (2, "mine")
+    assert "is no NC file" in err
+
+
+def test_a_sound_is_the_velocity_of_the_last_second():
+    found = sound(bounce(2.5))
+    assert found.start == 1.5
+    assert found.samples.dtype == np.int16
+    assert len(found.samples) == RATE
+    # y = sag (cos(w t) - 1): y_dot = -sag w sin(w t)
+    sag = 400.0 / 1.6e6
+    assert found.full_scale * PEAK == pytest.approx(sag * PULSE, rel=5e-3)
+    t = 1.5 + np.arange(RATE) / RATE
+    inner = slice(200, -200)  # the filter's ends
+    velocity = found.samples[inner] / 32767 * found.full_scale
+    assert np.abs(velocity + sag * PULSE * np.sin(PULSE * t[inner])).max() < 2e-3 * sag * PULSE
+
+
+def test_a_shorter_run_is_carried_on_to_a_second():
+    short, long = sound(bounce(0.01)), sound(bounce(1.0))
+    assert short.start == long.start == 0.0
+    assert np.abs(short.samples.astype(int) - long.samples).max() <= 1
+
+
+def test_a_sound_ends_where_the_model_does(tmp_path, capsys):
+    # a pad that flies and turns at 4 rad/s has turned by 90 degrees after pi/8 s
+    free = upright(k1=1e-6, k2=1e-6, k3=None, k4=None, k_c=1e-6, F_n=1e-9)
+    flight = (0.0, 0.5, 0.0, 0.0, 0.0, 4.0)
+    scene = Scene("B2", free, initial=flight, stop=0.1, samples=2, outputs=("shares",))
+    found = sound(scene)
+    assert len(found.samples) / RATE == pytest.approx(0.1, abs=1e-4)
+    path = tmp_path / "free.yaml"
+    path.write_text(json.dumps(scene.to_dict()))
+    err = run(capsys, "simulate", path, "--wav", tmp_path / "x.wav")[2]
+    assert err == "squeal: warning: the sound lasts 0.1 s: the model ends before one of 1 s does\n"
+    with pytest.raises(ComputationError, match="turned past 90 degrees"):
+        sound(dataclasses.replace(scene, stop=0.5))
+
+
+def test_a_pad_at_rest_is_silent():
+    found = sound(bounce(0.01, start="equilibrium"))
+    assert np.abs(found.samples).max() * found.full_scale / 32767 < 1e-9
+
+
+def test_wav_files(tmp_path, capsys):
+    path = tmp_path / "x.wav"
+    quiet = ("--set", "initial=equilibrium", "--set", "y_dot=1e-3", "--set", "mu=0.1")
+    code, out, err = run(capsys, "simulate", B2, "--wav", path, "--json", *quiet)
+    assert (code, err) == (0, "")  # a whole second, so no warning
+    rate, samples = wavfile.read(path)
+    told = json.loads(out)["sound"]
+    assert (rate, len(samples)) == (told["rate_hz"], round(told["duration"] * told["rate_hz"]))
+    assert np.abs(samples).max() == pytest.approx(32767 * PEAK, rel=1e-3)
+    out = run(capsys, "simulate", B2, "--wav", path, *quiet)[1]
+    assert "44100 samples a second" in out
+    code, _, err = run(capsys, "simulate", B2, "--wav", tmp_path / "x.mp3")
+    assert code == 2
+    assert "the name must end in .wav" in err
+    assert "sound" not in json.loads(run(capsys, "simulate", B2, "--json", *quiet)[1])

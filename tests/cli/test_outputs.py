@@ -1,0 +1,254 @@
+"""Files that commands write: nothing is lost, formats follow the name, heads carry units."""
+
+import csv
+import json
+import os
+import re
+
+import pytest
+
+from squeal.cli.tables import elided, number
+from squeal.files.writing import column_name
+from tests.cli.calls import answer, assert_refused, run
+from tests.conftest import SCENES
+
+B1, B3 = SCENES / "b1-c.yaml", SCENES / "b3.yaml"
+KINDS = {
+    ".pdf": b"%PDF-1.4\n",
+    ".png": b"\x89PNG\r\n\x1a\n",
+    ".svg": b"<?xml version='1.0'?><svg/>",
+    ".csv": b"mu,kind\n",
+    ".json": b"{}",
+}
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "v.csv"  # a name that a table may have
+    path.write_bytes(B3.read_bytes())
+    return path
+
+
+def test_an_input_is_never_overwritten(capsys, scene):
+    before = scene.read_bytes()
+    os.symlink(scene, "link.csv")
+    for name in ("v.csv", "./v.csv", scene, "link.csv"):
+        assert "is an input too" in assert_refused(
+            capsys, "map", "v.csv", "--n", "2", "--csv", name
+        )
+    assert scene.read_bytes() == before
+    assert run(capsys, "map", "v.csv", "--n", "2", "--csv", "other.csv")[0] == 0
+
+
+@pytest.mark.parametrize("name", ["t.csv", "t.pdf"])
+def test_a_link_stays_one_and_leads_to_what_is_written(capsys, scene, name):
+    folder = scene.parent / "elsewhere"
+    folder.mkdir()
+    os.symlink(folder / name, name)  # leads to no file yet
+    for _ in range(2):
+        assert run(capsys, "map", scene, "--n", "2", f"--{name[2:]}", name)[0] == 0
+        assert os.path.islink(name)
+        assert len((folder / name).read_bytes()) > 10
+        assert os.listdir(folder) == [name]
+    os.symlink("nowhere/x.csv", "lost.csv")
+    told = assert_refused(capsys, "map", scene, "--n", "2", "--csv", "lost.csv")
+    assert "nowhere does not exist" in told
+
+
+def test_two_outputs_are_two_files(capsys, scene):
+    (scene.parent / "t.csv").write_text("")
+    os.symlink("t.csv", "t.pdf")
+    told = assert_refused(capsys, "map", scene, "--n", "2", "--csv", "t.csv", "--pdf", "t.pdf")
+    assert "--pdf t.pdf: is another output too" in told
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ending", KINDS)
+def test_an_existing_file_of_another_kind_stays(capsys, scene, kind, ending):
+    target = scene.parent / f"x{ending}"
+    option = "--table" if ending in (".csv", ".json") else "--figure"
+    target.write_bytes(KINDS[kind])
+    arguments = ("map", scene, "--n", "2", option, target)
+    if kind == ending:
+        assert run(capsys, *arguments)[0] == 0
+        assert target.read_bytes() != KINDS[kind]
+    else:
+        assert "exists and is no" in assert_refused(capsys, *arguments)
+        assert target.read_bytes() == KINDS[kind]
+
+
+@pytest.mark.parametrize("content", [b"\0\1\2,\n", b"model: B1\nparameters: {m: 1, w: 2}\n"])
+def test_what_is_no_table_stays(capsys, scene, content):
+    (scene.parent / "x.csv").write_bytes(content)
+    assert "exists and is no CSV file" in assert_refused(capsys, "map", scene, "--csv", "x.csv")
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "allowed"),
+    [
+        ("--csv", "x.yaml", ".csv, .json or .nc"),
+        ("--table", "x.pdf", ".csv, .json or .nc"),
+        ("--table", "x", ".csv, .json or .nc"),
+        ("--pdf", "x.jpg", ".pdf, .svg or .png"),
+        ("--figure", "x.csv", ".pdf, .svg or .png"),
+    ],
+)
+def test_other_endings_are_refused_before_anything_is_read(capsys, tmp_path, option, name, allowed):
+    told = assert_refused(capsys, "map", tmp_path / "none.yaml", option, tmp_path / name)
+    assert f"{option} {tmp_path / name}" in told
+    assert allowed in told
+
+
+def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene):
+    for ending in (".pdf", ".svg", ".png"):
+        first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
+        for target in (first, second):
+            assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
+        data = first.read_bytes()
+        assert data.startswith(KINDS[ending][:5])
+        assert data == second.read_bytes()
+        assert b"shares of the area" in data
+    assert not list(scene.parent.glob("*.txt"))
+
+
+def test_notes_beside_a_figure_stay(capsys, scene):
+    notes = scene.parent / "notes.txt"
+    notes.write_text("mine")
+    assert run(capsys, "map", scene, "--n", "2", "--pdf", "notes.pdf")[0] == 0
+    assert notes.read_text() == "mine"
+
+
+def heads(path):
+    with path.open() as stream:
+        return next(csv.reader(stream))
+
+
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [
+        (["simulate", B1], ["t [s]", "theta_dot [rad/s]", "state", "F3 [F_n]"]),
+        (["eigenvalues", B1], ["real [1/s]", "imag [rad/s]", "frequency_hz", "damping_ratio"]),
+        (["eigenvalues", B1, "--mu", "0:1:3"], ["mu", "contact", "real_1 [1/s]", "imag_6 [rad/s]"]),
+        (["critical-friction", B1], ["mu", "kind", "frequency_hz"]),
+        (["sliding", B1], ["x [m]", "theta [rad]", "R_n [N]", "delta [m]", "verdict"]),
+        (
+            ["map", B3, "--n", "2", "--first", "k_c:1e6:2e6", "--second", "mu:0:1"],
+            ["k_c [N/m]", "mu", "verdict"],
+        ),
+    ],
+)
+def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command, expected):
+    table, other = tmp_path / "t.csv", tmp_path / "t.json"
+    for target in (table, other):
+        assert run(capsys, *command, "--table", target)[0] == 0
+    assert set(expected) <= set(heads(table))
+    found = json.loads(other.read_text())
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(found["rows"]) == len(rows)
+    for head in heads(table):
+        name = column_name(head)
+        assert head == (f"{name} [{found['units'][name]}]" if found["units"][name] else name)
+        for ours, theirs in zip(rows[:3], found["rows"], strict=False):
+            assert ours[head] == ("" if theirs[name] is None else str(theirs[name]))
+
+
+def test_no_minus_zero(capsys, tmp_path):
+    assert number(-0.0) == "0"
+    assert number(-1.5e-9, 3) == "-1.5e-09"
+    for command in ("eigenvalues", "sliding", "simulate"):
+        table = tmp_path / "t.csv"
+        _, text, _ = run(capsys, command, B1)
+        _, data, _ = run(capsys, command, B1, "--json", "--csv", table)
+        for shown in (text, data, table.read_text()):
+            assert not re.search(r"(?<![\w.])-0(\.0)?(?![\w.])", shown)
+
+
+def test_long_tables_are_cut_in_the_middle(capsys):
+    rows = [("a", "b"), *((str(i), "x") for i in range(100))]
+    lines = elided(rows, "--json", 10).split("\n")
+    assert len(lines) == 12
+    assert lines[6] == "  ... 90 more rows (all with --json)"
+    assert (lines[5].split(), lines[7].split()) == (["4", "x"], ["95", "x"])
+    assert len(elided(rows[:11], "--json", 10).split("\n")) == 11
+    code, out, _ = run(capsys, "eigenvalues", B3, "--mu", "0:1:200")
+    assert code == 0
+    assert "... 160 more rows (all with --json or --csv)" in out
+    assert (
+        len(json.loads(run(capsys, "eigenvalues", B3, "--mu", "0:1:200", "--json")[1])["sweep"])
+        == 200
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "first", "second"),
+    [
+        ("eigenvalues", ("--csv", "a.csv"), ("--table", "b.csv")),
+        ("eigenvalues", ("--pdf", "a.pdf"), ("--png", "b.png")),
+        ("eigenvalues", ("--mu", "0:1:3"), ("--sweep", "0:1:5")),
+        ("critical-friction", ("--max", "0.5"), ("--mu-max", "0.1")),
+    ],
+)
+def test_names_of_one_option_are_given_once(capsys, scene, command, first, second):
+    told = assert_refused(capsys, command, scene, *first, *second)
+    assert all(words in told for words in (*first, *second))
+    assert not [path for path in scene.parent.iterdir() if path != scene]
+
+
+def test_what_the_system_refuses_to_make_is_told_by_its_name(capsys, scene, monkeypatch):
+    def refuse(**_):
+        raise OSError(28, "No space left on device", "/hidden/name")
+
+    monkeypatch.setattr("squeal.files.writing.tempfile.mkstemp", refuse)
+    told = assert_refused(capsys, "eigenvalues", scene, "--csv", "full.csv")
+    assert told == "squeal: full.csv: cannot be written: No space left on device\n"
+
+
+def test_no_file_that_a_system_names_is_overwritten(tmp_path, capsys):
+    nodes, path = tmp_path / "nodes.csv", tmp_path / "system.yaml"
+    nodes.write_text("node,dof,x,y,z\n1,1,0,0,0\n2,rx,1,0,0\n")
+    path.write_text("M: [[1, 0], [0, 1]]\nK: [[2, 0], [0, 3]]\ncoordinates: {file: nodes.csv}\n")
+    before = nodes.read_bytes()
+    for name in ("nodes.csv", "../" + tmp_path.name + "/nodes.csv"):
+        words = assert_refused(capsys, "eigenvalues", path, "--csv", tmp_path / name)
+        assert "is an input too" in words
+    assert nodes.read_bytes() == before
+    found = answer(capsys, "eigenvalues", path, "--csv", tmp_path / "other.csv")
+    assert [file["name"] for file in found["provenance"]["inputs"]] == ["system.yaml", "nodes.csv"]
+
+
+NAMED_LIKE_COLUMNS = """\
+M: {matrix: [[1, 0], [0, 1]]}
+K: [{matrix: [[4, 0], [0, 4]]}, {matrix: [[0, 4], [-4, 0]], factor: real}]
+C: {matrix: [[1, 0], [0, 1]], factor: verdict}
+parameters: {real: 1.0, verdict: 0.5}
+parameter: real
+"""
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "nc"])
+def test_parameters_named_like_columns(ending, tmp_path, capsys):
+    path, table = tmp_path / "system.yaml", tmp_path / f"table.{ending}"
+    path.write_text(NAMED_LIKE_COLUMNS)
+    answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", "--csv", table)
+    sides = ("--first", "verdict:0:1", "--second", "real:0:1", "--n", "2")
+    answer(capsys, "map", path, *sides, "--csv", tmp_path / f"map.{ending}")
+    if ending == "csv":
+        heads = [p.read_text().splitlines()[0] for p in (table, tmp_path / "map.csv")]
+        assert heads[0] == "parameter.real,real [1/s],imag [rad/s],residual,verdict"
+        assert heads[1] == "parameter.verdict,real,verdict,largest_real [1/s]"
+    elif ending == "json":
+        row = json.loads(table.read_text())["rows"][-1]
+        assert row["parameter.real"] == 1.0
+        assert row["real"] != 1.0
+
+
+@pytest.mark.parametrize("name", ["M", "verdict", "name", "count", "nu"])
+def test_the_value_of_a_parameter_named_like_a_key_is_told(name, tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(f"name: own\nparameter: {name}\nM: [[1]]\nK0: [[2]]\nK1: [[1]]\n")
+    found = answer(capsys, "eigenvalues", path, "--at", "0.7")
+    assert found["parameters"] == {name: 0.7}
+    assert (found["name"], found["M"], found["verdict"]) == ("own", [[1.0]], "marginal")
+    assert found[name] == (0.7 if name == "nu" else found[name])

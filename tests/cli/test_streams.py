@@ -1,0 +1,223 @@
+"""Streams and files of the commands: pipes, full discs, names, and nothing half written."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+
+import pytest
+
+from squeal.cli.main import COMMANDS
+from squeal.errors import ComputationError
+from squeal.files.writing import write_csv
+from tests.cli.calls import assert_refused, run
+from tests.conftest import SCENES
+
+B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+
+
+def test_a_reader_who_leaves_early_meets_no_traceback():
+    command = f"{sys.executable} -m squeal simulate {B1} --json | head -n 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stdout == "{\n"
+    assert done.stderr == ""
+
+
+WILD = {"m": 1, "w": 1, "h": 0.2, "k1": 1, "k2": 1, "k3": 1, "k4": 1, "L1": 1, "L2": 1}
+WILD |= {"alpha1": 2, "alpha2": 2, "mu": 0.2, "F_n": 0.01}
+
+
+def wild(folder, **changes):
+    """A scene with some numbers of wild size."""
+    path = folder / "wild.yaml"
+    numbers = ", ".join(f"{key}: {value}" for key, value in (WILD | changes).items())
+    path.write_text(f"model: B1\nparameters: {{{numbers}}}\ntime: {{stop: 1, samples: 2}}\n")
+    return path
+
+
+@pytest.mark.parametrize("command", ["simulate", "eigenvalues", "sliding", "critical-friction"])
+@pytest.mark.parametrize(
+    "changes",
+    [{"k1": 1e300, "k3": 1e300}, {"F_n": 1e300}, {"w": 1e300}, {"h": 1e150}, {"m": 1e-300}],
+)
+def test_numbers_beyond_double_precision_meet_no_traceback(capsys, tmp_path, command, changes):
+    # motion with so small a mass would take for ever
+    changes = {"m": 1e300} if command == "simulate" and "m" in changes else changes
+    code, out, err = run(capsys, command, wild(tmp_path, **changes), "--json")
+    assert code in (0, 1, 2)
+    assert all(line.startswith("squeal: ") for line in err.splitlines())
+    assert (code == 0) == (out != "")
+    if code == 0:
+        json.loads(out, parse_constant=pytest.fail)
+    else:
+        assert err
+
+
+def fresh(*arguments, **more):
+    return subprocess.run(
+        [sys.executable, "-m", "squeal", *map(str, arguments)], text=True, check=False, **more
+    )
+
+
+def test_nothing_but_json_on_standard_output(tmp_path):
+    # in this scene heyoka's search for roots complains, by default on standard output
+    done = fresh("simulate", wild(tmp_path, m=1e20), "--json", capture_output=True)
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["model"] == "B1"
+
+
+def test_help_and_version_of_the_module():
+    for arguments in (["-h"], ["--help"]):
+        done = fresh(*arguments, capture_output=True)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert all(command in done.stdout for command in COMMANDS)
+    assert fresh("--version", capture_output=True).stdout.startswith("squeal ")
+    done = fresh(capture_output=True)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+def test_help_into_a_closed_pipe():
+    read, write = os.pipe()
+    os.close(read)
+    done = fresh("--help", stdout=write, stderr=subprocess.PIPE)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
+@pytest.mark.parametrize(
+    "arguments",
+    [("sliding", B3, "--json"), ("sliding", B3), ("--help",), ("--version",), ("map", "--help")],
+)
+def test_a_full_disc_is_exit_code_1(arguments):
+    with open("/dev/full", "w") as full:
+        done = fresh(*arguments, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 1
+    assert done.stderr == "squeal: output: No space left on device\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
+@pytest.mark.parametrize("name", ["motion.png", "motion.csv", "shape.gif", "roots.json", "folder"])
+def test_a_file_that_cannot_grow_is_refused_and_nothing_of_it_left(tmp_path, name):
+    target = tmp_path / "out" / name
+    target.parent.mkdir()
+    (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\n1,x,0,0,0\n2,x,1,0,0\n3,x,0,1,0\n")
+    system = tmp_path / "s.yaml"
+    numbers = "[[3, -1, 0], [-1, 3, -1], [0, -1, 3]]"
+    system.write_text(f"M: {numbers}\nK: {numbers}\ncoordinates: {{file: nodes.csv}}\n")
+    if name.startswith("motion"):
+        words = f"simulate {B1} --set stop=1e-3 --{target.suffix[1:]}"
+    elif name == "folder":
+        target.mkdir()
+        words = f"export {system} --output"
+    else:
+        words = f"eigenvalues {system} --{'gif' if 'gif' in name else 'csv'}"
+    command = f"{sys.executable} -m squeal {words} {target}"
+    done = subprocess.run(
+        f"ulimit -f 0; exec {command}", shell=True, capture_output=True, text=True
+    )
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith(f"squeal: {target}")
+    assert done.stderr.endswith("cannot be written: File too large\n")
+    assert done.stderr.count("\n") == 1
+    assert [path.name for path in target.parent.rglob("*")] == ["folder"] * (name == "folder")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
+def test_what_cannot_be_said_on_standard_error_loses_nothing(tmp_path):
+    with open("/dev/full", "w") as full:
+
+        def said(*arguments, **more):
+            done = fresh(*arguments, stdout=subprocess.PIPE, stderr=full, **more)
+            return done.returncode, done.stdout
+
+        system = tmp_path / "s.yaml"
+        system.write_text("M: [[1]]\nC0: [[0.1]]\nK0: [[1]]\n")
+        swept = ("--set", "parameter=W", "--sweep", "0:1:3", "--json")  # and it warns
+        code, out = said("eigenvalues", system, *swept)
+        assert (code, json.loads(out)["verdict"]) == (0, "stable")
+        code, out = said("eigenvalues", system, "--band", "0:9", "--progress")
+        assert (code, out.startswith("s: 1")) == (0, True)
+        assert said("eigenvalues", tmp_path / "none.yaml") == (2, "")
+        assert said("nothing") == (2, "")
+        assert said() == (2, "")
+
+
+def test_streams_may_be_closed(tmp_path):
+    system = tmp_path / "s.yaml"
+    system.write_text("M: [[1]]\nC0: [[0.1]]\nK0: [[1]]\n")
+    call = f"exec {sys.executable} -m squeal eigenvalues"
+
+    def shell(words):
+        return subprocess.run(f"{call} {words}", shell=True, capture_output=True, text=True)
+
+    done = shell("- <&-")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "squeal: standard input: is closed; a file or a pipe is allowed\n"
+    done = shell(f"{system} --band 0:9 --set parameter=W --sweep 0:1:3 --json 2>&-")  # and it warns
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["verdict"] == "stable"
+    for words in (f"{system} --json >&-", "--help >&-"):
+        done = shell(words)
+        assert (done.returncode, done.stderr) == (1, "squeal: output: Bad file descriptor\n")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
+def test_letters_that_the_output_lacks_are_escaped(tmp_path, encoding):
+    system, table = tmp_path / "böse.yaml", tmp_path / "größe.csv"
+    system.write_text("name: größe\nM: [[1]]\nK0: [[1]]\n", encoding="utf-8")
+    surroundings = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C", "PYTHONUTF8": "0"}
+    picture = ("--png", tmp_path / "x.png") if encoding == "ascii" else ()
+    options = (*picture, "--csv", table)
+    done = fresh("eigenvalues", system, *options, env=surroundings, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("gr\\xf6\\xdfe" if encoding == "ascii" else "größe")
+    assert table.read_text().startswith("real")
+    if picture:
+        assert "böse.yaml".encode("latin-1") in picture[1].read_bytes()
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files are UTF-8 there")
+def test_a_file_may_have_a_name_that_is_no_text(tmp_path):
+    path = os.fsencode(tmp_path) + b"/b\xf6se.yaml"
+    with open(path, "wb") as file:
+        file.write(b"M: [[1]]\nK0: [[1]]\n")
+    done = fresh("eigenvalues", os.fsdecode(path), capture_output=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("b\\xf6se, mu = 0")
+
+
+def test_only_plain_files_are_written(capsys, tmp_path):
+    # a device or pipe would be replaced by the finished file
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for target in (pipe, tmp_path):
+        err = assert_refused(capsys, "simulate", B1, "--csv", target)
+        assert str(target) in err
+    assert pipe.is_fifo()
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path):
+    target = tmp_path / "h.csv"
+    target.write_text("before\n")
+
+    def rows():
+        yield (1.0, 2.0)
+        raise ComputationError("half way")
+
+    with pytest.raises(ComputationError):
+        write_csv(target, ["a", "b"], rows())
+    assert target.read_text() == "before\n"
+    assert os.listdir(tmp_path) == ["h.csv"]
+    write_csv(target, ["a", "b"], [(0.1, math.nan), (None, "PC")])
+    assert target.read_text() == "a,b\n0.1,\n,PC\n"
+
+
+def test_a_refused_simulation_writes_nothing(capsys, tmp_path):
+    # the pad turns over: no history of half a run
+    target, scene = tmp_path / "h.csv", wild(tmp_path, k1=0, k2=0, F_n=0.01)
+    scene.write_text(scene.read_text() + "initial: {y: 5, theta_dot: 10}\n")
+    err = assert_refused(capsys, "simulate", scene, "--csv", target, code=1)
+    assert "past 90 degrees at t = 0.157" in err
+    assert not target.exists()

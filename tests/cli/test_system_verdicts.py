@@ -1,0 +1,168 @@
+"""Verdicts, onsets and refusals of systems in bands and at wild sizes, against closed forms."""
+
+import json
+
+import numpy as np
+import pytest
+
+from squeal.analysis.systems.wanted import ALL_ROWS
+from tests.cli.calls import answer, assert_refused, run
+
+MEETS, PASSES = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+
+
+@pytest.fixture
+def meeting(tmp_path):
+    """s^2 - 40 s + k, k = 4e4 - 1.97e4 mu: a growing pair, two real roots, then one of them."""
+    path = tmp_path / "meeting.yaml"
+    path.write_text(
+        "M: [[1, 0], [0, 1]]\nC: [{matrix: [[-40, 0], [0, 1]]}]\nK: [{matrix: [[4.0e4, 0], [0, "
+        "1.0e+8]]}, {matrix: [[-1.97e4, 0], [0, 0]], factor: mu}]\n"
+    )
+    return path
+
+
+@pytest.mark.parametrize("options", [(), ("--band", "0:1000")])
+@pytest.mark.parametrize("high", ["2.005", "2.1", "3", "100"])
+def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high, meeting, capsys):
+    found = answer(capsys, "critical-friction", meeting, "--max", high, *options)
+    beyond = float(high) > PASSES
+    crossed = [(c["kind"], c["direction"], c["changes_verdict"]) for c in found["crossings"]]
+    assert crossed == [("divergence", "down", False)] * beyond
+    assert [p["kind"] for p in found["critical"]] == ["divergence"] * beyond
+    assert [p["mu"] for p in found["critical"]] == pytest.approx([MEETS] * beyond, rel=1e-9)
+    assert found["certified"]
+    _, out, _ = run(capsys, "critical-friction", meeting, "--max", high, *options)
+    rows = [line.split() for line in out.splitlines() if line.startswith("  2.0")]
+    assert [row[1:] == ["divergence", "down", "0", "1", "-", row[-1]] for row in rows[1:]] == (
+        [True] * beyond
+    )
+    if beyond:
+        assert float(rows[0][0]) == pytest.approx(MEETS, rel=1e-9)
+        assert rows[0][1:5] == ["-", "0", "-", "divergence"]
+
+
+def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(tmp_path, capsys):
+    """A pair that grows at 0.05 beside r^2 + 0.3 r + 0.2 - mu = 0, and many that decay."""
+    from scipy.io import mmwrite
+    from scipy.sparse import csc_array, diags_array
+
+    n = ALL_ROWS + 20
+    stiffness = np.concatenate([[36.0, 0.2], np.linspace(400.0, 4000.0, n - 2)])
+    damping = np.concatenate([[-0.1, 0.3], np.full(n - 2, 0.4)])
+    falls = np.zeros(n)
+    falls[1] = -1.0
+    for name, diagonal in zip("ckf", (damping, stiffness, falls), strict=True):
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(diags_array(diagonal)))
+    mmwrite(tmp_path / "m.mtx", csc_array(diags_array(np.ones(n))))
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "M: {file: m.mtx}\nC: {file: c.mtx}\nK: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
+    )
+    found = answer(capsys, "critical-friction", path, "--max", "0.5", "--band", "0:1.5")
+    (crossing,), (point,) = found["crossings"], found["critical"]
+    assert crossing["mu"] == pytest.approx(0.2, rel=1e-10)
+    assert not crossing["changes_verdict"]
+    assert point["mu"] == pytest.approx(0.2 + 0.05**2 + 0.3 * 0.05, rel=1e-9)
+    assert point["kind"] == "divergence"
+    assert found["certified"]
+    assert found["left_out"] == []
+
+
+@pytest.mark.parametrize("high", ["1.05", "2"])
+def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, capsys):
+    """r^2 + 0.1 r + 1 - mu = 0 from mu = 1 on; r is a quarter of 2 pi 0.2 Hz at mu = 1.13."""
+    path = tmp_path / "leaves.yaml"
+    path.write_text(
+        "M: [[1, 0], [0, 0]]\nC: [{matrix: [[0.1, 0], [0, 2]]}]\n"
+        "K: [{matrix: [[1, 0], [0, 5]]}, {matrix: [[-1, 0], [0, 0]], factor: mu}]\n"
+    )
+    found = answer(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
+    (crossing,), (point,) = found["crossings"], found["critical"]
+    assert crossing["mu"] == pytest.approx(1.0, rel=1e-12)
+    assert crossing["changes_verdict"]
+    assert (point["kind"], point["mu"]) == ("divergence", crossing["mu"])
+    assert found["unconfirmed"] == []
+    assert found["certified"]
+    assert len(found["left_out"]) == (high == "2")
+    _, out, _ = run(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
+    assert ("leaves 0 to 0.2 Hz by mu = " in out) == (high == "2")
+    err = assert_refused(capsys, "critical-friction", path, "--max", high)
+    assert err.startswith("squeal: leaves.yaml: M: is ill conditioned")
+    assert "--band LOW:HIGH" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "onsets"),
+    [
+        ((), [0.5, 0.75]),
+        (("--band", "0.1:1"), [0.75]),
+        (("--band", "1:5"), [0.5]),
+        (("--band", "6:7"), []),
+        (("--modes", "1"), [0.5, 0.75]),
+        (("--region", "-1:1:1:2"), [0.75]),
+    ],
+)
+def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, tmp_path, capsys):
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3), flutter from 3/4 on, and 200 +- 100 sqrt(1 - 2 mu)."""
+    path = tmp_path / "coupled.yaml"
+    path.write_text(
+        "M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nparameters: {mu: 1}\nK:\n"
+        "- {matrix: [[2, -1, 0, 0], [-1, 2, 0, 0], [0, 0, 200, -100], [0, 0, -100, 200]]}\n"
+        "- {matrix: [[0, 1.3333333333333333, 0, 0], [0, 0, 0, 0], [0, 0, 0, 200], [0, 0, 0, 0]], "
+        "factor: mu}\n"
+    )
+    code, out, err = run(capsys, "eigenvalues", path, *options, "--json")
+    assert (code, err) == (0, "")
+    found = sorted(mode["onset"] for mode in json.loads(out)["unstable"])
+    assert found == pytest.approx(onsets, rel=1e-12)
+
+
+@pytest.mark.parametrize("form", [(), ("--json",), ("--csv", "t.csv"), ("--band", "1:100")])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            ("--at", "1e300"),
+            "meeting.yaml: K: entries of size 1.97e+304 at Omega = 1, mu = 1e+300 are not allowed",
+        ),
+        (
+            ("--set", "Omega=1e160"),
+            "meeting.yaml: C: entries of size 4e+161 at Omega = 1e+160, mu = 0",
+        ),
+        (
+            ("--set", "Omega=1e308"),
+            "meeting.yaml: C: entries of size inf at Omega = 1e+308, mu = 0",
+        ),
+    ],
+)
+def test_sizes_beyond_double_precision_are_refused(
+    form, change, words, meeting, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    text = meeting.read_text().replace("{matrix: [[-40", "{factor: Omega, matrix: [[-40")
+    meeting.write_text(f"parameters: {{mu: 0, Omega: 1}}\n{text}")
+    assert words in assert_refused(capsys, "eigenvalues", meeting, *change, *form)
+    assert not (tmp_path / "t.csv").exists()
+    # a size that is allowed, and two at which rounding would hide the slow root
+    assert run(capsys, "eigenvalues", meeting, "--at", "1e10")[0] == 0
+    code, _, err = run(capsys, "eigenvalues", meeting, "--at", "1e140")
+    assert code == 1
+    assert "no eigenvalue can be given: one stiffness" in err
+    err = assert_refused(capsys, "eigenvalues", meeting, "--at", "1e200")
+    assert "meeting.yaml: M: is zero beside C and K in double precision" in err
+
+
+def test_a_matrix_that_is_hardly_regular_is_refused_with_its_file(tmp_path, capsys):
+    file = tmp_path / "hardly.yaml"  # det M = 1e-10, and M is not symmetric
+    file.write_text(
+        "parameters: {mu: 0.1, Omega: 1}\nM: [{matrix: [[1, 0.5], [2, 1.0000000001]]}]\nK: ["
+        "{matrix: [[1, 0], [0, 1.21]]}, {factor: mu*Omega, matrix: [[0, 1], [-1, 0]]}]\n"
+    )
+    err = assert_refused(capsys, "critical-friction", file)
+    assert "hardly.yaml: M: a regular matrix is required" in err
+
+
+def test_a_range_beyond_double_precision_is_refused(meeting, capsys):
+    err = assert_refused(capsys, "critical-friction", meeting, "--max", "1e300")
+    assert "a range up to 1e+300 is not allowed; it must be at most 1e+100 times" in err

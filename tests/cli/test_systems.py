@@ -1,0 +1,374 @@
+"""`eigenvalues` of systems from matrices, against NumPy on the same matrices."""
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csc_array
+
+from tests import large
+from tests.cli.calls import answer, assert_refused, run
+
+ROWS = 80  # more are treated as many
+
+
+@pytest.fixture(autouse=True)
+def _few_rows_are_many(monkeypatch):
+    monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", ROWS)
+
+
+FILE = """\
+name: blocks
+parameters: {mu: 0.2}
+M: {file: m.mtx}
+C: {file: c.mtx}
+K: [{file: k.mtx}, {file: f.mtx, factor: mu}]
+"""
+
+
+def _folder(path, n):
+    rng = np.random.default_rng(3)
+    a, w = rng.uniform(0.5, 3.0, n), np.sort(rng.uniform(100.0, 5000.0, n))
+    M, C, K = large.blocks(a, w, rng)
+    F = csc_array(([2e4], ([0], [1])), shape=(n, n))
+    for name, matrix in zip("mckf", (M, C, K, F), strict=True):
+        mmwrite(path / f"{name}.mtx", matrix)
+    (path / "system.yaml").write_text(FILE)
+    mu = 0.2
+    A = np.linalg.solve(M.toarray(), np.hstack([-(K + mu * F).toarray(), -C.toarray()]))
+    return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), A]))
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    path = tmp_path_factory.mktemp("small")
+    return path, _folder(path, 30)
+
+
+@pytest.fixture(scope="module")
+def sparse(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sparse")
+    return path, _folder(path, ROWS + 1)
+
+
+def _values(found):
+    return np.array([complex(e["real"], e["imag"]) for e in found["eigenvalues"]])
+
+
+def _same(found, expected):
+    assert len(found) == len(expected)
+    distance = np.abs(found[:, None] - expected[None, :])
+    assert distance.min(axis=0).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_all_roots_of_a_small_system(small, capsys):
+    path, expected = small
+    found = answer(capsys, "eigenvalues", path / "system.yaml")
+    _same(_values(found), expected)
+    assert found["certified"]
+    assert found["count"] == 60
+    assert max(e["residual"] for e in found["eigenvalues"]) < 1e-14
+    assert [m["file"] for m in found["matrices"]] == ["m.mtx", "c.mtx", "k.mtx", "f.mtx"]
+    assert found["basis"] is None
+
+
+@pytest.mark.parametrize("which", ["small", "sparse"])
+def test_a_band_is_complete(which, request, capsys):
+    path, expected = request.getfixturevalue(which)
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--band", "200:400")
+    hertz = expected.imag / (2 * np.pi)
+    _same(_values(found), expected[(hertz > 200) & (hertz < 400)])
+    assert found["certified"]
+    assert found["count"] == len(found["eigenvalues"]) > 5
+    assert max(e["residual"] for e in found["eigenvalues"]) < 1e-12
+
+
+def test_region_and_modes(sparse, capsys):
+    path, expected = sparse
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--region", "-2:1:300:900")
+    r, i = expected.real, expected.imag
+    _same(_values(found), expected[(r > -2) & (r < 1) & (i > 300) & (i < 900)])
+    found = answer(capsys, "eigenvalues", path / "system.yaml", "--modes", "6")
+    _same(_values(found), np.array(sorted(expected[i > 0], key=abs)[:6]))
+    assert found["certified"]
+
+
+@pytest.mark.parametrize("method", ["full", "reduced"])
+def test_sweeps(method, sparse, capsys):
+    path, expected = sparse
+    options = ("--band", "200:260", "--sweep", "0:0.4:3", "--method", method)
+    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
+    assert [row["mu"] for row in found["sweep"]] == [0.0, 0.2, 0.4]
+    hertz = expected.imag / (2 * np.pi)
+    _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 260)])
+    assert all(e["residual"] < 1e-8 for row in found["sweep"] for e in row["eigenvalues"])
+    assert (found["basis"] is None) == (method == "full")
+
+
+def test_the_lowest_modes_of_a_band(sparse, capsys):
+    path, expected = sparse
+    options = ("--band", "200:300", "--modes", "4")
+    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
+    hertz = expected.imag / (2 * np.pi)
+    inside = expected[(hertz > 200) & (hertz < 300)]
+    _same(_values(found), np.array(sorted(inside, key=lambda v: v.imag)[:4]))
+    assert found["certified"]
+    assert found["count"] == len(inside)
+
+
+@pytest.mark.parametrize("method", ["full", "reduced", "modal"])
+def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path, capsys):
+    # sqrt(1 - c^2/4) and sqrt(1.21 - c^2/4): a neighbour within a fifth, and it grows
+    file = tmp_path / "two.yaml"
+    file.write_text(
+        "M: [[1, 0], [0, 1]]\nC: {matrix: [[0.1, 0], [0, -0.1]]}\n"
+        "K: [{matrix: [[1, 0], [0, 1.21]]}, {factor: mu, matrix: [[0, 1e-9], [0, 0]]}]\n"
+    )
+    options = ("--modes", "1", "--sweep", "0:1:3", "--method", method)
+    for row in answer(capsys, "eigenvalues", file, *options)["sweep"]:
+        assert _values(row) == pytest.approx([-0.05 + 1j * (1 - 0.05**2) ** 0.5])
+        assert row["verdict"] == "flutter"
+
+
+def test_set_changes_a_named_number(small, capsys):
+    path, _ = small
+    file = path / "system.yaml"
+    one = answer(capsys, "eigenvalues", file, "--set", "mu=0.3")
+    other = answer(capsys, "eigenvalues", file, "--at", "0.3")
+    assert _values(one) == pytest.approx(_values(other))
+    assert one["parameters"] == {"mu": 0.3}
+    err = assert_refused(capsys, "eigenvalues", file, "--set", "mu=0.3", "--at", "0.7")
+    assert err == "squeal: --at 0.7: --set gives mu too; one of both is allowed\n"
+
+
+def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
+    from squeal.analysis.systems import sweeps
+    from squeal.analysis.systems.roots import system_roots
+
+    path, _ = sparse
+    table = tmp_path / "sweep.csv"
+    options = ("eigenvalues", path / "system.yaml", "--band", "200:230", "--sweep", "0:0.4:3")
+    more = ("--method", "full", "--csv", table)
+    solved: list[object] = []
+    roots = system_roots
+
+    def stopping(*arguments):
+        if len(solved) == 2:
+            raise KeyboardInterrupt
+        solved.append(arguments)
+        return roots(*arguments)
+
+    monkeypatch.setattr(sweeps, "system_roots", stopping)
+    assert run(capsys, *options, *more)[0] == 130
+    assert not table.exists()
+    solved.clear()
+    assert run(capsys, *options, *more)[0] == 0
+    assert len(solved) == 1
+    table.unlink()
+    solved.clear()
+    assert run(capsys, *options, *more, "--modes", "1")[0] == 130  # another question
+    solved.clear()
+    assert run(capsys, *options, *more)[0] == 130
+    assert len(solved) == 2
+    solved.clear()
+    assert run(capsys, *options, *more)[0] == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["sweep.csv"]
+    assert len({line.split(",")[0] for line in table.read_text().splitlines()[1:]}) == 3
+
+
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [
+        ("eigenvalues", ("--sweep", "0:40:5")),
+        ("critical-friction", ("--max", "40")),
+        ("map", ("--first", "mu:0:40", "--second", "c:0.5:1.5", "--n", "3")),
+    ],
+)
+def test_an_interrupted_basis_resumes(command, more, sparse, tmp_path, capsys, monkeypatch):
+    """What a basis was when it was stopped is where the next run goes on, for the same question."""
+    from squeal.sparse import reduction
+
+    path, _ = sparse
+    out = tmp_path / "out"
+    out.mkdir()
+    two = FILE.replace("mu: 0.2", "mu: 0.2, c: 1").replace("factor: mu", "factor: mu*c")
+    (path / "two.yaml").write_text(two)
+    options = (command, path / "two.yaml", "--band", "200:300", *more, "--csv")
+    solved: list[object] = []
+    snapshots = reduction._snapshots
+
+    def counted(*arguments):
+        solved.append(arguments)
+        return snapshots(*arguments)
+
+    def stopping(*arguments):
+        if solved:
+            raise KeyboardInterrupt
+        return counted(*arguments)
+
+    monkeypatch.setattr(reduction, "_snapshots", counted)
+    assert run(capsys, *options, out / "whole.csv")[0] == 0
+    whole = len(solved)
+    assert whole > 1
+    solved.clear()
+    monkeypatch.setattr(reduction, "_snapshots", stopping)
+    assert run(capsys, *options, out / "table.csv")[0] == 130
+    assert sorted(p.name for p in out.iterdir()) == ["table.csv.partial.npz", "whole.csv"]
+    solved.clear()
+    monkeypatch.setattr(reduction, "_snapshots", counted)
+    assert run(capsys, *options, out / "table.csv")[0] == 0
+    assert len(solved) == whole - 1
+    assert sorted(p.name for p in out.iterdir()) == ["table.csv", "whole.csv"]
+    assert (out / "table.csv").read_text() == (out / "whole.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--band", "400:200"), "LOW < HIGH"),
+        (("--band", "x"), "--band x: is not allowed; it must be LOW:HIGH"),
+        (("--modes", "0"), "whole number from 1"),
+        (("--region", "1:0:0:1"), "RE0 < RE1"),
+        (("--method", "best", "--band", "1:2"), "one of full, reduced, modal"),
+        (("--band", "1:2", "--region", "0:1:0:1"), "one of them is allowed"),
+        (("--sweep", "1:0:5"), "A < B"),
+        (("--set", "nu=1"), "unknown key; allowed are name, reference, parameters, "),
+        (("--memory", "0"), "above 0"),
+        (("--sensitivity",), "a system of matrices; a scene is allowed"),
+    ],
+)
+def test_refusals(options, words, small, sparse, capsys):
+    path, _ = sparse if "--memory" in options else small
+    err = assert_refused(capsys, "eigenvalues", path / "system.yaml", *options)
+    assert words in err
+
+
+def test_too_little_memory_is_told_before_anything_runs(sparse, capsys):
+    code, _, err = run(capsys, "eigenvalues", sparse[0] / "system.yaml", "--memory", "0.0001")
+    assert code == 1
+    assert f"{ROWS + 1} rows need about" in err
+
+
+@pytest.mark.parametrize("sweep", [(), ("--sweep", "0:0.4:5")])
+def test_pictures(sweep, small, tmp_path, capsys):
+    figure = tmp_path / "roots.svg"
+    options = ("--band", "0:800", *sweep, "--pdf", figure)
+    code, out, _ = run(capsys, "eigenvalues", small[0] / "system.yaml", *options)
+    assert code == 0
+    assert "none is missing" in out
+    assert "</svg>" in figure.read_text()
+
+
+@pytest.fixture
+def flutters_in_the_second_mode(tmp_path):
+    """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
+    rows = {
+        "C0": np.diag([0.01] * 4),
+        "K0": np.diag([0.2, 2.0, 2.0, 9.0])
+        - np.diag([0.0, 1.0, 0.0], 1)
+        - np.diag([0.0, 1, 0], -1),
+        "K1": np.diag([0.0, 1.333, 0.0], 1),
+    }
+    path = tmp_path / "four.yaml"
+    lines = [f"{name}: {matrix.tolist()}" for name, matrix in {"M": np.eye(4), **rows}.items()]
+    path.write_text("\n".join(lines))
+    return path
+
+
+@pytest.mark.parametrize("options", [["--modes", 1], ["--band", "0:0.6", "--modes", 1]])
+def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second_mode, capsys):
+    path = flutters_in_the_second_mode
+    found = answer(capsys, "eigenvalues", path, "--at", 1, *options)
+    assert len(found["eigenvalues"]) == 1
+    assert found["verdict"] == "flutter"
+    assert found["certified"]
+    [grows] = found["unstable"]
+    # s = 2 +- i sqrt(1/3) of the middle block, lambda^2 + 0.01 lambda + s = 0
+    exact = -0.005 + np.sqrt(0.005**2 - 2 + 1j * np.sqrt(0.333) + 0j)
+    assert grows["growth_rate"] == pytest.approx(exact.real, rel=1e-6)
+    sweep = answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", *options)["sweep"]
+    assert [row["verdict"] for row in sweep] == ["stable", "stable", "flutter"]
+    assert all(len(row["eigenvalues"]) == 1 for row in sweep)
+
+
+def test_real_modes_of_a_small_system_are_all_of_them(flutters_in_the_second_mode, capsys):
+    options = ["--sweep", "0:1:3", "--band", "0:0.6"]
+    path = flutters_in_the_second_mode
+    modal = answer(capsys, "eigenvalues", path, *options, "--method", "modal")
+    full = answer(capsys, "eigenvalues", path, *options, "--method", "full")
+    assert modal["basis"]["size"] == 4
+    for one, other in zip(modal["sweep"], full["sweep"], strict=True):
+        assert one["verdict"] == other["verdict"]
+        assert np.allclose(_values(one), _values(other), atol=1e-12)
+
+
+@pytest.mark.parametrize("memory", ["0", "nan", "-1", "much"])
+def test_memory_is_checked_for_small_systems_too(memory, flutters_in_the_second_mode, capsys):
+    told = assert_refused(
+        capsys, "eigenvalues", flutters_in_the_second_mode, "--modes", 1, "--memory", memory
+    )
+    assert f"--memory {memory}" in told
+
+
+@pytest.mark.parametrize("command", ["eigenvalues", "critical-friction", "map", "export"])
+def test_memory_is_checked_where_none_is_worked_with(command, pad, tmp_path, capsys):
+    more = {"map": ("--n", 2), "export": ("--output", tmp_path / "ex")}.get(command, ())
+    told = assert_refused(capsys, command, pad, *more, "--memory", "-3")
+    assert told == "squeal: --memory -3: is not allowed; it must be a number above 0\n"
+    assert run(capsys, command, pad, *more, "--memory", "3")[0] == 0
+
+
+def test_a_shape_on_coordinates(small, tmp_path, capsys):
+    path, _ = small
+    rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
+    (path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
+    file = path / "placed.yaml"
+    file.write_text(FILE + "coordinates: {file: nodes.csv}\n")
+    still, moving = tmp_path / "mode.png", tmp_path / "mode.gif"
+    answer(capsys, "eigenvalues", file, "--shape", "3", "--png", still, "--gif", moving)
+    assert still.read_bytes().startswith(b"\x89PNG")
+    assert moving.read_bytes().startswith(b"GIF89a")
+    refused = [
+        (path / "system.yaml", ["--shape", "1", "--png", still], "says not where its rows are"),
+        (path / "system.yaml", ["--gif", moving], "--gif: is not allowed"),
+        (file, ["--shape", "61", "--png", still], "--shape"),
+        (file, ["--shape", "1"], "needs --png FILE or --gif FILE"),
+        (file, ["--band", "1e7:1.1e7", "--shape", "1", "--png", still], "no root is listed"),
+        (file, ["--gif", tmp_path / "mode.mp4"], "must end in .gif"),
+    ]
+    for given, options, word in refused:
+        assert word in assert_refused(capsys, "eigenvalues", given, *options)
+
+
+@pytest.mark.parametrize("method", ["modal", "reduced"])
+def test_few_rows_are_swept_on_a_basis(method, tmp_path, capsys):
+    # two oscillators of 1 and sqrt(3) rad/s with a follower force that parameter mu scales
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "parameters: {mu: 0.4}\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0.02, 0], [0, 0.02]]}]\n"
+        "K: [{matrix: [[2, -1], [-1, 2]]}, {matrix: [[0, 1.5], [0, 0]], factor: mu}]\n"
+    )
+    sweep = ("--sweep", "0:0.4:3", "--method", method)
+    rows = answer(capsys, "eigenvalues", path, *sweep, "--modes", "2")["sweep"]
+    for row in rows:  # det(K - s) = (2 - s)^2 - (1 - 1.5 mu), and damping shifts by 0.01
+        apart = np.sqrt(1 - 1.5 * row["mu"])
+        expected = np.sqrt(np.array([2 - apart, 2 + apart]) - 0.01**2)
+        found = [one["imag"] for one in row["eigenvalues"] if one["imag"] > 0]
+        assert found == pytest.approx(expected, rel=1e-9)
+        assert row["verdict"] == "stable"
+    err = assert_refused(capsys, "eigenvalues", path, *sweep)
+    assert "--method reduced or modal, needs --band, --region or --modes" in err
+
+
+def test_one_of_a_kind_is_singular(tmp_path, capsys):
+    path = tmp_path / "one.yaml"
+    path.write_text("parameters: {mu: 0.4}\nM: [[1]]\nK: [{matrix: [[1]]}]\n")
+    code, out, _ = run(capsys, "eigenvalues", path, "--region=-1:1:0.5:2")
+    assert code == 0
+    assert "1 degree of freedom," in out
+    assert "1 root, none is missing" in out
+
+
+def test_set_of_the_parameter_points_to_at(tmp_path, capsys):
+    path = tmp_path / "plain.yaml"
+    path.write_text("M: [[1]]\nK0: [[1]]\nK1: [[1]]\n")
+    assert "--at 0.9" in assert_refused(capsys, "eigenvalues", path, "--set", "mu=0.9")

@@ -1,0 +1,195 @@
+"""Crossings exactly at an end of the range, several of them at once, against closed forms."""
+
+import numpy as np
+import pytest
+
+from squeal.linear import thresholds
+from squeal.linear.following.ends import fastest_first
+from squeal.linear.following.line import Line
+from squeal.linear.following.locate import Located
+from squeal.linear.following.search import _bisected
+from squeal.linear.terms import Term, TermSystem
+from squeal.numerics.formula import Formula
+
+W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
+MU = Formula("mu")
+
+
+def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.0):
+    """Oscillators that grow by rate (mu - at)^power, damped by `others`, mixed; the system once as
+    a function and once in terms."""
+    rng, n = np.random.default_rng(5), len(rates)
+    L, R = (np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n) for _ in range(2))
+    moving = np.array(rates) != 0.0
+    fixed = L @ np.diag(np.where(moving, 0.0, others)) @ R
+    D, K = L @ np.diag(-2.0 * np.array(rates)) @ R, L @ np.diag(np.array(omegas)[:n] ** 2) @ R
+
+    def system(mu):
+        return L @ R, fixed + D * (mu - at) ** power, K
+
+    factor = Formula(f"(mu - {at})**{power}")
+    return system, TermSystem((Term(L @ R),), (Term(fixed), Term(D, factor)), (Term(K),))
+
+
+def omegas_of(found):
+    return [2 * np.pi * c.frequency_hz for c in found.crossings]
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("mix", [0.0, 0.3])
+@pytest.mark.parametrize(
+    "rates", [(0.5, 1.0, -0.5), (0.1, 0.7, 0.3, -0.004, -1.0), (0.9, 0.02, 0.4, 0.0, 0.2)]
+)
+def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
+    rates, mix, power, which
+):
+    system = oscillators(rates, power=power, mix=mix, others=0.3)[which]
+    found = thresholds(system, 1.0)
+    order = [k for k in np.argsort(rates)[::-1] if rates[k] > 0.0]
+    assert [(c.mu, c.kind, c.direction) for c in found.crossings] == [(0.0, "flutter", "up")] * len(
+        order
+    )
+    assert omegas_of(found) == pytest.approx(W[order], rel=1e-9)
+    assert [c.mode for c in found.crossings] == [1 + k for k in order]
+    assert [c.changes_verdict for c in found.crossings] == [k == 0 for k in range(len(order))]
+    (point,) = found.points
+    assert (point.mu, point.kind) == (0.0, "flutter")
+    assert 2 * np.pi * point.frequency_hz == pytest.approx(W[order[0]], rel=1e-9)
+    assert found.certified
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_what_begins_to_decay_at_the_start_crosses_nothing(which):
+    found = thresholds(oscillators((-0.5, -1.0, -0.1))[which], 1.0)
+    assert (found.points, found.crossings) == ([], [])
+    assert found.certified
+
+
+@pytest.mark.parametrize("seed", [0, 9, 10, 12, 17, 18])
+def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
+    """Of a double root no eigenvector is known, and Newton's method not sure."""
+    rng = np.random.default_rng(seed)
+    rates = (*rng.uniform(-1.0, 1.0, 2), *rng.uniform(0.2, 1.0, 3))
+    assert rates[0] * rates[1] < 0.0
+    system = oscillators(rates, omegas=(3.0, 3.0, 1.7, 2.3, 1.0), mix=0.8)[1]
+    found = thresholds(system, 1.0)
+    assert [c.mu for c in found.crossings] == [0.0] * 4
+    assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.7, 2.3, 3.0], rel=1e-4)
+    assert found.certified
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("rates", [(0.5, 1.0, -0.5), (0.3, -0.01, -0.6, 0.0, 0.9)])
+@pytest.mark.parametrize("end", [1.0, 0.3, 7.0])
+def test_damped_thresholds_exactly_at_the_end_are_listed(end, rates, which):
+    """As coalescences without damping are; where the range ends a little before, none is there."""
+    system = oscillators(rates, at=end, others=0.3)[which]
+    moving = np.flatnonzero(rates)
+    for high in (end, end * (1 + 1e-10)):
+        found = thresholds(system, high)
+        assert [c.mu for c in found.crossings] == pytest.approx([end] * len(moving), rel=1e-12)
+        ways = {
+            round(w, 6): c.direction for w, c in zip(omegas_of(found), found.crossings, strict=True)
+        }
+        assert ways == {W[k]: "up" if rates[k] > 0 else "down" for k in moving}
+        assert found.certified
+    assert thresholds(system, end * (1 - 1e-8)).crossings == []
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("low", [-1.0, -1e-3])
+def test_a_threshold_at_the_end_is_one_where_the_end_is_zero(low, which):
+    found = thresholds(oscillators((0.5, 0.0, 0.0), others=0.3)[which], 0.0, mu_min=low)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-15)
+    assert [c.direction for c in found.crossings] == ["up"]
+    assert found.certified
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4])
+def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
+    """omega^2 = 4 +- sqrt(1 - (1 + mu)^2): two beneath zero, a growing pair beyond."""
+
+    def system(mu):
+        K = np.diag([5.0, 3.0, 11.0, 13.0])[:rows, :rows]
+        K[0, 1], K[1, 0] = 1 + mu, -1 - mu
+        return np.eye(rows), None, K
+
+    for end in (0.0, 1e-11):
+        found = thresholds(system, end, mu_min=-1.0)
+        assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-12)
+        assert [c.direction for c in found.crossings] == ["up"]
+        assert [p.kind for p in found.points] == ["flutter"]
+
+
+def test_of_pairs_that_begin_to_grow_together_within_the_range_the_fastest_is_named():
+    found = thresholds(oscillators((0.2, 0.9, 0.4), at=0.5)[1], 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 3, rel=1e-12)
+    assert sorted(omegas_of(found)) == pytest.approx(W[:3], rel=1e-9)
+    (first,) = (c for c in found.crossings if c.changes_verdict)
+    assert 2 * np.pi * first.frequency_hz == pytest.approx(W[1], rel=1e-9)
+    (point,) = found.points
+    assert point.frequency_hz == first.frequency_hz
+    assert found.certified
+
+
+@pytest.mark.parametrize("mix", [0.0, 0.3])
+def test_equal_oscillators_and_another_one_that_begin_to_grow_together(mix):
+    system = oscillators((0.4, 0.4, 0.9), at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7))[1]
+    found = thresholds(system, 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 3, rel=1e-12)
+    assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.0, 1.7], rel=1e-7)
+    assert found.certified
+
+
+def test_one_of_two_equal_oscillators_begins_to_grow_where_the_other_ceases():
+    found = thresholds(oscillators((0.4, -0.6, 0.0), 0.5, mix=0.0, omegas=(1.0, 1.0, 1.7))[1], 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 2, rel=1e-12)
+    assert sorted(c.direction for c in found.crossings) == ["down", "up"]
+    assert omegas_of(found) == pytest.approx([1.0] * 2, rel=1e-9)
+    assert found.certified
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("k", range(5))
+def test_bisection_takes_the_pair_that_begins_or_ceases_to_grow(k, sign):
+    """Beside one that grows and others that decay, on either side."""
+    rates = np.full(5, -0.1) + 0.3 * np.eye(5)[(k + 1) % 5]
+
+    def system(mu):
+        grows = np.where(np.arange(5) == k, sign * (mu - 0.5), rates)
+        return np.eye(5), np.diag(-2 * grows), np.diag(W**2)
+
+    ((one,),) = _bisected(Line(system, 0.0, 1.0), 0.0, 1.0, [])
+    assert one.value == pytest.approx(0.5, abs=1e-6)
+    assert one.omega == pytest.approx(W[k], rel=1e-6)
+    assert one.direction == sign
+
+
+@pytest.mark.parametrize("twice", [False, True])
+def test_undamped_modes_that_coalesce_at_the_start(twice):
+    """omega^2 = 4 +- i a mu and, if twice, 9 +- i b mu: rates of a mu / 4 and b mu / 6."""
+    a, b = 1.0, 2.0 if twice else 0.0
+    K0 = np.diag([4.0, 4.0, 9.0, 9.0 if twice else 11.0])
+    K1 = np.zeros((4, 4))
+    K1[0, 1], K1[1, 0], K1[2, 3], K1[3, 2] = a, -a, b, -b
+    found = thresholds(lambda mu: (np.eye(4), None, K0 + mu * K1), 1.0)
+    assert [c.mu for c in found.crossings] == [0.0] * (2 if twice else 1)
+    assert omegas_of(found) == pytest.approx([3.0, 2.0] if twice else [2.0], rel=1e-6)
+    assert 2 * np.pi * found.points[0].frequency_hz == pytest.approx(3.0 if twice else 2.0)
+    assert len(found.points) == 1
+
+
+@pytest.mark.parametrize("at", [0.0, 0.5, 1.0])
+def test_the_fastest_is_told_without_a_look_beyond_the_range(at):
+    """Where there may be no system, beyond a fold for instance."""
+    for way in (1, -1):
+        terms = oscillators(way * np.array([0.2, 0.9, 0.4]), at=at)[1]
+
+        def system(mu, terms=terms):
+            assert 0.0 <= mu <= 1.0
+            return terms(mu)
+
+        line = Line(system, 0.0, 1.0)
+        place = [Located(at, w, way, (at, at), 0.0, False) for w in W[:3]]
+        assert [one.omega for one in fastest_first(line, place)] == W[[1, 2, 0]].tolist()

@@ -1,0 +1,226 @@
+"""Where verdicts change, against closed forms: growth that changes hands, pairs that meet."""
+
+import numpy as np
+import pytest
+
+from squeal.linear import thresholds
+from squeal.linear.following import verdicts
+from squeal.linear.following.line import Line
+from squeal.linear.following.search import _bisected
+from squeal.linear.terms import Term, TermSystem
+from squeal.numerics.formula import Formula
+
+RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]
+
+
+def of(M, C, K0, K1):
+    terms = (Term(np.asarray(K0)), Term(np.asarray(K1), Formula("mu")))
+    return TermSystem((Term(np.asarray(M)),), (Term(np.asarray(C)),), terms)
+
+
+def mixed(rng, *matrices):
+    """The same roots under a transformation that leaves nothing symmetric."""
+    n = len(matrices[0])
+    L, R = (np.eye(n) + 0.3 * rng.normal(size=(n, n)) for _ in range(2))
+    return [L @ np.asarray(X, dtype=float) @ R for X in matrices]
+
+
+@pytest.mark.parametrize("high", [2.005, *RANGES])
+def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
+    """s^2 - 40 s + k: two real roots from k = 400 on, one of which passes zero at k = 0."""
+    system = of(np.eye(2), np.diag([-40, 1]), np.diag([4e4, 1e8]), np.diag([-1.97e4, 0]))
+    found = thresholds(system, high)
+    meets, passes = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+    beyond = high > passes
+    assert [(c.kind, c.direction) for c in found.crossings] == [("divergence", "down")] * beyond
+    assert [c.mu for c in found.crossings] == pytest.approx([passes] * beyond, rel=1e-12)
+    assert not any(c.changes_verdict for c in found.crossings)
+    assert [p.kind for p in found.points] == ["divergence"] * beyond
+    where = [(p.mu, *p.interval, p.frequency_hz) for p in found.points]
+    where += [(c.mu, *c.interval, c.frequency_hz) for c in found.crossings]
+    for at, (mu, low, high, hertz) in zip((meets, passes), where, strict=False):
+        assert mu == pytest.approx(at, rel=1e-11)
+        assert low <= at <= high <= low + 1e-10
+        assert hertz == 0.0
+    assert found.certified
+
+
+@pytest.mark.parametrize("high", RANGES)
+@pytest.mark.parametrize("back", [False, True])
+def test_verdicts_change_where_growth_changes_hands_and_not_where_a_root_passes(high, back, rng):
+    """A pair that grows at g beside r^2 + c r + k = 0: r passes zero at k = 0 and g at -g^2 - c g;
+    close to both a further pair of little damping starts to grow."""
+    g, c, w = 0.05, 0.3, 6.0
+    where = 0.7 if back else 0.2
+    sign = -1.0 if back else 1.0
+    K0, K1 = np.diag([w * w, sign * where, 2.0, 30.0]), np.diag([0.0, -sign, 0.0, 0.0])
+    C0 = np.diag([-2 * g, c, 0.4, 0.5])
+    M, C, K0, K1 = mixed(rng, np.eye(4), C0, K0, K1)
+    found = thresholds(of(M, C, K0, K1), high)
+    hands = where + sign * (g * g + c * g)
+    first, second = ("divergence", "flutter") if back else ("flutter", "divergence")
+    assert [(x.kind, x.direction) for x in found.crossings] == [
+        ("divergence", "down" if back else "up")
+    ]
+    (crossing,), (point,) = found.crossings, found.points
+    assert crossing.mu == pytest.approx(where, rel=1e-11)
+    assert not crossing.changes_verdict
+    assert (point.kind, point.converged) == (second, True)
+    assert point.mu == pytest.approx(hands, rel=1e-10)
+    assert point.interval[0] <= hands <= point.interval[1] <= point.interval[0] + 1e-8
+    omega = np.sqrt(w * w - g * g) if second == "flutter" else 0.0
+    assert 2 * np.pi * point.frequency_hz == pytest.approx(omega, rel=1e-8)
+    assert found.certified
+    assert first != second
+
+
+@pytest.mark.parametrize("k", [1e-4, 1e-8])
+def test_a_pair_that_meets_soon_after_it_began_to_grow_is_flutter_first(k):
+    """s^2 - 2 (mu - 0.2) s + k: a pair until mu = 0.2 + sqrt(k)."""
+    C1, one = np.diag([-2.0, 0.0]), Formula("mu")
+    terms = (Term(np.diag([0.4, 0.3])), Term(C1, one)), (Term(np.diag([k, 4.0])),)
+    found = thresholds(TermSystem((Term(np.eye(2)),), *terms), 2.0)
+    assert [(c.kind, c.direction) for c in found.crossings] == [("flutter", "up")]
+    assert [p.kind for p in found.points] == ["flutter", "divergence"]
+    assert [p.mu for p in found.points] == pytest.approx([0.2, 0.2 + np.sqrt(k)], rel=1e-8)
+
+
+def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
+    """s^2 - 2 g s + k: real until k = g^2, beside a pair that grows less."""
+    g = 0.8
+    M, C, K0, K1 = mixed(
+        rng, np.eye(3), np.diag([-2 * g, -0.1, 0.5]), np.diag([0.2, 50.0, 9.0]), np.diag([1, 0, 0])
+    )
+    found = thresholds(of(M, C, K0, K1), 2.0)
+    assert found.crossings == []
+    (point,) = found.points
+    assert (point.kind, point.frequency_hz) == ("flutter", 0.0)
+    assert point.mu == pytest.approx(g * g - 0.2, rel=1e-9)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-3])
+def test_growth_that_begins_where_other_growth_ends(apart, rng):
+    """A pair's damping 2 a (mu - 0.7) turns positive where another root passes zero, or before."""
+    M, C0, C1, K0, K1 = mixed(
+        rng,
+        np.eye(3),
+        np.diag([-0.14, 0.3, 0.2]),
+        np.diag([0.2, 0.0, 0.0]),
+        np.diag([9.0, 0.7 + apart, 20.0]),
+        np.diag([0.0, -1.0, 0.0]),
+    )
+    mu = Formula("mu")
+    terms = (Term(C0), Term(C1, mu)), (Term(K0), Term(K1, mu))
+    for high in (1.5, 40.0, 1e6):
+        found = thresholds(TermSystem((Term(M),), *terms), high)
+        ways = {(c.kind, c.direction, c.changes_verdict) for c in found.crossings}
+        assert ways == {("flutter", "down", True), ("divergence", "up", True)}
+        crossed = sorted(c.mu for c in found.crossings)
+        assert crossed == pytest.approx([0.7, 0.7 + apart], rel=1e-10)
+        kinds = ["restabilised", "divergence"] if apart else ["divergence"]
+        assert [p.kind for p in found.points] == kinds
+        assert found.points[-1].mu == pytest.approx(0.7 + apart, rel=1e-10)
+
+
+@pytest.mark.parametrize("damping", [2.0, 0.0])
+def test_bisection_by_the_count_passes_over_a_pair_that_meets(damping):
+    """s^2 - 40 s + k meets at k = 400; s^2 + d s + 1 - mu passes zero at mu = 1."""
+
+    def system(mu):
+        C = np.diag([-40.0, damping])
+        return np.eye(2), C, np.diag([600.0 - 500 * mu, 1 - mu if damping else 1.0])
+
+    line = Line(system, 0.0, 1.1)
+    places = _bisected(line, 0.0, 1.1, [])
+    assert line.growth(0.0).numbers != line.growth(1.1).numbers
+    assert [one.value for (one,) in places] == pytest.approx([1.0] * bool(damping), abs=1e-6)
+
+
+@pytest.mark.parametrize("halvings", [verdicts.HALVINGS, 0])
+def test_growth_that_changes_hands_twice_within_a_step_is_seen(halvings, monkeypatch):
+    """r^2 + c r = (g + e)^2 + c (g + e), e = (width^2 - (mu - 0.5)^2) / 2."""
+    monkeypatch.setattr(verdicts, "HALVINGS", halvings)
+    g, c, width = 0.3, 0.2, 0.004
+
+    def system(mu):
+        r = g + 0.5 * (width**2 - (mu - 0.5) ** 2)
+        return np.eye(2), np.diag([-2 * g, c]), np.diag([25.0, -r * r - c * r])
+
+    found = thresholds(system, 0.83)
+    assert found.crossings == []
+    expected = [("divergence", 0.5 - width), ("flutter", 0.5 + width)] if halvings else []
+    assert [p.kind for p in found.points] == [kind for kind, _ in expected]
+    assert [p.mu for p in found.points] == pytest.approx([mu for _, mu in expected], rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
+    """And as NumPy's roots: their number and the verdict on both sides of each place."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 9))
+    k = 10 ** rng.uniform(-1, 3, n)
+    c = rng.uniform(0.01, 1.5, n) * np.where(rng.random(n) < 0.4, -1, 1)
+    K1 = 0.3 * rng.normal(size=(n, n)) - np.diag(rng.uniform(0, 1.5, n))
+    size = np.sqrt(np.outer(k, k))
+    M, C, K0, K1 = mixed(rng, np.eye(n), np.diag(c * np.sqrt(k)), np.diag(k), K1 * size)
+
+    def all_roots(mu):
+        A, B = (np.linalg.solve(M, X) for X in (K0 + mu * K1, C))
+        return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-A, -B]]))
+
+    def seen(mu):
+        roots = all_roots(mu)
+        first = roots[np.argmax(roots.real)]
+        grows = "divergence" if abs(first.imag) < 1e-6 * abs(first) else "flutter"
+        return int((roots.real > 0).sum()), grows if first.real > 0 else "restabilised"
+
+    answers = []
+    for high in (1.0, 2.7, 1e4, 1e8):
+        found = thresholds(of(M, C, K0, K1), high)
+        assert found.certified
+        crossed = [(x.mu, x.frequency_hz) for x in found.crossings if x.mu < 1.0]
+        points = [(x.mu, x.frequency_hz) for x in found.points if x.mu < 1.0]
+        kinds = [
+            (x.kind, x.direction, x.mode, x.changes_verdict) for x in found.crossings if x.mu < 1.0
+        ]
+        answers.append((crossed, points, (kinds, [p.kind for p in found.points if p.mu < 1.0])))
+    for crossed, points, names in answers:
+        assert names == answers[0][2]
+        assert np.allclose(np.ravel(crossed), np.ravel(answers[0][0]), rtol=1e-8, atol=1e-9)
+        assert np.allclose(np.ravel(points), np.ravel(answers[0][1]), rtol=1e-7, atol=1e-8)
+    crossed, points, (kinds, verdict) = answers[0]
+    beside = 1e-7
+    for (mu, hertz), (kind, direction, mode, _) in zip(crossed, kinds, strict=True):
+        slower = np.abs(all_roots(mu).imag) < 2 * np.pi * hertz * (1 - 1e-6)
+        assert mode == 1 + np.sum(slower) // 2
+        rise = (1 if direction == "up" else -1) * (2 if kind == "flutter" else 1)
+        assert seen(mu * (1 + beside))[0] - seen(mu * (1 - beside))[0] == rise
+    for (mu, _), kind in zip(points, verdict, strict=True):
+        before, after = (seen(mu * (1 + way * beside))[1] for way in (-1, 1))
+        assert before != after
+        assert after == kind
+    grid = np.linspace(1e-4, 1.0, 201)
+    told = [seen(mu)[1] for mu in grid]
+    changed = [(a, b) for a, b, x, y in zip(grid, grid[1:], told, told[1:], strict=False) if x != y]
+    assert all(any(a <= mu <= b for mu, _ in points) for a, b in changed)
+
+
+@pytest.mark.parametrize("high", [1.0, 2.0, 3.0, 10.0, 100.0])
+@pytest.mark.parametrize("gap", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("leads", [True, False])
+def test_a_real_root_overtakes_a_pair_just_after_another_pair_has_met(high, gap, leads, rng):
+    """Roots 0.2 +- sqrt(mu - 1/3), met at 1/3, beside a pair that grows by 0.2 + gap: the greater
+    one leads gap^2 later; or, by 0.2 - gap, it never leads near there."""
+    at, g, w = 1 / 3, 0.2, 4.0
+    other = g + gap if leads else g - gap
+    C0 = np.diag([-2 * g, -2 * other, 0.3])
+    K0 = np.diag([g * g + at, w * w, 9.0])
+    K1 = np.diag([-1.0, 0.0, 0.0])
+    K1[0, 1:] = 50.0, 20.0  # moves no root, but vectors
+    found = thresholds(of(*mixed(rng, np.eye(3), C0, K0, K1)), high)
+    (point,) = (p for p in found.points if p.mu < 0.35)
+    hands = at + gap**2 * leads
+    assert point.kind == "divergence"
+    assert point.mu == pytest.approx(hands, rel=1e-11 if leads else 1e-9)
+    assert point.interval[0] <= hands * (1 + 1e-15)
+    assert point.interval[1] >= hands * (1 - 1e-15)

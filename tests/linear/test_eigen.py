@@ -1,0 +1,218 @@
+"""Eigenvalues against 34-digit arithmetic and closed forms."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.errors import InputError
+from squeal.linear import (
+    complex_eigenvalues,
+    critical_points,
+    judge,
+    stack_eigenvalues,
+    sweep,
+    track,
+)
+from tests.linear.conftest import exact_damped, exact_squares, random_pad
+
+
+def _worst(values, reference):
+    radius = float(max(abs(r) for r in reference))
+    return max(float(min(abs(mp.mpc(complex(v)) - r) for r in reference)) for v in values) / radius
+
+
+def test_random_undamped_pads(rng):
+    worst = 0.0
+    for _ in range(150):
+        M, C, K = random_pad(rng)
+        squares = exact_squares(M, K)
+        radius = max(abs(s) for s in squares)
+        gaps = [abs(a - b) for i, a in enumerate(squares) for b in squares[:i]]
+        if min(gaps) < 1e-6 * radius:
+            continue
+        with mp.workdps(34):
+            reference = [sign * mp.sqrt(-s) for s in squares for sign in (1, -1)]
+        worst = max(worst, _worst(complex_eigenvalues(M, C, K).values, reference))
+    assert worst < 1e-10
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_damped_systems_with_a_full_mass_matrix(rng, n):
+    for _ in range(5):
+        G, H, K = rng.normal(size=(3, n, n))
+        M, C = G @ G.T + np.eye(n), 0.1 * H
+        spectrum = complex_eigenvalues(M, C, K)
+        assert _worst(spectrum.values, exact_damped(M, C, K)) < 1e-12
+        for e in spectrum.eigenvalues:
+            polynomial = e.value**2 * M + e.value * C + K
+            size = np.abs(e.value) ** 2 * np.linalg.norm(M) + np.linalg.norm(K)
+            assert np.linalg.norm(polynomial @ e.right) < 1e-12 * size * np.linalg.norm(e.right)
+            assert np.linalg.norm(e.left.conj() @ polynomial) < 1e-10 * size * np.linalg.norm(
+                e.left
+            )
+            assert (e.right.conj() @ M @ e.right).real == pytest.approx(1.0, rel=1e-12)
+            assert e.residual < 1e-13
+
+
+def test_real_and_imaginary_parts_are_exactly_zero_without_damping():
+    spectrum = complex_eigenvalues(np.eye(3), None, [[2, 0.3, 0], [0.1, 3, 0], [0, 0.2, -4]])
+    values = spectrum.values
+    assert np.all((values.real == 0) | (values.imag == 0))
+    assert values[0] == 2.0 or values[0].real == pytest.approx(2.0)
+    assert spectrum.undamped
+    assert np.all(np.sort_complex(values) == np.sort_complex(-values))
+
+
+def test_order_is_by_frequency_with_the_growing_pair_first():
+    K = [[2, 1, 0], [-1, 2, 0], [0, 0, 9]]
+    values = complex_eigenvalues(np.eye(3), None, K).values
+    assert values.imag[:4] == pytest.approx(np.array([1, -1, 1, -1]) * values[0].imag)
+    assert values.real[:4] == pytest.approx(np.array([1, 1, -1, -1]) * values[0].real)
+    assert values[0].real > 0
+    assert values[4:] == pytest.approx([3j, -3j])
+
+
+def test_repeated_eigenvalues_are_still_listed_in_conjugate_pairs():
+    values = complex_eigenvalues(np.eye(3), None, 4 * np.eye(3)).values
+    assert values == pytest.approx([2j, -2j] * 3)
+
+
+def test_masses_over_twelve_decades():
+    # exact solution: each pair of bodies is a 2 x 2 problem with s = 2 +- sqrt(0.01)
+    m = np.array([1e-6, 1e6])
+    scale = np.sqrt(np.outer(m, m))
+    K = scale * np.array([[2.0, 0.1], [0.1, 2.0]])
+    values = complex_eigenvalues(np.diag(m), None, K).values
+    expected = np.sqrt([1.9, 2.1])
+    assert values[::2].imag == pytest.approx(expected, rel=1e-14)
+
+
+def test_units_do_not_matter(rng):
+    M, C, K = random_pad(rng)
+    unit = np.diag([1.0, 1.0, 1e3])  # angle in milliradians, moment to match
+    scaled = complex_eigenvalues(unit @ M @ unit, None, unit @ K @ unit)
+    plain = complex_eigenvalues(M, C, K)
+    assert scaled.values == pytest.approx(plain.values, rel=1e-12)
+    conditions = [[e.condition for e in s.eigenvalues] for s in (plain, scaled)]
+    assert conditions[0] == pytest.approx(conditions[1], rel=1e-6)
+
+
+def test_rigid_body_modes_are_exactly_zero():
+    chain = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    M = np.diag([0.1, 0.7, 1.3])
+    undamped = complex_eigenvalues(M, None, 1e6 * chain)
+    assert undamped.rigid_body_roots == 2
+    shape = undamped.eigenvalues[0].right
+    assert shape == pytest.approx(np.full(3, shape[0]))
+    damped = complex_eigenvalues(M, 10 * chain, 1e6 * chain)
+    assert damped.rigid_body_roots == 2
+    grounded = complex_eigenvalues(M, 10 * chain + np.diag([1.0, 0, 0]), 1e6 * chain)
+    assert grounded.rigid_body_roots == 1
+    assert [e.damping_ratio for e in undamped.eigenvalues[:2]] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("coupling", [0.9, 1 - 1e-6, 1 - 2e-7])
+def test_strong_damping_of_a_light_motion_leaves_a_stiff_system_no_zero_root(coupling):
+    M, C, K = np.array([[1.0, coupling], [coupling, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
+    spectrum = complex_eigenvalues(M, C, K)
+    assert spectrum.rigid_body_roots == 0
+    for exact in exact_damped(M, C, K):
+        assert np.abs(spectrum.values / complex(exact) - 1.0).min() < 1e-6
+    if coupling == 0.9:
+        assert complex_eigenvalues(M, C, np.diag([4.0, 0.0])).rigid_body_roots == 1
+
+
+def test_condition_grows_towards_a_coalescence(mode_coupling):
+    # closed form for [[2, -1 + x], [-1, 2]], x = 4 mu/3: 1/|y^H x| = (2 - x)/(2 sqrt(1 - x))
+    for mu in (0.3, 0.7, 0.74999):
+        x = 4 * mu / 3
+        expected = (2 - x) / (2 * np.sqrt(1 - x))
+        for e in complex_eigenvalues(*mode_coupling(mu)).eigenvalues:
+            assert e.condition == pytest.approx(expected, rel=1e-6)
+    assert complex_eigenvalues(*mode_coupling(0.75)).eigenvalues[0].condition > 1e7
+
+
+def test_single_oscillator():
+    m, c, k = 2.0, 0.3, 50.0
+    e = complex_eigenvalues([[m]], [[c]], [[k]]).eigenvalues[0]
+    assert e.damping_ratio == pytest.approx(c / (2 * np.sqrt(k * m)), rel=1e-14)
+    assert abs(e.value) == pytest.approx(5.0, rel=1e-14)
+    assert e.frequency_hz == pytest.approx(abs(e.value.imag) / (2 * np.pi), rel=1e-14)
+    assert e.growth_rate == pytest.approx(-c / (2 * m), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("M", "C", "K", "word"),
+    [
+        ([[1, 0]], None, [[1]], "M"),
+        ([[1]], [[1, 2], [3, 4]], [[1]], "C"),
+        ([[1]], None, [[np.nan]], "K"),
+        ([[1]], None, [["a"]], "K"),
+        ([[1]], [[1j]], [[1]], "C"),
+        ([[-1]], None, [[1]], "M"),
+        ([[1, 2], [2, 1]], None, np.eye(2), "M"),
+        ([[1, 0.5], [0, 1]], None, np.eye(2), "M"),
+    ],
+)
+def test_refuses_what_is_not_a_system(M, C, K, word):
+    with pytest.raises(InputError, match=f"^{word}: "):
+        complex_eigenvalues(M, C, K)
+    with pytest.raises(InputError, match=f"^{word}: "):
+        sweep(lambda mu: (M, C, K), [0.0, 1.0])
+
+
+def test_complex_matrices_without_imaginary_parts_are_taken():
+    K = np.array([[4.0 + 0j]])
+    assert complex_eigenvalues([[1]], None, K).values.tolist() == [2j, -2j]
+
+
+@pytest.mark.parametrize("given", [3, None, (1, 2)])
+def test_what_gives_no_matrices_is_refused(given):
+    for ask in (lambda f: track(f, [0.0, 1.0]), lambda f: critical_points(f, 1.0)):
+        with pytest.raises(InputError, match=r"system: gives .*; it must give M, C"):
+            ask(lambda mu: given)
+
+
+NO_SIZE = "eigenvalues are beyond double precision"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("damping", [None, 0.5])
+@pytest.mark.parametrize(
+    ("mass", "square"),
+    [(1e-310, 1.0), (1e-310, 2.0**400), (1e300, 1.0), (1.0, 1e200), (1.0, 1e300)],
+)
+@pytest.mark.parametrize("coupling", [0.0, 0.5])
+def test_masses_and_stiffnesses_of_any_size(mass, square, damping, coupling):
+    rate = square**0.5
+    M = 2.0 * mass * np.array([[1.0, coupling], [coupling, 1.0]])
+    C = None if damping is None else 2 * damping * (rate * M)
+    found = complex_eigenvalues(M, C, square * M)
+    part = damping or 0.0
+    exact = rate * complex(-part, (1 - part**2) ** 0.5)
+    assert found.values[::2] == pytest.approx([exact] * 2, rel=1e-13)
+    assert max(e.residual for e in found.eigenvalues) < 1e-14
+    assert stack_eigenvalues(M, C, [square * M])[0] == pytest.approx(found.values, rel=1e-13)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("mass", "damping", "stiffness"),
+    [
+        (1e-310, None, 1.0),
+        (1e-310, 1.0, 1.0),
+        (np.array([1.0, 1e-310]), None, 1.0),
+        (1.0, 1e200, 1.0),
+        (1.0, None, 1e305),
+        (1e300, None, 1e-30),  # 0 in double precision
+    ],
+)
+def test_roots_beyond_double_precision_are_not_given(mass, damping, stiffness):
+    M, K = mass * np.eye(2), stiffness * np.eye(2)
+    C = None if damping is None else damping * np.eye(2)
+    for ask in (complex_eigenvalues, judge):
+        with pytest.raises(OverflowError, match=NO_SIZE):
+            ask(M, C, K)
+    for masses in (M, [M, M]):
+        with pytest.raises(OverflowError, match=NO_SIZE):
+            stack_eigenvalues(masses, C, [K, K])

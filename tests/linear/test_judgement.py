@@ -1,0 +1,276 @@
+"""Verdicts on both sides of every boundary, one system at a time and in maps."""
+
+import numpy as np
+import pytest
+
+from squeal.linear import (
+    VERDICTS,
+    critical_points,
+    damped_verdicts,
+    judge,
+    sum_verdicts,
+    thresholds,
+    undamped_verdicts,
+    verdict,
+)
+from squeal.linear.cubic import code, invariants
+from squeal.linear.unstable import growing_eigenvalues
+from tests.linear.conftest import exact_squares, exact_verdict, random_pad
+
+I2, I3 = np.eye(2), np.eye(3)
+CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+
+
+def _padded(K, n):
+    """The same system with further oscillators, coupled one way so that nothing else changes."""
+    extra = n - len(K)
+    top = np.hstack([K, np.zeros((len(K), extra))])
+    bottom = np.hstack([0.3 * np.ones((extra, len(K))), np.diag(7.0 + np.arange(extra))])
+    return np.vstack([top, bottom])
+
+
+def test_random_pads(rng):
+    names = []
+    for _ in range(200):
+        M, C, K = random_pad(rng)
+        names.append(verdict(M, C, K))
+        assert names[-1] == exact_verdict(exact_squares(M, K))
+    assert set(names) == {"marginal", "flutter", "divergence"}
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 6])
+def test_both_sides_of_a_coalescence(mode_coupling, n):
+    def at(mu):
+        return verdict(np.eye(n), None, _padded(mode_coupling(mu)[2], n))
+
+    assert at(0.75 * (1 - 1e-9)) == "marginal"
+    assert at(0.75 * (1 + 1e-9)) == "flutter"
+    assert at(0.75) == "marginal"
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_both_sides_of_divergence(n):
+    def at(k):
+        return verdict(np.eye(n), None, _padded(np.array([[k]]), n))
+
+    assert at(1e-9) == "marginal"
+    assert at(-1e-9) == "divergence"
+    assert at(0.0) == "marginal"
+
+
+@pytest.mark.parametrize("c", [1e-9, -1e-9, 0.0])
+def test_sign_of_a_small_damping_decides(c):
+    damping = np.diag([c, 1.0])
+    expected = {1e-9: "stable", -1e-9: "flutter", 0.0: "marginal"}[c]
+    assert verdict(I2, damping, np.diag([2.0, 3.0])) == expected
+
+
+def test_lightly_damped_coalescence_is_not_mistaken_for_flutter(mode_coupling):
+    M, _, K = mode_coupling(0.75)
+    assert verdict(M, 1e-5 * M, K) == "stable"
+    assert verdict(M, -1e-5 * M, K) == "flutter"
+
+
+def test_damped_divergence_and_zero():
+    assert verdict([[1]], [[1]], [[-1e-12]]) == "divergence"
+    assert verdict([[1]], [[1]], [[1e-12]]) == "stable"
+    assert verdict([[1]], [[1]], [[0]]) == "marginal"
+    assert verdict([[1]], [[2]], [[1]]) == "stable"  # critically damped, defective
+
+
+def test_rigid_body_modes_are_marginal():
+    assert verdict(I3, None, 1e6 * CHAIN) == "marginal"
+    assert verdict(I3, CHAIN, 1e6 * CHAIN) == "marginal"
+    assert verdict(I3, None, 0 * I3) == "marginal"
+    assert verdict(I2, None, [[0, 1], [0, 0]]) == "marginal"
+
+
+def test_singular_systems_are_decided_by_what_remains():
+    skew = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])  # rows sum to zero, as the chain's do
+    # remaining quadratic: s^2 - 4 s + 3 + 3 k^2, complex roots beyond k = 1/sqrt(3)
+    limit = 1 / np.sqrt(3)
+    assert verdict(I3, None, CHAIN + limit * (1 - 1e-9) * skew) == "marginal"
+    assert verdict(I3, None, CHAIN + limit * (1 + 1e-9) * skew) == "flutter"
+    assert verdict(I3, None, -CHAIN) == "divergence"
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_faster_growth_names_the_verdict(n):
+    # a flutter pair s = 2 +- i has growth Re sqrt(-s); the real mode -g^2 grows at g
+    pair = np.array([[2.0, 1.0], [-1.0, 2.0]])
+    growth = np.sqrt(-(2 + 1j)).real
+    for factor, expected in ((1 - 1e-9, "flutter"), (1 + 1e-9, "divergence")):
+        K = np.zeros((3, 3))
+        K[:2, :2], K[2, 2] = pair, -((factor * abs(growth)) ** 2)
+        assert verdict(np.eye(n), None, _padded(K, n)) == expected
+
+
+def test_verdict_does_not_depend_on_units(rng, mode_coupling):
+    for mu in (0.75 * (1 - 1e-9), 0.75 * (1 + 1e-9)):
+        K = _padded(mode_coupling(mu)[2], 3)
+        plain = verdict(I3, None, K)
+        for _ in range(20):
+            unit = np.diag(2.0 ** rng.integers(-20, 20, 3))
+            assert verdict(unit @ unit, None, unit @ K @ unit) == plain
+
+
+def test_rounding_bounds_hold(rng):
+    # the same invariants in 34 digits: the error must lie within the bound, and the bound be tight
+    import mpmath as mp
+
+    for _ in range(200):
+        A = rng.normal(size=(3, 3)) * 10.0 ** rng.integers(-3, 4, (3, 3))
+        found = invariants([float(x) for x in A.ravel()])
+        with mp.workdps(60):
+            X = mp.matrix(A.tolist())
+            a = X[0, 0] + X[1, 1] + X[2, 2]
+            square = X * X
+            b = (a * a - (square[0, 0] + square[1, 1] + square[2, 2])) / 2
+            c = mp.det(X)
+            disc = a**2 * b**2 - 4 * b**3 - 4 * a**3 * c + 18 * a * b * c - 27 * c**2
+            exact = (a, b, c, disc)
+            for value, reference in zip(found[:4], exact, strict=True):
+                assert abs(mp.mpf(float(value.value)) - reference) <= value.bound
+
+
+def test_judgement_reads_well(mode_coupling):
+    said = judge(*mode_coupling(0.8))
+    assert str(said).startswith("flutter: discriminant in lambda^2 = -0.26666")
+    assert said.tolerance < 1e-12
+
+
+def _growths(A):
+    s = np.linalg.eigvals(A).astype(complex)
+    growth = np.abs(np.sqrt(-s).real)
+    oscillating = np.abs(s.imag) > 1e-7 * np.abs(s).max(-1, keepdims=True)
+    pair = np.where(oscillating, growth, 0).max(-1)
+    real = np.where(~oscillating & (s.real < 0), growth, 0).max(-1)
+    return np.where(pair > real, 2, np.where(real > 0, 3, 1))
+
+
+def test_map_agrees_with_numpy(rng):
+    A = rng.normal(size=(1000, 1000, 3, 3))
+    A += np.diag([6.0, 12.0, 18.0]) / 3
+    entries = [np.ascontiguousarray(A[..., i, j]) for i in range(3) for j in range(3)]
+    codes = undamped_verdicts(entries)
+    assert codes.shape == (1000, 1000)
+    assert codes.dtype == np.int8
+    assert np.array_equal(codes[:100], _growths(A[:100]))
+
+
+def test_map_takes_entries_that_broadcast(rng):
+    rows, columns = rng.normal(size=(7, 1)), rng.normal(size=(1, 5))
+    entries = [2.0, rows, 0.0, columns, 3.0, rows * columns, 0.1, 0.0, 1.0]
+    codes = undamped_verdicts(entries)
+    assert codes.shape == (7, 5)
+    for i in range(7):
+        for j in range(5):
+            single = [float(np.broadcast_to(e, (7, 5))[i, j]) for e in entries]
+            assert VERDICTS[codes[i, j]] == verdict(I3, None, np.reshape(single, (3, 3)))
+
+
+def test_map_and_single_verdicts_agree_at_the_boundary(mode_coupling, rng):
+    matrices = []
+    for mu in 0.75 * (1 + np.array([-1e-9, -1e-15, 0, 1e-15, 1e-9])):
+        matrices += [_padded(mode_coupling(mu)[2], 3), -_padded(mode_coupling(mu)[2], 3)]
+    matrices += [CHAIN, -CHAIN, I3, 0 * I3, -I3]
+    stack = np.array(matrices)
+    codes = undamped_verdicts([stack[:, i, j] for i in range(3) for j in range(3)])
+    slow = [int(code(invariants([float(x) for x in m.ravel()]))) for m in matrices]
+    assert codes.tolist() == slow
+    assert [VERDICTS[c] for c in codes] == [verdict(I3, None, m) for m in matrices]
+
+
+@pytest.mark.parametrize("spread", [1.0, 1e3])
+def test_verdicts_of_sums_are_those_of_the_matrices(rng, spread):
+    Q = rng.normal(size=(3, 3, 40)) + 2.0 * np.eye(3)[:, :, None]
+    Q *= spread ** rng.uniform(-1.0, 1.0, 40)
+    u = rng.normal(size=(3, 30)) * spread ** rng.uniform(-0.5, 0.5, 30)
+    A = np.moveaxis(Q[:, :, None, :] + np.einsum("ai,bi->abi", u, u)[..., None], (2, 3), (0, 1))
+    codes = sum_verdicts(Q, u)
+    assert np.array_equal(codes, _growths(A))
+    assert len(np.unique(codes)) == 3
+
+
+def test_verdicts_of_sums_at_the_boundary(rng):
+    # symmetric and of rank two or one, or with a double root: on a boundary everywhere
+    u = rng.normal(size=(3, 25))
+    for Q in (np.einsum("an,bn->abn", u, u), np.zeros((3, 3, 25)), np.eye(3)[:, :, None] + 0 * u):
+        assert np.all(sum_verdicts(Q, u) == VERDICTS.index("marginal"))
+        lower = Q - 1e-6 * np.eye(3)[:, :, None]
+        falls = np.linalg.eigvalsh(np.moveaxis(lower, 2, 0)).min() < -0.5e-6
+        assert np.all(sum_verdicts(lower, 0 * u) == VERDICTS.index("divergence")) == falls
+
+
+def test_verdicts_of_stacks_are_those_of_single_systems(rng):
+    # among them systems with an undamped mode, a rigid body, a threshold, and a double root at zero
+    systems = []
+    for _ in range(300):
+        root = rng.normal(size=(3, 3))
+        A = root @ root.T + rng.uniform(0, 1.5) * np.outer(rng.normal(size=3), rng.normal(size=3))
+        half = rng.normal(size=(3, 3))
+        systems.append((A, 10.0 ** rng.uniform(-9, 0.5) * (half @ half.T)))
+    coupled = lambda e: np.array([[2.0, -1 + 4 * e / 3, 0], [-1, 2, 0], [0, 0, 7.0]])  # noqa: E731
+    for c in (0.1, 1e-3, 1e-6):
+        at = 0.75 * (1 + 2 * c**2)
+        for share in (1.0, 1 - 1e-15, 1 + 1e-15, 1 - 1e-9, 1 + 1e-9, 0.9, 1.1):
+            systems.append((coupled(at * share), c * np.eye(3)))
+            systems.append((coupled(at * share), np.diag([c, c, 0.0])))
+    systems.append((np.diag([1.0, 2.0, 0.0]), np.diag([0.1, 0.2, 0.3])))
+    systems.append((np.diag([1.0, 2.0, 0.0]), np.diag([0.1, 0.2, 0.0])))
+    systems.append((np.diag([1.0, 2.0, -1e-3]), np.diag([0.1, 0.2, 0.3])))
+    A, B = (np.array(part) for part in zip(*systems, strict=True))
+    expected = [verdict(np.eye(3), b, a) for a, b in systems]
+    assert [VERDICTS[c] for c in damped_verdicts(A, B)] == expected
+    assert set(expected) == set(VERDICTS)
+
+
+def _beside_a_stiff_mode(stiff, mixed):
+    """Flutter from mu = 3/4 on, whatever the third mode: in its coordinates, or in others."""
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0] if mixed else np.eye(3)
+    K0, K1 = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiff]]), np.zeros((3, 3))
+    K1[0, 1] = 4.0 / 3.0
+    return lambda mu: (np.eye(3), None, turn @ (K0 + mu * K1) @ turn.T)
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("stiff", [4.0, 30.0, 40.0, 1e3, 1e5, 1e8, 1e12])
+def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
+    system = _beside_a_stiff_mode(stiff, mixed)
+    [point] = critical_points(system, 2.0)
+    low, high = point.interval
+    assert point.kind == "flutter"
+    assert low <= 0.75 <= high
+    assert high - low < (1e-9 if stiff < 1e5 or not mixed else 2e-15 * stiff)
+    assert point.converged == (high - low <= 0.75e-9)
+    for mu, name in ((0.7, "marginal"), (0.8, "flutter")):
+        A = system(mu)[2]
+        assert judge(*system(mu)).verdict == name
+        one = VERDICTS.index(name)
+        assert undamped_verdicts([np.array([x]) for x in A.ravel()]) == one
+        u = np.array([[0.1], [0.0], [0.0]])
+        Q = (A - u @ u.T)[:, :, None]
+        assert sum_verdicts(Q, u) == one
+        assert len(growing_eigenvalues(system, mu)) == (name == "flutter")
+
+
+@pytest.mark.parametrize("stiff", [1e12, 1e13])
+def test_the_interval_of_a_threshold_grows_with_the_rounding_of_a_stiff_mode(stiff):
+    """Its entries of K are rounded by 1e-16 stiff, which also makes flutter seen too late."""
+    found = thresholds(_beside_a_stiff_mode(stiff, True), 2.0)
+    (point,) = found.points
+    assert not point.converged
+    assert not found.certified
+    low, high = point.interval
+    assert low <= 0.75 <= high
+    assert 1e-17 * stiff < high - low < 1e-13 * stiff
+
+
+@pytest.mark.parametrize(("strong", "sure"), [(1e2, True), (1e9, False)])
+def test_a_strong_damper_that_hides_slow_roots_leaves_nothing_certified(strong, sure):
+    """Flutter from 3/4 (1 + 2 c^2) on, beside a damper on a coordinate of its own."""
+    flutter, C = _beside_a_stiff_mode(1.0, False), np.diag([1e-3, 1e-3, strong])
+    found = thresholds(lambda mu: (np.eye(3), C, flutter(mu)[2]), 1.0)
+    assert found.certified == sure
+    if sure:
+        assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)

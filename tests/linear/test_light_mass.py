@@ -1,0 +1,166 @@
+"""Systems of which some motion has no mass, or hardly any, in closed form and mixed.
+
+Two modes s = 2 -+ sqrt(1 - 4 mu / 3) that flutter from mu = 3/4 on, beside a third coordinate of
+mass m and stiffness k; q = T z with a T that is neither orthogonal nor sparse.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError
+from squeal.linear import judge, thresholds
+from squeal.linear.matrices import LightMassError
+from squeal.linear.terms import Term, TermSystem
+from squeal.numerics.formula import Formula
+from squeal.sparse.along import Found
+from squeal.sparse.dense import dense_values
+
+MASSES = [1e-4, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-16, 0.0]
+MU = Formula("mu")
+
+
+def mixed(X):
+    T = np.random.default_rng(3).uniform(-1, 1, (3, 3)) + 2 * np.eye(3)
+    return T.T @ X @ T
+
+
+def system(m, c=0.0, k=1.0, mu=0.9, turn=mixed):
+    K0, K1 = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]), np.zeros((3, 3))
+    K1[0, 1] = 4 / 3
+    M, C, K0, K1 = (turn(X) for X in (np.diag([1.0, 1, m]), c * np.eye(3), K0, K1))
+    damping = (Term((C + C.T) / 2),) if c else ()
+    return TermSystem((Term((M + M.T) / 2),), damping, (Term(K0), Term(K1, MU)), {"mu": mu})
+
+
+def growing(c, mu=0.9):
+    """The growing root of lambda^2 + c lambda + s."""
+    s = 2 + np.sqrt(1 - 4 * mu / 3 + 0j)
+    return max(np.roots([1, c, s]).tolist() + np.roots([1, c, s.conjugate()]).tolist(), key=np.real)
+
+
+@pytest.mark.parametrize("c", [0.0, 1e-3, 0.1])
+@pytest.mark.parametrize("m", MASSES)
+def test_roots_of_the_heavy_modes_keep_their_digits(m, c):
+    found = system_roots(system(m, c))
+    assert found.verdict == "flutter"
+    assert found.certified
+    first = max(found.eigenvalues, key=lambda e: (round(e.value.real, 9), e.value.imag))
+    exact = growing(c)
+    assert abs(first.value - complex(exact.real, abs(exact.imag))) < 1e-12 * (
+        1e3 if m > 1e-7 else 1
+    )
+    values = {e.value for e in found.eigenvalues}
+    assert values == {v.conjugate() for v in values}
+    quick = dense_values(*system(m, c)(0.9))
+    assert np.abs(quick - first.value).min() < 1e-7
+    expected = 4 + 2 * (m > 1e-14) + (1 if c and m <= 1e-14 else 0)
+    assert len(values) == expected
+    if m >= 1e-10:  # the light mode itself, as far as M's rounding leaves it
+        light = np.roots([m, c, 1.0])
+        fast = np.array([v for v in values if abs(v) > 10])
+        for v in light[np.abs(light) > 10]:
+            assert np.abs(fast / v - 1).min() < 1e-14 / m
+
+
+@pytest.mark.parametrize("m", MASSES)
+def test_thresholds_of_the_heavy_modes_keep_their_digits(m):
+    found = thresholds(system(m), 1.0)
+    assert [p.kind for p in found.points] == ["flutter"]
+    assert found.points[0].mu == pytest.approx(0.75, abs=1e-13)
+    (crossing,) = found.crossings
+    assert crossing.interval[0] <= 0.75 <= crossing.interval[1]
+    assert crossing.interval[1] - crossing.interval[0] < 1e-9
+    assert 2 * np.pi * crossing.frequency_hz == pytest.approx(np.sqrt(2), rel=1e-10)
+
+
+@pytest.mark.parametrize("m", [1e-9, 0.0])
+def test_more_degrees_of_freedom_are_followed_without_what_is_light(m):
+    """Twice the same two modes, of other stiffness: one flutters from 3/4, one from 3/8 on."""
+    n = 5
+    K0, K1 = np.zeros((2, n, n))
+    K0[:2, :2], K0[2:4, 2:4], K0[4, 4] = [[2, -1], [-1, 2]], [[6, -1], [-1, 6]], 1.0
+    K1[0, 1], K1[2, 3] = 4 / 3, 8 / 3
+    T = np.random.default_rng(4).uniform(-1, 1, (n, n)) + 2 * np.eye(n)
+    M, K0, K1 = (T.T @ X @ T for X in (np.diag([1.0, 1, 1, 1, m]), K0, K1))
+    found = thresholds(TermSystem((Term((M + M.T) / 2),), (), (Term(K0), Term(K1, MU))), 1.0)
+    assert found.certified
+    assert [c.mu for c in found.crossings] == pytest.approx([0.375, 0.75], abs=1e-12)
+    for c, at in zip(found.crossings, (0.375, 0.75), strict=True):
+        assert c.interval[0] <= at <= c.interval[1]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        system(1e-9, c=1e-3),  # damped
+        system(0.0, c=1e-3),
+        system(1e-9, k=-1.0),  # the light motion grows
+        replace(system(1e-9), M=(Term(system(1e-9).M[0].matrix, Formula("1 + mu")),)),
+    ],
+)
+def test_what_cannot_be_split_off_is_refused_with_what_helps(given):
+    with pytest.raises(InputError, match="--band"):
+        thresholds(given, 1.0)
+
+
+def test_stiffness_that_ceases_to_hold_a_motion_without_mass_is_refused():
+    """k = 1 - 2 mu passes zero: a root goes through infinity."""
+    given = system(0.0)
+    extra = Term(mixed(np.diag([0.0, 0, -2])), MU)
+    with pytest.raises(InputError, match="--band"):
+        thresholds(replace(given, K=(*given.K, extra)), 1.0)
+
+
+def test_a_threshold_of_a_band_with_damping_of_what_is_light():
+    """Flutter begins where (4 mu / 3 - 1) = 2 c^2."""
+    for m in (1e-8, 1e-11, 0.0):
+        found = system_thresholds(system(m, c=1e-2), 1.0, wanted=Wanted(band=(0.05, 1.0)))
+        (point,) = found.points
+        assert found.certified
+        assert point.kind == "flutter"
+        assert point.mu == pytest.approx(0.75 * (1 + 2e-4), abs=1e-10)
+        assert point.interval[0] <= 0.75 * (1 + 2e-4) <= point.interval[1]
+
+
+def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
+    from squeal.analysis.systems import critical
+
+    monkeypatch.setattr(critical, "crossings_along", lambda *_: Found((), ()))
+    found = system_thresholds(system(0.0, c=1e-2), 1.0, wanted=Wanted(band=(0.05, 1.0)))
+    assert not found.certified
+    assert "flutter at mu = 0.7" in found.unconfirmed[0]
+
+
+def test_a_root_that_does_not_solve_the_equations_is_not_certified():
+    found = system_roots(system(1e-9))
+    assert found.certified
+    first, *others = found.eigenvalues
+    assert not replace(found, eigenvalues=(replace(first, residual=1.0), *others)).certified
+
+
+def test_a_free_body_stays_free_beside_what_has_no_mass():
+    """A body on no spring and a massless point hung to it: K has rank one, the root zero is double;
+    single with damping against the ground."""
+    K = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    T = np.array([[2.0, 0.3], [-0.7, 1.1]])
+    M, K, ground = (T.T @ X @ T for X in (np.diag([1.0, 0.0]), K, np.diag([0.5, 0.0])))
+    free = TermSystem((Term((M + M.T) / 2),), (), (Term(K),))
+    assert [e.value for e in system_roots(free).eigenvalues] == [0.0, 0.0]
+    slowed = system_roots(replace(free, C=(Term(ground),)))
+    assert sorted(e.value.real for e in slowed.eigenvalues) == pytest.approx([-0.5, 0.0], abs=1e-12)
+    assert (slowed.verdict, slowed.certified) == ("marginal", True)
+
+
+def test_what_is_said_of_m_is_true():
+    row = system(0.0, turn=np.asarray)
+    with pytest.raises(LightMassError, match="row 3 has no mass"):
+        judge(*row(0.9))
+    with pytest.raises(LightMassError, match="4e-09 of the others' mass"):
+        judge(*system(1e-9)(0.9))
+    with pytest.raises(InputError, match="positive definite"):
+        judge(np.array([[1.0, 1.0], [1.0, 0.0]]), None, np.eye(2))

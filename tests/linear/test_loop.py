@@ -1,0 +1,188 @@
+"""The friction loop in python-control against the eigenvalues and thresholds of the toolkit."""
+
+import control
+import numpy as np
+import pytest
+
+from squeal.errors import ComputationError
+from squeal.linear import complex_eigenvalues, critical_points, crossings, friction_loop
+
+
+def _loop(system, reaction=None):
+    answer = friction_loop(system, reaction=reaction)
+    assert answer.loop is not None, answer.reason
+    return answer.loop
+
+
+def _random(rng, n, damping):
+    """Modes at random frequencies in random coordinates, coupled by a friction term of rank one."""
+    root = rng.normal(size=(n, n))
+    M = np.eye(n) + 0.3 * root @ root.T / n
+    L, Q = np.linalg.cholesky(M), np.linalg.qr(rng.normal(size=(n, n)))[0]
+    K0 = L @ Q @ np.diag(rng.uniform(1, 10, n) ** 2) @ Q.T @ L.T
+    b, c = 8 / np.sqrt(n) * L @ rng.normal(size=n), L @ rng.normal(size=n)
+    C = damping * (L @ Q @ np.diag(rng.uniform(0.5, 1.5, n)) @ Q.T @ L.T + 0.05 * root @ root.T / n)
+    return lambda mu: (M, C if damping else None, (K0 + K0.T) / 2 + mu * np.outer(b, c))
+
+
+def _growing(system, mus):
+    """How many dense eigenvalues lie right of the axis."""
+    M, C, K = system(0.0)
+    inverse, K1, n = np.linalg.inv(M), system(1.0)[2] - K, len(M)
+    found = []
+    for mu in mus:
+        A = inverse @ (K + mu * K1)
+        if C is None:
+            half = np.sqrt(-np.linalg.eigvals(A) + 0j)
+            values = np.concatenate([half, -half])
+        else:
+            F = np.block([[np.zeros((n, n)), np.eye(n)], [-A, -inverse @ C]])
+            values = np.linalg.eigvals(F)
+        found.append(int(np.sum(values.real > (1e-6 if C is None else 1e-9))))
+    return found
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 0.3])
+@pytest.mark.parametrize("n", [3, 10, 15, 20, 40])
+def test_thresholds_are_those_of_the_eigenvalues(n, damping):
+    count = 0
+    for seed in range(10):
+        system = _random(np.random.default_rng(100 * n + seed), n, damping)
+        found = _loop(system).thresholds(1.0)
+        count += len(found)
+        # of dense eigenvalues: so many grow just below and above each threshold, and between
+        level = _growing(system, [1e-9])[0]
+        for k, one in enumerate(found):
+            apart = [abs(one.mu - other.mu) for other in found if other is not one]
+            step = min([1e-4, one.mu / 3, *(a / 3 for a in apart)])
+            below, above = _growing(system, [one.mu - step, one.mu + step])
+            rise = (1 if one.direction == "up" else -1) * (2 if one.kind == "flutter" else 1)
+            assert (below, above) == (level, level + rise), (seed, k, one)
+            level = above
+        assert _growing(system, [1.0]) == [level]
+    assert count > (2 if n > 3 else 0)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+@pytest.mark.parametrize(("n", "seeds"), [(3, 5), (10, 2), (15, 1), (20, 1)])
+def test_thresholds_are_the_crossings(n, seeds, damping):
+    for seed in range(seeds):
+        system = _random(np.random.default_rng(100 * n + seed), n, damping)
+        loop, expected = _loop(system), crossings(system, 1.0)
+        found = loop.thresholds(1.0)
+        assert [(p.kind, p.direction) for p in found] == [(c.kind, c.direction) for c in expected]
+        for p, c in zip(found, expected, strict=True):
+            assert p.mu == pytest.approx(c.mu, rel=1e-8)
+            assert p.frequency_hz == pytest.approx(c.frequency_hz, rel=1e-6)
+        points = critical_points(system, 1.0)
+        start = loop.critical_friction(1.0)
+        assert (start is None) == (not points)
+        if start is not None:
+            assert start.mu == pytest.approx(points[0].mu, rel=1e-8)
+
+
+def _static(K0, b, c, C=None):
+    K0, b, c = (np.array(x, dtype=float) for x in (K0, b, c))
+    return lambda mu: (np.eye(len(K0)), C, K0 + mu * np.outer(b, c))
+
+
+def test_divergence_that_friction_ends_is_no_gain_margin():
+    # s1 = 4 and s2 = mu - 1/2: divergent below one half
+    for C in (None, np.diag([0.1, 0.2])):
+        loop = _loop(_static(np.diag([4.0, -0.5]), [0, 1], [0, 1], C))
+        (one,) = loop.thresholds(2.0)
+        assert (one.kind, one.direction, one.frequency_hz) == ("divergence", "down", 0.0)
+        assert one.mu == pytest.approx(0.5, rel=1e-14)
+        assert loop.verdict_at_start(2.0) == "divergence"
+        with pytest.raises(ComputationError, match="grows from mu = 0 on"):
+            loop.critical_friction(2.0)
+
+
+def test_divergence_that_friction_starts():
+    for C in (None, np.diag([0.1, 0.2])):
+        loop = _loop(_static(np.diag([4.0, 0.5]), [0, -1], [0, 1], C))
+        one = loop.critical_friction(2.0)
+        assert (one.kind, one.direction) == ("divergence", "up")
+        assert one.mu == pytest.approx(0.5, rel=1e-14)
+
+
+def test_flutter_that_starts_and_ends(mode_coupling):
+    # half difference squared of the roots: (1 - mu)^2 - 1/4 with a friction term of rank one
+    K1 = np.array([[1.0, -1.0], [1.0, -1.0]])
+    K0 = np.array([[1.0, 1.0], [-1.0, 3.0]]) + 2 * np.eye(2)
+    system = lambda mu: (np.eye(2), None, K0 - 0.5 * np.diag([1, -1]) + mu * K1)  # noqa: E731
+    squares = lambda mu: np.linalg.eigvals(system(mu)[2])  # noqa: E731
+    loop = _loop(system)
+    for one in loop.thresholds(4.0):
+        assert np.abs(np.diff(squares(one.mu))) < 1e-6
+        beside = [np.iscomplexobj(squares(one.mu + d)) for d in (-1e-6, 1e-6)]
+        assert beside == ([False, True] if one.direction == "up" else [True, False])
+
+
+def test_a_rigid_body_beside_the_loop(mode_coupling):
+    def system(mu):
+        K = np.zeros((3, 3))
+        K[:2, :2] = mode_coupling(mu)[2]
+        return np.eye(3), None, K
+
+    (one,) = _loop(system).thresholds(2.0)
+    assert one.mu == pytest.approx(0.75, rel=1e-12)
+    assert one.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-9)
+
+
+def test_python_control_finds_the_same_margin_with_damping(mode_coupling):
+    for C in (1e-3 * np.diag([1.0, 2.0]), 0.2 * np.diag([1.0, 2.0])):
+        system = lambda mu, C=C: (np.eye(2), C, mode_coupling(mu)[2])  # noqa: E731
+        loop = _loop(system)
+        margin, *_ = control.margin(loop.plant)
+        assert loop.critical_friction(2.0).mu == pytest.approx(margin, rel=1e-9)
+
+
+def test_undamped_margin_comes_from_the_breakaway_point(mode_coupling):
+    loop = _loop(mode_coupling)
+    assert loop.critical_friction(2.0).mu == pytest.approx(0.75, rel=1e-12)
+    assert loop.critical_friction(0.7) is None
+
+
+def test_poles_and_root_locus_are_the_eigenvalues(rng):
+    system = _random(rng, 3, 0.3)
+    loop = _loop(system)
+    mus = [0.0, 0.3, 1.1]
+    locus = loop.root_locus(mus)
+    assert locus.gains == pytest.approx(mus)
+    for k, mu in enumerate(mus):
+        expected = complex_eigenvalues(*system(mu)).values
+        size = np.abs(expected).max()
+        for poles in (locus.loci[k], loop.closed(mu).poles()):
+            distance = np.abs(np.asarray(poles)[:, None] - expected[None, :])
+            assert distance.min(axis=0).max() < 1e-9 * size
+            assert distance.min(axis=1).max() < 1e-9 * size
+
+
+def test_static_gain_of_the_plant(mode_coupling):
+    # K0 = [[2, -1], [-1, 2]], force on the first mass, reaction at the second: 1/3 per unit force
+    loop = _loop(mode_coupling, [0.0, 1.0])
+    assert np.real(loop.plant.dcgain()).item() == pytest.approx(4 / 3 / 3, rel=1e-12)
+    assert loop.b == pytest.approx([4 / 3, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("system", "reason"),
+    [
+        (lambda mu: (np.eye(2), None, 3 * np.eye(2) + mu * np.array([[0, 1], [-1, 0]])), "rank"),
+        (lambda mu: (np.eye(2), None, np.array([[2, mu**2], [1, 3]])), "not linear"),
+        (lambda mu: (np.eye(2), None, np.eye(2)), "does not depend"),
+        (lambda mu: ((1 + mu) * np.eye(2), None, np.eye(2)), "mass"),
+        (lambda mu: (np.eye(2), mu * np.eye(2), np.eye(2)), "damping"),
+    ],
+)
+def test_reason_is_given_where_there_is_no_loop(system, reason):
+    answer = friction_loop(system)
+    assert answer.loop is None
+    assert reason in answer.reason
+
+
+def test_a_wrong_reaction_is_noticed(mode_coupling):
+    answer = friction_loop(mode_coupling, reaction=[1.0, 1.0])
+    assert answer.loop is None
+    assert "reaction" in answer.reason

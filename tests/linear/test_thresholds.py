@@ -1,0 +1,227 @@
+"""Thresholds against closed forms, 30-digit solutions and the loop of python-control."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.errors import InputError
+from squeal.linear import Batched, critical_points, verdict
+from tests.linear.conftest import random_pad
+
+I2, I3 = np.eye(2), np.eye(3)
+
+
+def _kinds(points):
+    return [p.kind for p in points]
+
+
+def _exact_threshold(M, K0, K1, near):
+    """Zero of the discriminant or of the determinant next to `near`, in 34 digits."""
+    with mp.workdps(34):
+        inverse = mp.inverse(mp.matrix(M.tolist()))
+        A0, A1 = inverse * mp.matrix(K0.tolist()), inverse * mp.matrix(K1.tolist())
+        size = mp.norm(A0, 1)
+        A0, A1 = A0 / size, A1 / size
+
+        def invariants(mu):
+            A = A0 + mu * A1
+            square = A * A
+            a = sum(A[i, i] for i in range(3))
+            b = (a * a - sum(square[i, i] for i in range(3))) / 2
+            return a, b, mp.det(A)
+
+        def discriminant(mu):
+            a, b, c = invariants(mu)
+            return a**2 * b**2 - 4 * b**3 - 4 * a**3 * c + 18 * a * b * c - 27 * c**2
+
+        found = []
+        for f in (discriminant, lambda mu: invariants(mu)[2]):
+            root = mp.findroot(f, (near * (1 - 1e-7), near * (1 + 1e-7)), verify=False)
+            found.append(abs(root - near) / near)
+        return float(min(found))
+
+
+def test_random_pads_to_nine_digits(rng):
+    checked = 0
+    for _ in range(60):
+        M, _, K0 = random_pad(rng)
+        size = np.sqrt(np.outer(np.diag(M), np.diag(M)))
+        K0 = (K0 + K0.T) / 2
+        K1 = size * 1e6 * np.outer(rng.normal(size=3), rng.normal(size=3))
+
+        def system(mu, M=M, K0=K0, K1=K1):
+            return M, None, K0 + mu * K1
+
+        points = critical_points(system, 2.0)
+        for p in points:
+            assert p.converged
+            assert p.interval[0] <= p.mu <= p.interval[1]
+            before, after = (verdict(*system(p.mu * (1 + e))) for e in (-1e-7, 1e-7))
+            assert before != after
+            assert after == ("marginal" if p.kind == "restabilised" else p.kind)
+            if "marginal" in (before, after):  # not an exchange of growth rates
+                assert _exact_threshold(M, K0, K1, p.mu) < 1e-9
+                checked += 1
+        # nothing between: the verdicts of a grid change only where points are
+        grid = np.linspace(1e-6, 2.0, 101)
+        names = [verdict(*system(mu)) for mu in grid]
+        for a, b, before, after in zip(grid, grid[1:], names, names[1:], strict=False):
+            if before != after:
+                assert any(a <= p.mu <= b for p in points)
+    assert checked > 20
+
+
+def test_mode_coupling(mode_coupling):
+    (point,) = critical_points(mode_coupling, 2.0)
+    assert point.kind == "flutter"
+    assert point.mu == pytest.approx(0.75, rel=1e-14)
+    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-14)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-5])
+def test_narrow_windows_are_found(n, width):
+    # discriminant of the coupled pair: (mu - 0.5)^2 - width^2
+    def system(mu):
+        K = np.diag([1.5 + mu, 2.0, 11.0, 13.0, 17.0])[:n, :n]
+        K[0, 1], K[1, 0] = width / 2, -width / 2
+        K[2:, 0] = 0.1
+        return np.eye(n), None, K
+
+    points = critical_points(system, 1.7)
+    assert _kinds(points) == ["flutter", "restabilised"]
+    assert [p.mu for p in points] == pytest.approx([0.5 - width, 0.5 + width], rel=1e-9)
+
+
+def test_frequencies_that_cross_are_no_threshold():
+    assert critical_points(lambda mu: (I2, None, np.diag([1 + mu, 2.0])), 3.0) == []
+    assert verdict(I2, None, 2 * I2) == "marginal"
+
+
+def test_divergence_window():
+    points = critical_points(lambda mu: ([[2.0]], None, [[(mu - 1) * (mu - 1.5)]]), 3.0)
+    assert _kinds(points) == ["divergence", "restabilised"]
+    assert [p.mu for p in points] == pytest.approx([1.0, 1.5], rel=1e-14)
+    assert [p.frequency_hz for p in points] == [0.0, 0.0]
+
+
+def test_flutter_that_starts_at_once():
+    points = critical_points(lambda mu: (I2, None, [[2, mu], [-mu, 2]]), 1.0)
+    assert [(p.mu, p.kind) for p in points] == [(0.0, "flutter")]
+
+
+def test_exchange_of_growth_rates():
+    # flutter pair 2 +- i grows at g; the real mode -mu overtakes it at mu = g^2
+    growth = abs(np.sqrt(-(2 + 1j)).real)
+    K = np.zeros((3, 3))
+    K[:2, :2] = [[2, 1], [-1, 2]]
+
+    def system(mu):
+        K[2, 2] = -mu
+        return I3, None, K.copy()
+
+    (point,) = critical_points(system, 1.0)
+    assert point.kind == "divergence"
+    assert point.mu == pytest.approx(growth**2, rel=1e-12)
+    (back,) = critical_points(lambda mu: system(1.0 - mu), 1.0)
+    assert back.kind == "flutter"
+    assert back.frequency_hz == pytest.approx(abs(np.sqrt(-(2 + 1j)).imag) / (2 * np.pi))
+
+
+def test_short_exchange_of_growth_rates():
+    # the real mode's s = -g^2 + ((mu - 0.5)^2 - width^2) leads for 2 width only
+    growth, width = abs(np.sqrt(-(2 + 1j)).real), 2e-3
+
+    def system(mu):
+        K = np.zeros((3, 3))
+        K[:2, :2] = [[2, 1], [-1, 2]]
+        K[2, 2] = (mu - 0.5) ** 2 - width**2 - growth**2
+        return I3, None, K
+
+    points = critical_points(system, 0.8)
+    assert _kinds(points) == ["divergence", "flutter"]
+    assert [p.mu for p in points] == pytest.approx([0.5 - width, 0.5 + width], rel=1e-10)
+
+
+def test_threshold_at_the_very_end_of_the_range(mode_coupling):
+    assert _kinds(critical_points(mode_coupling, 0.75)) == ["flutter"]
+    assert critical_points(mode_coupling, 0.75 * (1 - 1e-6)) == []
+
+
+def test_jump_at_a_breakpoint(mode_coupling):
+    def system(mu):
+        return mode_coupling(mu if mu < 0.5 else 2 * mu)
+
+    points = critical_points(system, 2.0, breakpoints=[0.5, 1.2])
+    assert [(p.mu, p.kind, p.interval) for p in points] == [(0.5, "flutter", (0.5, 0.5))]
+    growing = abs(np.sqrt(-(2 + 1j / np.sqrt(3))).imag)  # at mu = 1, just above the jump
+    assert points[0].frequency_hz == pytest.approx(growing / (2 * np.pi), rel=1e-9)
+    quiet = critical_points(lambda mu: mode_coupling(mu / 4), 2.0, breakpoints=[1.0])
+    assert quiet == []
+
+
+def test_zero_roots_for_all_mu():
+    chain = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    skew = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])
+    (point,) = critical_points(lambda mu: (I3, None, chain + mu * skew), 3.0)
+    assert point.kind == "flutter"
+    assert point.mu == pytest.approx(1 / np.sqrt(3), rel=1e-12)
+    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_damped_thresholds_follow_routh_and_hurwitz(n):
+    # drum brake of Hulten's form, see literature.py; further damped modes change nothing
+    w1, w2, c1, c2 = 4.0, 3.0, 0.08, 0.12
+    a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
+    expected = np.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
+
+    def system(mu):
+        K = np.diag([w1**2, w2**2, 31.0, 47.0])[:n, :n]
+        K[0, 1], K[1, 0] = -mu * w2**2, mu * w1**2
+        return np.eye(n), np.diag([c1, c2, 0.3, 0.4])[:n, :n], K
+
+    (point,) = critical_points(system, 1.0)
+    assert point.kind == "flutter"
+    assert point.mu == pytest.approx(expected, rel=1e-11)
+    assert point.frequency_hz == pytest.approx(np.sqrt(a1 / a3) / (2 * np.pi), rel=1e-11)
+
+
+def test_mode_that_damping_spares(mode_coupling):
+    # equal damping c shifts the threshold: Re = 0 where |Im s| = c omega; the third mode stays
+    c = 0.1
+
+    def system(mu):
+        K = np.zeros((3, 3))
+        K[:2, :2], K[2, 2] = mode_coupling(mu)[2], 7.0
+        return I3, np.diag([c, c, 0.0]), K
+
+    # lambda^2 + c lambda + 2 - i e = 0 with lambda = i omega: omega^2 = 2, e = c omega
+    expected = 0.75 * (1 + 2 * c**2)
+    (point,) = critical_points(system, 2.0)
+    assert point.mu == pytest.approx(expected, rel=1e-9)
+    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("mu_max", [0.0, -1.0, np.inf, np.nan])
+def test_empty_ranges_are_refused(mode_coupling, mu_max):
+    with pytest.raises(InputError, match="mu_max"):
+        critical_points(mode_coupling, mu_max)
+
+
+def test_a_batched_system_is_asked_together_and_tells_the_same(rng):
+    asked = []
+
+    def pad(mu):
+        M, K0, K1 = np.eye(3), np.diag([1.0, 2.0, 4.0]), np.zeros((3, 3))
+        K1[0, 1], K1[1, 0] = 1.0, -1.0
+        return M, None, K0 + mu * K1
+
+    def many(mus):
+        asked.append(len(mus))
+        return [pad(mu) for mu in mus]
+
+    alone, together = critical_points(pad, 2.0), critical_points(Batched(pad, many), 2.0)
+    assert together == alone
+    assert alone[0].mu == pytest.approx(0.5, rel=1e-12)  # where (2 - 1)^2 = 4 mu^2
+    assert max(asked) > 10

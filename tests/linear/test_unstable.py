@@ -1,0 +1,98 @@
+"""Growing modes and their onsets against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from squeal.linear import crossings, unstable_modes
+from tests.known import coupled
+
+
+def drum(mu, e=(0.02, 0.04)):
+    """Drum brake of Hulten's form with damping; its threshold by Routh-Hurwitz."""
+    w1, w2 = 2 * math.pi * 100, 2 * math.pi * 75
+    C = np.diag([e[0] * w1, e[1] * w2])
+    return np.eye(2), C, np.array([[w1**2, -mu * w2**2], [mu * w1**2, w2**2]])
+
+
+def of(system, mu):
+    return unstable_modes(system, mu, crossings(system, mu))
+
+
+def test_mode_coupling():
+    (mode,) = of(coupled, 1.0)
+    assert (mode.kind, mode.growth_rate) == ("flutter", pytest.approx(0.202072, abs=1e-6))
+    assert mode.frequency_hz == pytest.approx(1.428577 / (2 * math.pi), abs=1e-6)
+    assert mode.damping_ratio == pytest.approx(-0.202072 / math.hypot(0.202072, 1.428577), abs=1e-6)
+    assert mode.onset == pytest.approx(0.75, rel=1e-12)
+    assert of(coupled, 0.749) == ()
+    assert of(coupled, 0.751)[0].onset == pytest.approx(0.75, rel=1e-12)
+    assert unstable_modes(coupled, 1.0)[0].onset is None  # nobody looked for it
+
+
+def test_a_damped_brake():
+    # a3 = c1 + c2, a2, a1 of the characteristic polynomial; 1 + mu^2 = a1 (a2 a3 - a1) / ...
+    (mode,) = of(drum, 0.3)
+    assert mode.onset == pytest.approx(0.2873094, abs=1e-7)
+    assert mode.growth_rate > 0 > mode.damping_ratio
+    assert of(drum, 0.2873) == ()
+
+
+def blocks(*parts):
+    n = 2 * len(parts)
+    K = np.zeros((n, n))
+    for k, part in enumerate(parts):
+        K[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = part
+    return np.eye(n), None, K
+
+
+def pair(middle, drive):
+    """Squares of frequencies middle +- sqrt(1/4 - drive): flutter where drive > 1/4."""
+    return np.array([[middle - 0.5, -drive], [1.0, middle + 0.5]])
+
+
+def several(mu):
+    """Flutter from 0.2 to 0.6, from 0.4 on, and from 0.5 on; the last two change places in
+    frequency at 0.7, both growing; divergence from 1 on."""
+    window = 0.25 + (mu - 0.2) * (0.6 - mu)
+    second = pair(30 + 10 * (mu - 0.7), 0.25 + (mu - 0.4))
+    third = pair(30 - 10 * (mu - 0.7), 0.25 + 2 * (mu - 0.5))
+    M, C, K = blocks(pair(10.0, window), second, third)
+    M, K = np.eye(7), np.block([[K, np.zeros((6, 1))], [np.zeros((1, 6)), np.array([[1.0 - mu]])]])
+    return M, C, K
+
+
+@pytest.mark.parametrize(
+    ("mu", "onsets"),
+    [
+        (0.1, []),
+        (0.3, [0.2]),
+        (0.45, [0.2, 0.4]),
+        (0.55, [0.2, 0.4, 0.5]),
+        (0.65, [0.4, 0.5]),
+        (0.9, [0.4, 0.5]),
+        (1.2, [0.4, 0.5, 1.0]),
+    ],
+)
+def test_each_pair_keeps_its_own_onset(mu, onsets):
+    modes = of(several, mu)
+    assert sorted(m.onset for m in modes) == pytest.approx(onsets, abs=1e-9)
+    for mode in modes:
+        square = (2 * math.pi * mode.frequency_hz) ** 2 - mode.growth_rate**2
+        if mode.kind == "divergence":
+            assert mode.growth_rate == pytest.approx(math.sqrt(mu - 1.0))
+            assert (mode.onset, mode.frequency_hz) == (pytest.approx(1.0), 0.0)
+        elif mode.onset == pytest.approx(0.4):
+            assert square == pytest.approx(30 + 10 * (mu - 0.7))
+        elif mode.onset == pytest.approx(0.5):
+            assert square == pytest.approx(30 - 10 * (mu - 0.7))
+        else:
+            assert square == pytest.approx(10.0)
+    assert [m.growth_rate for m in modes] == sorted((m.growth_rate for m in modes), reverse=True)
+
+
+def test_what_grows_from_the_start_has_no_onset():
+    (mode,) = of(lambda mu: coupled(mu + 1.0), 0.5)
+    assert mode.onset is None
+    assert mode.kind == "flutter"

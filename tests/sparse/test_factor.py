@@ -1,0 +1,111 @@
+"""Factorisations against dense solutions and determinants."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+from squeal.sparse import factor
+from tests import large
+
+MAKERS = ("superlu", "full", "mumps")
+
+
+def made(name, matrix):
+    """A factorisation by one of the ways."""
+    if name == "superlu":
+        return factor._SuperLU(matrix)
+    if name == "full":
+        return factor._Full(matrix)
+    contexts = factor._contexts()
+    if contexts is None:
+        pytest.skip("python-mumps is not installed")
+    return factor._Mumps(matrix, contexts)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("value", [2.0, -3.0, 1.0 + 4.0j])
+def test_solutions_and_determinant(name, value, rng):
+    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
+    P = csc_array(value**2 * M + value * C - 7 * K)
+    found, dense = made(name, P), P.toarray()
+    for right in (rng.standard_normal(31), rng.standard_normal((31, 3)) + 1j):
+        for transposed, matrix in ((False, dense), (True, dense.T)):
+            assert np.allclose(found.solve(right, transposed), np.linalg.solve(matrix, right))
+    sign, size = np.linalg.slogdet(dense)
+    logarithm = found.logarithm()
+    assert logarithm.real == pytest.approx(size, rel=1e-10)
+    assert np.exp(1j * logarithm.imag) == pytest.approx(complex(sign), abs=1e-10)
+
+
+@pytest.mark.parametrize("value", [2.0, 1.0 + 4.0j])
+@pytest.mark.parametrize("least", [10, 1000])  # rows from which MUMPS is taken
+def test_single_precision(value, least, rng, monkeypatch):
+    """Six digits of real and complex solutions, whatever the precision of the right side."""
+    monkeypatch.setattr(factor, "MUMPS_ROWS", least)
+    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
+    P = csc_array(value**2 * M + value * C - 7 * K)
+    found = factor.factorise(P, single=True)
+    for right in (rng.standard_normal(31), rng.standard_normal((31, 3)) + 1j):
+        exact = np.linalg.solve(P.toarray(), right)
+        error = np.linalg.norm(found.solve(right) - exact) / np.linalg.norm(exact)
+        assert 1e-9 < error < 1e-4
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_singular(name):
+    with pytest.raises(ZeroDivisionError):
+        made(name, csc_array(np.diag([1.0, 0.0, 2.0])))
+
+
+def test_which_one_is_taken(monkeypatch):
+    """MUMPS where it is installed and the matrix is large; full matrices as such."""
+    monkeypatch.setattr(factor, "MUMPS_ROWS", 20)
+    taken = []
+    monkeypatch.setattr(factor, "_contexts", lambda: "contexts")
+    monkeypatch.setattr(factor, "_Mumps", lambda matrix, contexts: taken.append(matrix))
+    small, many = (csc_array(np.eye(n)) for n in (19, 20))
+    assert isinstance(factor.factorise(small), factor._SuperLU)
+    factor.factorise(many)
+    assert len(taken) == 1
+    assert isinstance(factor.factorise(csc_array(np.ones((30, 30)) + np.eye(30))), factor._Full)
+    monkeypatch.setattr(factor, "_contexts", lambda: None)
+    assert isinstance(factor.factorise(many), factor._SuperLU)
+
+
+def test_an_ordering_serves_again(rng):
+    """The same pattern needs no second context; another one, or another type, does."""
+    contexts = factor._contexts()
+    if contexts is None:
+        pytest.skip("python-mumps is not installed")
+    made = []
+
+    def new():
+        made.append(1)
+        return contexts()
+
+    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
+    pattern = csc_array(abs(M) + abs(C) + abs(K))
+    factor._Mumps._dropped.clear()
+    right = rng.standard_normal(31)
+
+    def check(matrix, count):
+        found = factor._Mumps(matrix, new)
+        assert len(made) == count
+        exact = np.linalg.solve(matrix.toarray(), right)
+        assert np.allclose(found.solve(right.astype(matrix.dtype)), exact)
+        sign, size = np.linalg.slogdet(matrix.toarray())
+        logarithm = found.logarithm()
+        assert logarithm.real == pytest.approx(size, rel=1e-10)
+        assert np.exp(1j * logarithm.imag) == pytest.approx(complex(sign), abs=1e-10)
+        return found
+
+    def alike(kind=float):
+        data = rng.standard_normal(pattern.nnz).astype(kind)
+        return csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+    kept = check(alike(), 1)
+    check(alike(), 2)  # the first one is still in use
+    check(alike(), 2)
+    check(alike(complex), 3)
+    check(csc_array(M + np.eye(31)), 4)
+    assert np.allclose(kept.solve(right), kept.solve(right))

@@ -1,0 +1,92 @@
+"""Bounds of growth against dense solutions: nothing lies beyond, and bad matrices have none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array, diags_array
+
+from squeal.sparse import growth
+from squeal.sparse.growth import growth_bound
+from squeal.sparse.modes import modes_in
+from squeal.sparse.region import Rectangle, band
+from squeal.sparse.scaled import ScaledSystem, quadratic
+from tests import large
+
+
+def chain(n=60, **changed):
+    """Oscillators of 1, 2, ... rad/s, some entries of K changed."""
+    K = diags_array(np.arange(1.0, n + 1) ** 2).tolil()
+    for place, value in changed.items():
+        i, j = map(int, place[1:].split("_"))
+        K[i, j] = value
+    return csc_array(np.eye(n)), None, csc_array(K)
+
+
+def everything(matrices):
+    M, C, K = (None if A is None else A.toarray() for A in matrices)
+    n = len(M)
+    C = np.zeros((n, n)) if C is None else C
+    lower = np.linalg.solve(M, np.hstack([-K, -C]))
+    return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower]))
+
+
+REGION = Rectangle(-0.5, 0.05, -1e-6, 45.5)
+RANDOM = np.random.default_rng(3)
+SKEW = csc_array(np.triu(RANDOM.normal(size=(60, 60)), 1))
+CASES = {
+    "symmetric": chain(),
+    "divergence": chain(k3_3=-400.0),
+    "flutter": chain(k5_6=3000.0, k6_5=-3000.0),
+    "friction": (chain()[0], None, chain()[2] + 30 * (SKEW - SKEW.T)),
+    "gyroscopic": (chain()[0], 2 * (SKEW - SKEW.T), chain(k5_6=300.0, k6_5=-300.0)[2]),
+    "negative damping": (chain()[0], csc_array(-5 * np.eye(60)), chain()[2]),
+    "loss factor": (chain()[0], None, chain()[2] * (1 + 0.3j)),
+    "gain factor": (chain()[0], None, chain()[2] * (1 - 0.3j)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nothing_lies_beyond_a_bound(name):
+    bound = growth_bound(quadratic(*CASES[name]), REGION)
+    assert bound is not None
+    values = everything(CASES[name])
+    inside = values[(values.imag > REGION.low_imag) & (values.imag < REGION.high_imag)]
+    assert not np.any(inside.real > bound)
+    assert bound >= REGION.high_real
+    if name not in ("symmetric", "loss factor"):  # roots that the region alone would miss
+        assert np.any(inside.real > REGION.high_real)
+
+
+def test_what_has_no_bound_or_none_within_reach(monkeypatch):
+    M, _, K = chain(k3_3=-4e6)
+    assert growth_bound(quadratic(M, None, K), REGION) is None  # a root at 2000
+    negative = csc_array(diags_array(np.r_[-1.0, np.ones(59)]))
+    assert growth_bound(quadratic(negative, None, chain()[2]), REGION) is None
+    odd = M + csc_array(([0.5], ([0], [1])), shape=M.shape)
+    assert growth_bound(quadratic(odd, None, chain()[2]), REGION) is None
+    assert growth_bound(quadratic(*chain()), REGION) == REGION.high_real
+    rounded = M + csc_array(([1e-16], ([0], [1])), shape=M.shape)
+    assert growth_bound(quadratic(rounded, None, chain()[2]), REGION) == REGION.high_real
+    monkeypatch.setattr(growth, "ROWS", 59)
+    assert growth_bound(quadratic(*chain()), REGION) is None
+
+
+def test_a_count_beyond_the_region_sends_the_search_there():
+    """x'' - 400 x = 0 grows with 20 1/s, far to the right of a low band."""
+    problem = quadratic(*chain(k3_3=-400.0))
+    region = replace(band(0.0, 0.5), low_imag=-1e-6)
+    bound = growth_bound(problem, region)
+    found = modes_in(problem, region, whole=replace(region, high_real=bound))
+    assert found.certified
+    assert np.any(np.abs(found.values - 20.0) < 1e-9)
+    assert not np.any(modes_in(problem, region).values.real > 1.0)
+
+
+def test_a_brake_has_a_bound_near_its_band():
+    problem = ScaledSystem(large.disc_and_pad(3)).at({"mu": 0.6})
+    region = band(500.0, 5000.0)
+    bound = growth_bound(problem, region)
+    assert region.high_real < bound <= 8 * region.high_real
+    found = modes_in(problem, region, whole=replace(region, high_real=bound))
+    assert found.certified

@@ -1,0 +1,253 @@
+"""Roots of sparse systems in a region against dense solutions, closed forms and known blocks."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eig
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import block_diag, csc_array, diags_array
+
+from squeal.errors import InputError
+from squeal.sparse import count
+from squeal.sparse.merge import Roots, merged
+from squeal.sparse.modes import lowest_modes, modes_in
+from squeal.sparse.region import Discs, Rectangle, band
+from squeal.sparse.scaled import quadratic
+from tests import large
+
+
+def dense_roots(M, C, K):
+    """All finite roots by the dense generalised problem, in the unit 1/rate."""
+    M, C, K = (x.toarray() for x in (M, C, K))
+    n, rate = len(M), np.sqrt(np.linalg.norm(K) / np.linalg.norm(M))
+    eye, zero = np.eye(n), np.zeros((n, n))
+    left = np.block([[zero, eye], [-K / np.linalg.norm(K), -C * rate / np.linalg.norm(K)]])
+    right = np.block([[eye, zero], [zero, M * rate**2 / np.linalg.norm(K)]])
+    values = eig(left, right, right=False)
+    return values[np.isfinite(values)] * rate
+
+
+def assert_same(found, expected, relative=1e-8):
+    """Largest distance of two lists of roots, matched one to one, against a tolerance."""
+    found, expected = np.asarray(found), np.asarray(expected)
+    assert len(found) == len(expected)
+    distance = np.abs(found[:, None] - expected[None, :])
+    i, j = linear_sum_assignment(distance)
+    assert distance[i, j].max() <= relative * np.abs(expected).max()
+
+
+def assert_modes(matrices, region, expected, relative=1e-8, **options):
+    problem = quadratic(*matrices)
+    found = modes_in(problem, region, **options)
+    assert found.certified, found.count
+    assert_same(found.values, expected[region.contains(expected)], relative)
+    M, C, K = matrices
+    for e in found.eigenvalues:
+        P = e.value**2 * M + e.value * C + K
+        size = abs(P).sum(axis=0).max()
+        assert e.residual < 1e-12
+        for vector, matrix in ((e.right, P), (e.left.conj(), P.T)):
+            rest = np.linalg.norm(matrix @ vector) / (size * np.linalg.norm(vector))
+            assert rest < 1e-10
+        if e.value.imag:
+            assert abs(e.right.conj() @ (M @ e.right)) == pytest.approx(1.0)
+    return found
+
+
+PROBLEMS = {
+    "spring": (large.spring_chain(80), Rectangle(-1.0, 0.1, -0.5, 0.5)),
+    "acoustic": (large.acoustic_wave_1d(90), Rectangle(-6.0, 1.0, 1.0, 30.0)),
+    "beam": (large.damped_beam(40), Rectangle(-50.0, 10.0, 10.0, 3000.0)),
+    "wiresaw": (large.wiresaw(60), Rectangle(-1.0, 1.0, 0.0, 60.0)),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_published_problems_against_dense(name):
+    matrices, region = PROBLEMS[name]
+    assert_modes(matrices, region, dense_roots(*matrices), relative=1e-7)
+
+
+def test_acoustic_wave_against_its_closed_form():
+    """Sound in a tube with an end of impedance z: tanh(lambda) = -z, approached as 1/n^2."""
+    errors = []
+    for n in (100, 200):
+        matrices = large.acoustic_wave_1d(n, impedance=0.5)
+        found = modes_in(quadratic(*matrices), Rectangle(-3.0, 1.0, 1.0, 10.0)).values
+        exact = -np.arctanh(0.5) + 1j * np.pi * np.arange(1, 4)
+        assert len(found) == 3
+        errors.append(np.abs(np.sort_complex(found * 1j) - np.sort_complex(exact * 1j)).max())
+    assert errors[1] == pytest.approx(errors[0] / 4, rel=0.1)
+
+
+def test_known_blocks_under_transformations():
+    rng = np.random.default_rng(5)
+    a, w = rng.uniform(-0.05, 0.2, 150), np.sort(rng.uniform(1.0, 20.0, 150))
+    expected = np.concatenate([-a + 1j * w, -a - 1j * w])
+    found = assert_modes(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
+    assert len(found.shifts) > 1
+
+
+def test_multiple_roots_are_counted_and_listed():
+    rng = np.random.default_rng(6)
+    a, w = rng.uniform(0.01, 0.1, 60), rng.uniform(1.0, 10.0, 60)
+    matrices = large.twice(large.blocks(a, w, rng))
+    expected = np.tile(np.concatenate([-a + 1j * w, -a - 1j * w]), 2)
+    assert_modes(matrices, Rectangle(-1.0, 1.0, 3.0, 5.0), expected)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "many"),
+    [
+        ([[1, 1, 0]], [[1, 0, 0], [0, 1, 0]], 2),  # a mixture of the two that come
+        ([[1, 0, 0], [0, 1, 0]], [[1, 1, 0]], 2),
+        ([[1, 0, 0]], [[0, 1, 0]], 2),
+        ([[1, 1, 0]], [[1, 0, 0], [0, 0, 1]], 3),
+    ],
+)
+def test_starts_give_a_root_as_often_as_its_vectors_have_dimensions(old, new, many):
+    def roots(vectors):
+        x = np.array(vectors, dtype=complex).T
+        x /= np.linalg.norm(x, axis=0)
+        return Roots(np.full(len(vectors), 1j), x, np.full(x.shape, np.nan + 0j))
+
+    together = merged(roots(old), roots(new), np.full(len(new), 1e-6))
+    assert len(together.values) == np.linalg.matrix_rank(together.right) == many
+
+
+def test_a_defective_pair_counts_twice():
+    jordan = csc_array(np.array([[4.0, 1.0], [0.0, 4.0]]))
+    K = csc_array(block_diag([jordan, diags_array(np.arange(9.0, 60.0))]))
+    M = csc_array(np.eye(K.shape[0]))
+    found = modes_in(quadratic(M, None, K), Rectangle(-1.0, 1.0, 1.0, 3.5))
+    assert found.certified
+    assert_same(found.values, [2j, 2j, 3j, 10**0.5 * 1j, 11**0.5 * 1j, 12**0.5 * 1j], relative=1e-6)
+
+
+def test_mixed_units_and_singular_mass():
+    rng = np.random.default_rng(7)
+    a, w = rng.uniform(0.0, 0.1, 50), rng.uniform(1.0, 10.0, 50)
+    M, C, K = large.blocks(a, w, rng)
+    unit = csc_array(diags_array(10.0 ** rng.uniform(-4, 4, 50)))
+    scaled = [unit @ x @ unit for x in (M, C, K)]
+    massless = [
+        block_diag([x, [[s]]], format="csc") for x, s in zip(scaled, (0, 0, 3), strict=True)
+    ]
+    expected = np.concatenate([-a + 1j * w, -a - 1j * w])
+    found = modes_in(quadratic(*massless), Rectangle(-1.0, 1.0, 2.0, 6.0))
+    assert found.certified
+    assert_same(found.values, expected[(expected.imag > 2) & (expected.imag < 6)])
+
+
+def test_rigid_body_roots_are_among_the_lowest():
+    n = 60
+    K = diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    K = csc_array(K).tolil()
+    K[0, 0] = K[n - 1, n - 1] = 1.0
+    M = csc_array(np.eye(n))
+    found = lowest_modes(quadratic(M, None, csc_array(K)), 5)
+    assert found.certified
+    exact = 2 * np.sin(np.pi * np.arange(1, 4) / (2 * n))
+    assert_same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
+
+
+def test_complex_stiffness_has_one_root_above_the_axis_for_each_mode():
+    w = np.arange(1.0, 40.0)
+    K = csc_array(diags_array(w**2 * (1 + 0.05j)))
+    M = csc_array(np.eye(len(w)))
+    expected = 1j * w * np.sqrt(1 + 0.05j)
+    found = modes_in(quadratic(M, None, K), Rectangle(-5.0, 5.0, 0.5, 20.5))
+    assert found.certified
+    assert_same(found.values, expected[expected.imag < 20.5])
+
+
+def test_a_missing_root_is_noticed(monkeypatch):
+    """The count does not follow the list: with a root hidden from the search it stays right."""
+    from squeal.sparse import modes
+
+    rng = np.random.default_rng(8)
+    a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
+    problem = quadratic(*large.blocks(a, w, rng))
+    complete = modes._Search.complete
+
+    def hiding(self):
+        roots = complete(self)
+        return roots.picked(np.abs(roots.values.imag - w[15]) > 1e-3)
+
+    monkeypatch.setattr(modes._Search, "complete", hiding)
+    found = modes_in(problem, Rectangle(-1.0, 1.0, 2.9, 6.05))
+    assert not found.certified
+    assert found.count.inside == len(found.eigenvalues) + 1
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="RE0 < RE1"):
+        Rectangle(1.0, 0.0, 0.0, 1.0)
+    with pytest.raises(InputError, match="LOW < HIGH"):
+        band(10.0, 5.0)
+    empty = csc_array(np.diag([1.0, 0.0]))
+    with pytest.raises(InputError, match="row 2 of M, C and K is empty"):
+        quadratic(empty, None, empty)
+
+
+def test_a_disc_is_counted_by_sizes_alone_and_by_rates(monkeypatch):
+    """Known blocks: both ways to the count agree with the list, also with a root hidden."""
+    rng = np.random.default_rng(9)
+    a, w = rng.uniform(0.01, 0.1, 60), np.linspace(1.0, 20.0, 60)
+    problem = quadratic(*large.blocks(a, w, rng))
+    found = lowest_modes(problem, 12)
+    assert found.certified
+    assert_same(found.values, np.concatenate([-a[:12] + 1j * w[:12], -a[:12] - 1j * w[:12]]))
+    assert found.count.evaluations in [pieces + 1 for pieces in count.ARCS]
+    some = np.ones((60, len(found.known)), dtype=complex)
+    hidden = Roots(found.known, some, some).picked(np.abs(abs(found.known.imag) - w[5]) > 1e-3)
+    assert len(hidden.values) == len(found.known) - 2
+    told = count._conjugate(problem, found.region, hidden, lambda text: None)
+    assert told is None or told.inside == 24
+    monkeypatch.setattr(count, "ARCS", ())
+    other = lowest_modes(problem, 12)
+    assert other.certified
+    assert other.count.inside == 24
+
+
+@pytest.mark.parametrize("inside", [0.3j, 0.9j, 0.6 + 0.6j, 0.95 * np.exp(1.3j)])
+def test_a_conjugate_phase_knows_roots_inside(inside):
+    """sum c_k sin k t is the phase of a function without roots inside and of no other."""
+    from squeal.sparse.count import _sines
+
+    t = np.pi * np.arange(33) / 32
+    z = np.exp(1j * t)
+    outside = np.log((1.6j - z) * (-1.6j - z)) + np.log(2.0 + z) + 0.3 * z
+    assert np.allclose(_sines(outside.real), outside.imag - outside.imag[0], atol=1e-6)
+    wrong = outside + np.log((z - inside) * (z - np.conj(inside)))
+    off = _sines(wrong.real) - wrong.imag
+    assert np.max(np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi)))) > 1.0
+
+
+@pytest.mark.parametrize("n", [300, 401])
+def test_far_from_all_roots_nothing_is_counted(n):
+    """Along an outline far from many roots the phase turns hundreds of times, faster midway."""
+    w = np.sort(np.random.default_rng(1).uniform(10.0, 5000.0, n))
+    M, K = csc_array(np.eye(n)), csc_array(diags_array(w**2))
+    for damping in (None, csc_array(diags_array(0.004 * w))):
+        found = modes_in(quadratic(M, damping, K), band(1591.5, 3183.1), left=False)
+        assert (found.count.inside, found.certified) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("turns", "inside"),
+    [([-1], None), ([1, 2, 3, 4], None), ([1, 2, 2], 2), ([1, -1, 0], 0), ([0], 0), ([None], None)],
+)
+def test_a_count_that_is_no_list_is_taken_if_two_looks_agree(turns, inside, monkeypatch):
+    looks = iter(turns + turns[-1:] * count.LOOKS)
+
+    def along(self, nodes):
+        turn = next(looks)
+        return None if turn is None else [2 * np.pi * turn]
+
+    monkeypatch.setattr(count._Outline, "along", along)
+    w = np.arange(1.0, 31.0)
+    problem = quadratic(csc_array(np.eye(30)), None, csc_array(diags_array(w**2)))
+    none = np.zeros((30, 0), dtype=complex)
+    known = Roots(np.zeros(0, dtype=complex), none, none)
+    found = count.count_roots(problem, Rectangle(-1.0, 1.0, 50.0, 60.0), known, Discs(()))
+    assert found.inside == inside

@@ -1,0 +1,225 @@
+"""Reduced systems against the full one, at values between those that made the basis."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+from squeal.analysis.systems.sweeps import reduced_for
+from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError, InputWarning
+from squeal.linear.terms import Term, TermSystem
+from squeal.numerics.formula import Formula
+from squeal.sparse import reduction as reduction_of
+from squeal.sparse.dense import dense_roots, dense_values
+from squeal.sparse.modes import modes_in
+from squeal.sparse.reduction import TOLERANCE, Basis, reduce_system, reduce_to_real_modes
+from squeal.sparse.region import Rectangle, band
+from squeal.sparse.scaled import ScaledSystem
+from tests import large
+
+BRAKE = large.disc_and_pad(3)
+REGION = band(200.0, 2200.0)
+VALUES = [{"mu": float(mu)} for mu in np.linspace(0.0, 0.8, 5)]
+
+
+@pytest.fixture(scope="module")
+def scaled():
+    return ScaledSystem(BRAKE)
+
+
+@pytest.fixture(scope="module")
+def reduction(scaled):
+    return reduce_system(scaled, REGION, VALUES)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.13, 0.7])
+def test_roots_are_those_of_the_full_system(scaled, reduction, mu):
+    full = modes_in(scaled.at({"mu": mu}), REGION, certify=False)
+    found = reduction.modes(REGION, {"mu": mu})
+    assert len(found.values) == len(full.eigenvalues) > 3
+    distance = np.abs(found.values[:, None] - full.values[None, :])
+    assert np.all(distance.min(axis=0) < 1e-8 * np.abs(full.values))
+    assert reduction.size < scaled.n / 4
+
+
+def test_residuals_are_those_of_the_full_problem(scaled, reduction):
+    found = reduction.modes(REGION, {"mu": 0.3})
+    problem = scaled.at({"mu": 0.3})
+    vectors = reduction.basis.vectors @ found.vectors
+    rest = np.linalg.norm(problem.apply(found.values, vectors), axis=0)
+    _, size = reduction.basis.weights(found.values, {"mu": 0.3})
+    assert np.all(found.residuals < 2 * rest / size)
+    assert np.all(rest / size < 2 * found.residuals)
+    values = reduction.values(REGION, {"mu": 0.3})
+    assert np.allclose(np.sort(values.imag), np.sort(found.values.imag), rtol=1e-12)
+    shapes = reduction.shapes(found.vectors)
+    M, C, K = BRAKE.at({"mu": 0.3})
+    rest = found.values[0] ** 2 * M + found.values[0] * C + K
+    assert np.linalg.norm(rest @ shapes[:, 0]) < 1e-9 * np.linalg.norm(abs(K) @ abs(shapes[:, 0]))
+
+
+def test_the_tolerance_is_met_or_the_error_told(scaled, reduction):
+    assert reduction.worst <= TOLERANCE
+    modal = reduce_to_real_modes(scaled, REGION, VALUES, 40)
+    assert modal.method == "modal"
+    assert modal.worst > 100 * reduction.worst  # friction sits on the interface
+    found = modal.modes(REGION, {"mu": 0.0})
+    full = modes_in(scaled.at({"mu": 0.0}), REGION, certify=False)
+    assert len(found.values) == len(full.eigenvalues)
+    assert np.allclose(np.sort(found.values.imag), np.sort(full.values.imag), rtol=1e-2)
+
+
+def test_the_sketch_estimates_the_residual(scaled, reduction):
+    """The cheap estimate that steers the search is within a factor of two."""
+    basis = Basis(scaled)
+    basis.extend(reduction.basis.vectors[:, :6].astype(complex))
+    rng = np.random.default_rng(3)
+    z = rng.standard_normal((basis.size, 5)) + 0j
+    weights, _ = basis.weights(np.full(5, 3000j), {"mu": 0.2})
+    rest = np.einsum("trd,tm,dm->rm", basis.sketch(), weights, z)
+    exact = basis.residuals(weights, z.astype(complex))
+    problem = scaled.at({"mu": 0.2})
+    full = problem.apply(np.full(5, 3000j), basis.vectors @ z)
+    assert np.allclose(exact, np.linalg.norm(full, axis=0), rtol=1e-10)
+    assert np.all(np.linalg.norm(rest, axis=0) < 2 * exact)
+    assert np.all(exact < 2 * np.linalg.norm(rest, axis=0))
+
+
+def test_the_worst_error_is_that_of_all_roots(scaled, monkeypatch):
+    """What random vectors point at is what all residuals, one by one, say."""
+    monkeypatch.setattr(reduction_of, "COLUMNS", 3)
+    modal = reduce_to_real_modes(scaled, REGION, VALUES, 40)
+    worst = 0.0
+    for changes in VALUES:
+        roots = dense_roots(*modal.system.at(changes), REGION)
+        weights, size = modal.basis.weights(roots.values, changes)
+        worst = max(worst, *(modal.basis.residuals(weights, roots.right) / size))
+    assert modal.worst == pytest.approx(worst, rel=1e-10)
+
+
+def test_a_region_without_roots_has_the_basis_of_those_around(scaled):
+    full = modes_in(scaled.at(VALUES[1]), REGION, certify=False)
+    apart = np.diff(np.sort(full.values.imag))
+    k = int(np.argmax(apart))
+    low = np.sort(full.values.imag)[k] + apart[k] / 4
+    empty = Rectangle(-100.0, 100.0, low, low + apart[k] / 2)
+    found = reduce_system(scaled, empty, [VALUES[1]])
+    assert found.converged
+    assert not len(found.values(empty, VALUES[1]))
+    around = empty.widened(0.6)
+    exact = full.values[around.contains(full.values)]
+    assert len(exact)
+    near = found.values(around, VALUES[1])
+    assert np.allclose(np.sort_complex(near), np.sort_complex(exact), rtol=1e-8)
+
+
+def test_a_mass_that_a_parameter_takes_away_is_refused():
+    mass = (Term(BRAKE.M[0].matrix, Formula("share")),)
+    scaled = ScaledSystem(TermSystem(mass, BRAKE.C, BRAKE.K, {"mu": 0.3, "share": 1.0}))
+    assert scaled.at({"share": 0.5}).n == BRAKE.n
+    with pytest.raises(InputError, match="M: is zero"):
+        scaled.at({"share": 0.0})
+
+
+def test_two_parameters():
+    system = TermSystem(
+        BRAKE.M,
+        (Term(BRAKE.C[0].matrix, Formula("damping")),),
+        BRAKE.K,
+        {"mu": 0.3, "damping": 1.0},
+    )
+    scaled = ScaledSystem(system)
+    values = [{"mu": mu, "damping": d} for mu in (0.1, 0.5) for d in (0.5, 1.5)]
+    reduction = reduce_system(scaled, REGION, values)
+    for changes in ({"mu": 0.5, "damping": 0.5}, {"mu": 0.25, "damping": 1.2}):
+        full = modes_in(scaled.at(changes), REGION, left=False, certify=False).values
+        found = reduction.modes(REGION, changes).values
+        distance = np.abs(found[:, None] - full[None, :])
+        assert distance.min(axis=0).max() < 1e-6 * np.abs(full).max()
+
+
+def test_dense_roots():
+    rng = np.random.default_rng(4)
+    a, w = rng.uniform(0.0, 0.1, 12), np.linspace(1.0, 4.0, 12)
+    w[5] = w[4]
+    a[5] = a[4]
+    M, C, K = (x.toarray() for x in large.blocks(a, w, rng))
+    exact = np.concatenate([-a + 1j * w, -a - 1j * w])
+    values = dense_values(M, C, K)
+    assert np.abs(values[:, None] - exact[None, :]).min(axis=1).max() < 1e-7
+    region = Rectangle(-1.0, 1.0, 0.5, 3.5)
+    roots = dense_roots(M, C, K, region, left=True)
+    assert len(roots.values) == np.sum((w > 0.5) & (w < 3.5))
+    for j, value in enumerate(roots.values):
+        P = value**2 * M + value * C + K
+        assert np.linalg.norm(P @ roots.right[:, j]) < 1e-6
+        assert np.linalg.norm(roots.left[:, j].conj() @ P) < 1e-6
+    pair = roots.right[:, [3, 4]] if np.isclose(*roots.values[[3, 4]]) else roots.right[:, [4, 5]]
+    assert np.linalg.svd(pair, compute_uv=False)[-1] > 0.1
+    singular = np.diag([1.0, 0.0, 1.0])
+    found = dense_values(singular, None, np.diag([4.0, 1.0, 9.0]))
+    assert np.allclose(np.sort(found.imag), [-3, -2, 2, 3], atol=1e-10)
+
+
+def test_dense_roots_of_a_structural_loss_factor():
+    """(1 + i eta) K is symmetric and not Hermitian: lambda = i w sqrt(1 + i eta)."""
+    rng = np.random.default_rng(2)
+    Q = np.linalg.qr(rng.standard_normal((5, 5)))[0]
+    w = np.arange(1.0, 6.0)
+    K = Q @ np.diag(w**2) @ Q.T
+    K = (K + K.T) / 2
+    found = dense_values(np.eye(5), None, (1 + 0.1j) * K)
+    found = np.sort_complex(found[found.imag > 0] / 1j)
+    assert np.allclose(found, w * np.sqrt(1 + 0.1j), rtol=1e-12)
+
+
+def test_refusals(scaled):
+    with pytest.raises(InputError, match="at least one value"):
+        reduce_system(scaled, REGION, [])
+    with pytest.raises(InputError, match="modes are not allowed"):
+        reduce_to_real_modes(scaled, REGION, VALUES, scaled.n + 1)
+
+
+def coupled(n):
+    """Random coupling that sets in late: the basis of mu = 0.5 says little of mu = 1."""
+    rng = np.random.default_rng(3)
+    w = np.sort(rng.uniform(50.0, 3000.0, n))
+    G = 4e6 / 15 * rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.2)
+    K = (Term(csc_array(np.diag(w**2))), Term(csc_array(G), Formula("mu**8")))
+    return TermSystem((Term(csc_array(np.eye(n))),), (), K, {"mu": 0.0})
+
+
+LATE, BAND = coupled(150), Rectangle(-700.0, 700.0, 300.0, 500.0)
+RANGE = [{"mu": mu} for mu in (0.0, 0.5, 1.0)]
+
+
+def dense(mu):
+    K = LATE.at({"mu": mu})[2].toarray()
+    roots = np.sqrt(np.linalg.eigvals(-K).astype(complex))
+    roots = np.concatenate([roots, -roots])
+    return roots[BAND.contains(roots)]
+
+
+def test_values_whose_roots_are_off_are_sampled_and_other_roots_left_out():
+    """Roots that the reduced system alone has hide no value that was not solved."""
+    late = ScaledSystem(LATE)
+    reduction = reduce_system(late, BAND, RANGE)
+    assert reduction.converged
+    assert {"mu": 1.0} in reduction.samples
+    assert reduction.size < late.n
+    assert reduction.spurious > 0
+    for changes in RANGE:
+        found, expected = reduction.modes(BAND, changes), dense(changes["mu"])
+        assert len(found.values) == len(expected) == len(reduction.values(BAND, changes))
+        distance = np.abs(found.values[:, None] - expected[None, :]).min(axis=0)
+        assert distance.max() < 1e-6 * np.abs(expected).max()
+        assert found.spurious > 0
+
+
+def test_a_reduction_without_enough_samples_says_so(monkeypatch):
+    monkeypatch.setattr(reduction_of, "SAMPLES", 1)
+    late = coupled(100)
+    assert not reduce_system(ScaledSystem(late), BAND, RANGE).converged
+    wanted = Wanted(region=BAND)
+    with pytest.warns(InputWarning, match="1 full solutions do not suffice"):
+        reduced_for(late, wanted, RANGE)
