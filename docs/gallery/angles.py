@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import squeal
-from squeal.plots.areas import VERDICT_COLOURS, angle_axes_of_pi, draw
+from squeal.plots.parts import VERDICT_COLOURS, angle_axes_of_pi, draw
 
 pad = squeal.Pad(
     m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,

@@ -173,7 +173,7 @@ def run(given: argparse.Namespace) -> Answer:
 
         draw_stability_map(found, given.figure, own, curves or ())
     elif given.figure is not None and shown is not None:
-        from squeal.plots.contours import draw_contours
+        from squeal.plots.maps import draw_contours
 
         level = scene.pad.mu if shown.quantity == "critical-friction" else None
         draw_contours(shown, given.figure, own, level, curves or ())

@@ -52,7 +52,7 @@ def chart_of(given: argparse.Namespace, file: SystemFile) -> Answer:
     if given.table is not None:
         _write(given, found)
     if given.figure is not None:
-        from squeal.plots.systems import draw_chart
+        from squeal.plots.maps import draw_chart
 
         names = (sides[0].name, sides[1].name)
         values = (sides[0].values, sides[1].values)

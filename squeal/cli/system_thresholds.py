@@ -134,7 +134,7 @@ def write_thresholds(path: Path, found: SystemThresholds) -> None:
 
 def draw(path: Path, system: TermSystem, found: SystemThresholds, wanted: Wanted) -> None:
     """The way of the roots over the range, as a figure."""
-    from squeal.plots.systems import draw_system_sweep
+    from squeal.plots.coupling import draw_system_sweep
 
     values = np.linspace(found.low, found.high, SHOWN).tolist()
     if found.reduction is None:

@@ -313,7 +313,8 @@ def _write(
         else:
             write_eigenvalues(given.table, roots.eigenvalues)
     if given.figure is not None and given.shape is None:
-        from squeal.plots.systems import draw_roots, draw_system_sweep
+        from squeal.plots.coupling import draw_system_sweep
+        from squeal.plots.modes import draw_roots
 
         if swept.rows:
             draw_system_sweep(given.figure, system.name, system.parameter, swept.rows)

@@ -10,7 +10,7 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "contour_figure": "contours",
+    "contour_figure": "maps",
     "coupling_figure": "coupling",
     "mode_figure": "modes",
     "scatter_figure": "scatter",

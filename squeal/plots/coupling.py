@@ -1,4 +1,4 @@
-"""Mode coupling: frequencies over growth rates along friction, and the root locus beside them."""
+"""Modes over friction: frequencies, growth rates, and the root locus beside them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,13 +11,32 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.analysis.modes import ModeSweep
+from squeal.analysis.systems.chart import NAMES as VERDICT_NAMES
+from squeal.analysis.systems.sweeps import SweepRow
 from squeal.linear import GROWING, VERDICTS
-from squeal.plots.areas import VERDICT_COLOURS
-from squeal.plots.curves import COLOURS, FINE, LOOKS, draw_locus, draw_modes, mark_events
-from squeal.plots.parameters import symbol
-from squeal.plots.states import state_label
-from squeal.plots.style import DOUBLE, Drawing, origin, save, style
-from squeal.plots.units import Unit, in_unit, units_of
+from squeal.plots.maps import symbol
+from squeal.plots.modes import NAME, NAMED, growing_roots
+from squeal.plots.modes import STABLE as PLAIN
+from squeal.plots.parts import (
+    COLOURS,
+    FINE,
+    LOOKS,
+    VERDICT_COLOURS,
+    draw_locus,
+    draw_modes,
+    mark_events,
+)
+from squeal.plots.style import (
+    DOUBLE,
+    Drawing,
+    Unit,
+    in_unit,
+    origin,
+    save,
+    state_label,
+    style,
+    units_of,
+)
 
 MORE = ("#117A65", "#B7950B", "#000000")  # of further modes
 FEW = 3  # modes that have a colour and line each; of more only those that grow
@@ -184,3 +203,80 @@ def save_coupling(path: Path, name: str, found: ModeSweep, own: float | None = N
         coupling_figure(found, own), text, f"Mode coupling of {name}", origin(__name__)
     )
     save(drawing, path, text=False)
+
+
+MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
+
+
+def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
+    """Roots over a parameter: frequency and growth rate, and their way in the complex plane.
+
+    Points that grow are red; the frequencies that grow anywhere are named where they grow most.
+    """
+    figure = Figure(figsize=(DOUBLE, 3.8))
+    left, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.5, 1.0]})
+    left.remove()
+    grid = left.get_subplotspec().subgridspec(2, 1, height_ratios=[1.5, 1.0])
+    upper = figure.add_subplot(grid[0])
+    lower = figure.add_subplot(grid[1], sharex=upper)
+    x = np.array([row.value for row in rows])
+    at = np.concatenate([np.full(len(row.roots), row.value) for row in rows])
+    values = np.concatenate([row.roots for row in rows])
+    keep = values.imag >= -1e-9 * np.abs(values)
+    at, values = at[keep], values[keep]
+    grows, unit = growing_roots(values), units_of(values)[0]
+    frequency = values.imag / unit.factor
+    _verdict_background((upper, lower), x, rows)
+    for kept, colour, size in ((~grows, PLAIN, 1.5), (grows, COLOURS[2], 4.0)):
+        for axes, y in ((upper, frequency), (lower, values.real)):
+            axes.scatter(at[kept], y[kept], s=size, color=colour, linewidth=0)
+    lower.axhline(0.0, color="0.5", linewidth=0.6)
+    upper.set_xlim(x[0], x[-1])
+    _named(upper, at[grows], values[grows], unit)
+    points = plane.scatter(values.real, frequency, c=at, s=5, cmap="viridis", linewidth=0)
+    plane.axvline(0.0, color="0.5", linewidth=0.6)
+    bar = figure.colorbar(points, ax=plane, location="top", aspect=30)
+    bar.set_label(parameter)
+    upper.set_ylabel(f"frequency [{unit.name}]")
+    upper.margins(y=0.12)  # room for the names of what grows
+    upper.tick_params(labelbottom=False)
+    lower.set_ylabel("real part [1/s]")
+    lower.set_xlabel(parameter)
+    plane.set_xlabel("real part [1/s]")
+    plane.set_ylabel(f"frequency [{unit.name}]")
+    return figure
+
+
+def _verdict_background(axes_list: Sequence, x: np.ndarray, rows: Sequence[SweepRow]) -> None:
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    for axes in axes_list:
+        for low, high, row in zip(edges, edges[1:], rows, strict=False):
+            colour = VERDICT_COLOURS[VERDICT_NAMES.index(row.verdict)]
+            axes.axvspan(low, high, color=colour, alpha=0.2, linewidth=0)
+
+
+def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # type: ignore
+    taken: list[float] = []
+    for k in np.argsort(-values.real):
+        if len(taken) == NAMED:
+            return
+        one = abs(float(values[k].imag))
+        if all(abs(one - other) > 0.04 * max(one, other) for other in taken):
+            taken.append(one)
+            share = (at[k] - axes.get_xlim()[0]) / np.ptp(axes.get_xlim())
+            side, moved = ("left", 3) if share < 0.1 else ("right", -3) if share > 0.9 else MIDDLE
+            place = (at[k], one / unit.factor)
+            axes.annotate(in_unit(one, unit), place, (moved, 4), ha=side, **NAME)
+
+
+def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[SweepRow]) -> None:
+    """Save a sweep as PDF, SVG or PNG."""
+    seen = ", ".join(dict.fromkeys(row.verdict for row in rows))
+    text = (
+        f"Frequencies and real parts of the roots of {name} over {parameter} from "
+        f"{rows[0].value:g} to {rows[-1].value:g}, and their way in the complex plane; verdicts "
+        f"in this order: {seen}."
+    )
+    with style():
+        figure = sweep_figure(parameter, rows)
+    save(Drawing(figure, text, f"Sweep of {name}", origin(__name__)), path, text=False)

@@ -1,4 +1,4 @@
-"""Figs. 4-7 (model B1) and 9-12 (model B2): time histories coloured by contact state."""
+"""Time histories coloured by contact state, as in Figs. 4-7 (B1) and 9-12 (B2)."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from squeal.files.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
 from squeal.model.states import LEAD, TRAIL
-from squeal.plots.states import STATE_COLOURS, colours, sided, state_label
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import STATE_COLOURS, colours, sided, state_label
 
 _SCALES = {"F_n": "brake force", "w": "half length"}
 
@@ -111,25 +109,6 @@ def strip(axes: Axes, looks: Looks) -> None:
     axes.tick_params(axis="y", length=0.0)
 
 
-def history_figure(run: Run) -> Figure:
-    """Two panels of normalised signals over a strip of the contact states."""
-    looks = Looks.of(run)
-    states = looks.states
-    with style():
-        figure = Figure(figsize=(DOUBLE, 3.6))
-        heights = [3.0, 3.0, 0.3 + 0.36 * len(states)]
-        plotted = contact_law(run.summary.model).plotted
-        grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
-        for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
-            trace(axes, run, signal, letter, looks)
-        strip(grid[2], looks)
-        figure.align_ylabels(grid)
-        handles = grid[0].get_lines()[: len(states)]
-        names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
-        figure.legend(handles, names, loc="outside upper center", ncols=4)
-    return figure
-
-
 def alternative_text(run: Summary) -> str:
     """What the figure shows, in words and with its ranges."""
     texts = []
@@ -147,11 +126,3 @@ def alternative_text(run: Summary) -> str:
         f"(a) {texts[0]}; (b) {texts[1]}. The curves are coloured by contact state and a strip "
         f"below repeats the states, which change {changes} times; shares of time: {shares}."
     )
-
-
-def drawing(run: Run) -> Drawing:
-    """The figure of one simulated scene, ready to be saved."""
-    first, second = (signal.words for signal in contact_law(run.summary.model).plotted)
-    name = f"Time histories of {first} and {second}, scene {run.summary.name}"
-    made = origin(__name__, run.summary.provenance)
-    return Drawing(history_figure(run), alternative_text(run.summary), name, made)

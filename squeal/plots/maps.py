@@ -1,18 +1,89 @@
-"""Maps of verdicts over two parameters."""
+"""Maps over two parameters: verdicts as areas with the curves between them, and contours."""
 
+import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, StabilityMap
+from squeal.analysis.fields import QUANTITIES, Field
+from squeal.analysis.maps import BEYOND_FOLD, NAMES, Axis, StabilityMap
+from squeal.analysis.systems.chart import NAMES as CHART_NAMES
 from squeal.analysis.threshold_curve import ThresholdCurve
-from squeal.plots.areas import VERDICT_COLOURS, draw
-from squeal.plots.parameters import draw_thresholds, settle, unit_of
+from squeal.model.pad import PARAMETERS
+from squeal.plots.parts import OF_PI, QUARTERS, VERDICT_COLOURS, draw
 from squeal.plots.style import SINGLE, Drawing, origin, save, style
+
+THRESHOLD = "#E69F00"
+GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
+
+
+def symbol(name: str) -> str:
+    """A parameter's symbol in mathtext: alpha1 becomes \\alpha_1."""
+    letters, index = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z])?", name).groups()  # type: ignore[union-attr]
+    if name in GREEK:
+        letters, index = name, None
+    letters = GREEK.get(letters, letters)
+    return f"${letters}_{index}$" if index else f"${letters}$"
+
+
+def unit_of(axis: Axis) -> float:
+    """What the numbers of an axis are divided by: pi over 0 to pi, else a power of a thousand.
+
+    One on a logarithmic axis, and for a number without a unit unless it is tiny or huge.
+    """
+    if PARAMETERS[axis.name].angle and (axis.low, axis.high) == (0.0, math.pi):
+        return math.pi
+    size = max(abs(axis.low), abs(axis.high))
+    if axis.log or (PARAMETERS[axis.name].unit == "1" and 0.01 <= size < 1e4):
+        return 1.0
+    return float(1000.0 ** math.floor(math.log10(size) / 3)) if size else 1.0
+
+
+def _label(axis: Axis) -> str:
+    unit, factor = PARAMETERS[axis.name].unit, unit_of(axis)
+    power = round(math.log10(factor)) if factor != math.pi else 0
+    scale = f"$10^{{{power}}}$ " if power else ""
+    shown = "" if unit == "1" and not power else f" [{scale}{'' if unit == '1' else unit}]"
+    return symbol(axis.name) + shown.replace(" ]", "]")
+
+
+def draw_thresholds(
+    axes: Axes, pair: tuple[Axis, Axis], curves: Sequence[ThresholdCurve]
+) -> list[Line2D]:
+    """Curves on which stability is lost, over `unit_of`; what stands for them in a legend."""
+    units = np.array([unit_of(axis) for axis in pair])
+    look: Any = {"color": THRESHOLD, "linewidth": 1.8}
+    for curve in curves:
+        axes.plot(*(curve.points / units).T, gid="threshold", zorder=4, **look)
+    return [Line2D([], [], label="threshold, continued", **look)] if curves else []
+
+
+def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None) -> None:
+    """Limits, ticks and labels of both axes, whose numbers are over `unit_of`; the pad marked if it
+    lies in the ranges."""
+    for axis, way in zip(pair, ("x", "y"), strict=True):
+        factor = unit_of(axis)
+        axes.set(
+            **{f"{way}lim": (axis.low / factor, axis.high / factor), f"{way}label": _label(axis)}
+        )
+        if axis.log:
+            axes.set(**{f"{way}scale": "log"})
+        if factor == math.pi:
+            getattr(axes, f"set_{way}ticks")(QUARTERS, OF_PI)
+    if all(unit_of(axis) == math.pi for axis in pair):
+        axes.set_aspect("equal")
+    if own is not None and all(a.low <= at <= a.high for a, at in zip(pair, own, strict=True)):
+        place = np.array(own) / [unit_of(axis) for axis in pair]
+        look = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
+        axes.plot(*place, "o", clip_on=False, gid="own pad", **look)  # type: ignore[arg-type]
 
 
 def stability_figure(
@@ -70,3 +141,101 @@ def draw_stability_map(
     text = f"{title}; shares of the area: {shares}."
     made = origin("squeal.plots.maps")
     save(Drawing(stability_figure(found, own, curves), text, title, made), path, text=False)
+
+
+LEVELS = 9
+OWN_LEVEL = "#C8380E"  # the curve on which the critical friction is the scene's
+
+
+def contour_figure(
+    found: Field,
+    own: tuple[float, float] | None = None,
+    level: float | None = None,
+    curves: Sequence[ThresholdCurve] = (),
+) -> Figure:
+    """Labelled contours over filled ones; grey where there is no value.
+
+    own: the scene's place, which is marked; level: a value whose curve is drawn thick.
+    """
+    first, second = found.axes
+    x, y = first.values / unit_of(first), second.values / unit_of(second)
+    values = np.ma.masked_invalid(found.values.T)
+    with style():
+        figure = Figure(figsize=(SINGLE, 3.2))
+        axes = figure.add_subplot(facecolor="0.85")
+        if values.count() and np.ptp(values.compressed()) > 0.0:
+            filled = axes.contourf(x, y, values, LEVELS, cmap="viridis", alpha=0.85)
+            edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
+            axes.clabel(edges, fontsize=7, fmt="%g")
+            words, unit = QUANTITIES[found.quantity]
+            figure.colorbar(filled, ax=axes, label=words if unit == "1" else f"{words} [{unit}]")
+            if level is not None and values.min() < level < values.max():
+                axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
+        lines = draw_thresholds(axes, found.axes, curves)
+        if lines:
+            figure.legend(handles=lines, loc="outside upper center")
+        settle(axes, found.axes, own)
+    return figure
+
+
+def draw_contours(
+    found: Field,
+    path: Path,
+    own: tuple[float, float] | None = None,
+    level: float | None = None,
+    curves: Sequence[ThresholdCurve] = (),
+) -> None:
+    """Save a contour map as PDF, SVG or PNG."""
+    words, unit = QUANTITIES[found.quantity]
+    title = f"{words} over {found.axes[0].name} and {found.axes[1].name}"
+    known = found.values[np.isfinite(found.values)]
+    span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
+    share = 100 * known.size / found.values.size
+    text = f"Contour map of the {title}: {span}, on {share:.1f} % of the area."
+    figure = contour_figure(found, own, level, curves)
+    made = origin("squeal.plots.maps")
+    save(Drawing(figure, text, title.capitalize(), made), path, text=False)
+
+
+def chart_figure(
+    names: tuple[str, str], sides: tuple[np.ndarray, np.ndarray], codes: np.ndarray
+) -> Figure:
+    """A stability chart: verdict codes (n1, n2) over the values of two parameters."""
+    figure = Figure(figsize=(SINGLE, 3.0))
+    axes = figure.add_subplot()
+    x, y = (_edges(values) for values in sides)
+    colours = ListedColormap(VERDICT_COLOURS[: len(CHART_NAMES)])
+    axes.pcolormesh(
+        x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(CHART_NAMES) - 0.5, rasterized=True
+    )
+    axes.set_xlabel(names[0])
+    axes.set_ylabel(names[1])
+    seen = [k for k in range(len(CHART_NAMES)) if np.any(codes == k)]
+    patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=CHART_NAMES[k]) for k in seen]
+    figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
+    return figure
+
+
+def _edges(values: np.ndarray) -> np.ndarray:
+    half = (values[1] - values[0]) / 2
+    return np.concatenate([values - half, values[-1:] + half])
+
+
+def draw_chart(
+    path: Path,
+    name: str,
+    names: tuple[str, str],
+    sides: tuple[np.ndarray, np.ndarray],
+    codes: np.ndarray,
+) -> None:
+    """Save a stability chart as PDF, SVG or PNG."""
+    shares = ", ".join(
+        f"{verdict} on {100 * np.mean(codes == k):.1f} %"
+        for k, verdict in enumerate(CHART_NAMES)
+        if np.any(codes == k)
+    )
+    text = f"Stability chart of {name} over {names[0]} and {names[1]}: {shares} of the points."
+    with style():
+        figure = chart_figure(names, sides, codes)
+    title = f"Stability chart of {name}"
+    save(Drawing(figure, text, title, origin(__name__)), path, text=False)

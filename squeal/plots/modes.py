@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,9 +11,14 @@ from matplotlib.figure import Figure
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import ModeShape, shapes_of_pad
 from squeal.model.pad import Pad
-from squeal.plots.pads import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
-from squeal.plots.units import in_unit, units_of
+from squeal.plots.parts import (
+    draw_pad,
+    draw_surface,
+    exaggeration,
+    legend_of_phases,
+    outlines,
+)
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, in_unit, origin, save, style, units_of
 from squeal.scene import Scene, takes_scene
 
 RING, CROSS = "#3498DB", "#C8380E"
@@ -105,3 +111,43 @@ def save_modes(path: Path, name: str, figure: Figure, values: np.ndarray) -> Non
     shapes = " and mode shapes" if len(figure.axes) > 1 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
     save(Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__)), path, text=False)
+
+
+NAMED = 6  # growing frequencies that are named in a figure
+NOISE = 1e-9  # of |lambda|: growth that may be rounding
+STABLE, GROWING = "0.25", "#C8380E"
+NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": GROWING}
+
+
+def growing_roots(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values.real > NOISE * np.abs(values))
+
+
+def roots_figure(values: np.ndarray) -> Figure:
+    """Roots (rad/s) of the upper half plane, those that grow in red and with their frequency."""
+    figure = Figure(figsize=(SINGLE, 3.0))
+    axes = figure.add_subplot()
+    upper = values[values.imag >= -NOISE * np.abs(values)]
+    axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
+    grows, unit = growing_roots(upper), units_of(upper)[0]
+    for kept, colour, marker in ((~grows, STABLE, "o"), (grows, GROWING, "s")):
+        own = upper[kept]
+        ring: Any = {"s": 14, "facecolor": "none", "edgecolor": colour, "linewidth": 0.8}
+        axes.scatter(own.real, own.imag / unit.factor, marker=marker, **ring)
+    for root in sorted(upper[grows], key=lambda r: -r.real)[:NAMED]:
+        at = (root.real, root.imag / unit.factor)
+        axes.annotate(in_unit(root.imag, unit), at, (-4, 0), ha="right", va="center", **NAME)
+    axes.set_xlabel("real part [1/s]")
+    axes.set_ylabel(rf"imaginary part / $2\pi$ [{unit.name}]")
+    axes.margins(x=0.15)
+    return figure
+
+
+def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
+    """Save the roots in the complex plane as PDF, SVG or PNG."""
+    growing = np.sort(values[growing_roots(values) & (values.imag >= 0)].imag) / (2 * np.pi)
+    listed = ", ".join(f"{f:.1f}" for f in growing) or "none"
+    text = f"Roots of {name} in the complex plane; growing frequencies in Hz: {listed}."
+    with style():
+        figure = roots_figure(values)
+    save(Drawing(figure, text, f"Roots of {name}", origin(__name__)), path, text=False)

@@ -1,5 +1,7 @@
 """A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,12 @@ from squeal.model.law import NORMAL_REACTION, Signal
 from squeal.model.mechanics import pose
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.histories import Looks, alternative_text, strip, trace
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import (
+    DOUBLE,
+    Drawing,
+    origin,
+    style,
+)
 from squeal.simulation.response import LAST
 
 PLACE = NORMAL_REACTION[1]

@@ -1,5 +1,6 @@
-"""One style for all figures: sizes, fonts, colours of the contact states, and saving."""
+"""One style for all figures: sizes, fonts, colours, units of axes, and saving."""
 
+import math
 import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -8,12 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
 from squeal.files.provenance import Provenance
 from squeal.files.sources import digest
 from squeal.files.writing import write_text, write_whole
+from squeal.model.contact import contact_law
+from squeal.model.pad import Model
+from squeal.model.states import LEAD, STATES, TRAIL
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
@@ -112,3 +117,63 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     write_whole(path, lambda stream: stream.write(made.getbuffer()), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
+
+
+STATE_COLOURS = dict(zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), strict=True))
+"""Colours of the states 1 to 4, told apart in normal and in colour-deficient vision."""
+
+
+def colours(model: Model) -> dict[str, str]:
+    """Colour of each state name of a model; B2's partial contact takes that of state 3."""
+    found: dict[str, str] = {}
+    for state in STATES:
+        found.setdefault(contact_law(model).state_name(state), STATE_COLOURS[state])
+    return found
+
+
+def sided(model: Model) -> str | None:
+    """The state that names partial contact at either edge, None where each edge has its own."""
+    law = contact_law(model)
+    name = law.state_name(LEAD)
+    return name if name == law.state_name(TRAIL) else None
+
+
+def state_label(state: str) -> str:
+    """The name of a contact state, with a word before a mere number."""
+    return f"state {state}" if state.isdigit() else state
+
+
+KILO = 2000.0  # Hz or 1/s: from here on an axis counts thousands
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What values in SI units are divided by, and the unit's name."""
+
+    factor: float
+    name: str
+
+
+def frequency_unit(largest_hz: float) -> Unit:
+    """Hz or kHz for values in rad/s."""
+    kilo = largest_hz >= KILO
+    return Unit(2 * math.pi * (1e3 if kilo else 1.0), "kHz" if kilo else "Hz")
+
+
+def growth_unit(largest: float) -> Unit:
+    """1/s or 1/ms for values in 1/s."""
+    kilo = largest >= KILO
+    return Unit(1e3 if kilo else 1.0, "1/ms" if kilo else "1/s")
+
+
+def units_of(values: np.ndarray) -> tuple[Unit, Unit]:
+    """Units of frequency and growth rate of eigenvalues (rad/s)."""
+    return (
+        frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi)),
+        growth_unit(float(np.abs(values.real).max(initial=0.0))),
+    )
+
+
+def in_unit(value: float, unit: Unit) -> str:
+    """A frequency or growth rate in SI units (rad/s, 1/s) with its unit, in four digits."""
+    return f"{value / unit.factor:.4g} {unit.name}"

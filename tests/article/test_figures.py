@@ -12,15 +12,16 @@ from matplotlib.colors import to_hex, to_rgb
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
-from squeal.article.figures import angle_maps, charts, quasi_static, sketch
+from squeal.article.figures import angle_maps, charts, histories, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.cli.main import command
 from squeal.files.results import read_run
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
 from squeal.model.states import FULL, LEAD, NONE, TRAIL, transitions
-from squeal.plots import histories, maps, states, style
-from squeal.plots.areas import VERDICT_COLOURS
+from squeal.plots import histories as traces
+from squeal.plots import maps, style
+from squeal.plots.parts import VERDICT_COLOURS
 from squeal.scene import read_scene
 from tests.conftest import ROOT
 
@@ -63,7 +64,7 @@ def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
     t = run.history["t"]
     for signal in (signal.name for signal in contact_law(run.summary.model).plotted):
         values = run.history[signal]
-        curves = histories.pieces(t, values, run.summary.timeline)
+        curves = traces.pieces(t, values, run.summary.timeline)
         drawn: dict[float, list[tuple[str, float]]] = {}
         for state, (times, heights) in curves.items():
             for time, height in zip(times, heights, strict=True):
@@ -88,13 +89,13 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
     run = runs[stem]
     figure = histories.history_figure(run)
     first, second, strip = figure.axes
-    palette = states.colours(run.summary.model)
+    palette = style.colours(run.summary.model)
     for axes, label in zip((first, second), labels, strict=True):
         assert label in axes.get_ylabel()
         lines = {line.get_gid(): line for line in axes.get_lines() if line.get_gid()}
         assert list(dict.fromkeys(s.split()[0] for s in lines)) == run.summary.states_met
         for state, line in lines.items():
-            edge = {"leading": states.STATE_COLOURS[LEAD], "trailing": states.STATE_COLOURS[TRAIL]}
+            edge = {"leading": style.STATE_COLOURS[LEAD], "trailing": style.STATE_COLOURS[TRAIL]}
             name, _, side = state.partition(" ")
             assert line.get_color() == (edge[side] if side else palette[name])
             if side and axes is second:  # the reaction acts on that side of the centre
@@ -128,9 +129,9 @@ def test_state_colours_stand_out_on_white():
         ]
         return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
 
-    found = [luminance(colour) for colour in states.STATE_COLOURS.values()]
+    found = [luminance(colour) for colour in style.STATE_COLOURS.values()]
     assert all(1.05 / (value + 0.05) >= 3.0 for value in found)
-    assert len(set(states.STATE_COLOURS.values())) == 4
+    assert len(set(style.STATE_COLOURS.values())) == 4
 
 
 @pytest.mark.parametrize("areas", [VERDICT_COLOURS, tuple(angle_maps.CONTACTS.values())])

@@ -15,7 +15,7 @@ from squeal.article.studies.loci import branch, examined, loop
 from squeal.equilibrium import sliding_equilibrium
 from squeal.files.records import Missing
 from squeal.model.states import FULL
-from squeal.plots.pads import LARGEST
+from squeal.plots.parts import LARGEST
 from squeal.scene import Scene, read_scene
 from tests import naive
 from tests.conftest import SCENES, random_pad

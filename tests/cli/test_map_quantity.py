@@ -12,8 +12,7 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
 from squeal.cli.main import main
-from squeal.plots.contours import contour_figure
-from squeal.plots.parameters import settle, symbol, unit_of
+from squeal.plots.maps import contour_figure, settle, symbol, unit_of
 from squeal.scene import read_scene
 from tests.conftest import SCENES
 

@@ -6,9 +6,9 @@ import pytest
 from squeal.analysis.advice import Advice, Outcome
 from squeal.analysis.advice_text import advice_in_words
 from squeal.analysis.systems.sweeps import SweepRow
-from squeal.plots.style import style
-from squeal.plots.systems import roots_figure, sweep_figure
-from squeal.plots.units import KILO
+from squeal.plots.coupling import sweep_figure
+from squeal.plots.modes import roots_figure
+from squeal.plots.style import KILO, style
 
 GROWING = 0.01 + 2j * np.pi
 

@@ -13,8 +13,8 @@ from matplotlib.patheffects import withStroke
 from squeal.article.results.angles import Angles
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.numerics.outline import Outline
-from squeal.plots import areas
-from squeal.plots.areas import VERDICT_COLOURS
+from squeal.plots import parts
+from squeal.plots.parts import VERDICT_COLOURS
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 HOLDS = ("#FFFFFF", "#5A5A5A")
@@ -33,7 +33,7 @@ Marks = Mapping[str, tuple[float, float]]
 
 
 def _panel(axes: Axes, found: Outline, marks: Marks, colours: tuple[str, ...], title: str) -> None:
-    areas.draw(axes, found, colours)
+    parts.draw(axes, found, colours)
     edge = [withStroke(linewidth=1.5, foreground="w")]
     for name, (x, y) in marks.items():
         axes.plot(x, y, "o", ms=2.5, mfc="w", mec="k", mew=0.6, clip_on=False, zorder=5)

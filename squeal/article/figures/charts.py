@@ -10,8 +10,7 @@ from squeal.errors import InputError
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model
 from squeal.model.states import EDGE_NAMES, FULL, LEAD, NONE, STATES, TRAIL, conditions
-from squeal.plots.states import colours, state_label
-from squeal.plots.style import SINGLE, Drawing, origin, style
+from squeal.plots.style import SINGLE, Drawing, colours, origin, state_label, style
 
 _PLACES = {FULL: (0.0, 1.0), NONE: (0.0, -1.0), LEAD: (-1.35, 0.0), TRAIL: (1.35, 0.0)}
 _SIZE = (0.62, 0.24)  # half width and half height of a box

@@ -10,10 +10,8 @@ from matplotlib.lines import Line2D
 from squeal.article.cases import title
 from squeal.article.figures import loci
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci
-from squeal.plots.curves import LOOKS, draw_modes, mark_events
-from squeal.plots.states import state_label
-from squeal.plots.style import DOUBLE, Drawing, origin, style
-from squeal.plots.units import Unit
+from squeal.plots.parts import LOOKS, draw_modes, mark_events
+from squeal.plots.style import DOUBLE, Drawing, Unit, origin, state_label, style
 
 UNITS = Unit(loci.KILOHERTZ, "kHz"), Unit(loci.PER_MS, "1/ms")
 OWN: dict[str, Any] = {"mfc": "w", "mec": "k", "ms": 3.5, "mew": 0.7}

@@ -2,11 +2,41 @@
 
 from pathlib import Path
 
-from squeal.files.results import read_run
-from squeal.plots.histories import drawing
-from squeal.plots.style import Drawing
+from matplotlib.figure import Figure
+
+from squeal.files.results import Run, read_run
+from squeal.model.contact import contact_law
+from squeal.plots.histories import Looks, alternative_text, strip, trace
+from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 
 def draw(summary: Path, history: Path) -> Drawing:
     """From what `squeal simulate` wrote: the JSON summary and the CSV history."""
     return drawing(read_run(summary, history))
+
+
+def history_figure(run: Run) -> Figure:
+    """Two panels of normalised signals over a strip of the contact states."""
+    looks = Looks.of(run)
+    states = looks.states
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.6))
+        heights = [3.0, 3.0, 0.3 + 0.36 * len(states)]
+        plotted = contact_law(run.summary.model).plotted
+        grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
+        for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
+            trace(axes, run, signal, letter, looks)
+        strip(grid[2], looks)
+        figure.align_ylabels(grid)
+        handles = grid[0].get_lines()[: len(states)]
+        names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
+        figure.legend(handles, names, loc="outside upper center", ncols=4)
+    return figure
+
+
+def drawing(run: Run) -> Drawing:
+    """The figure of one simulated scene, ready to be saved."""
+    first, second = (signal.words for signal in contact_law(run.summary.model).plotted)
+    name = f"Time histories of {first} and {second}, scene {run.summary.name}"
+    made = origin(__name__, run.summary.provenance)
+    return Drawing(history_figure(run), alternative_text(run.summary), name, made)

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
 from squeal.article.results.loci import Branch, Loci, Modes, SceneLoci, SingleLoop
-from squeal.plots.curves import draw_locus
+from squeal.plots.parts import draw_locus
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 KILOHERTZ, PER_MS = 2e3 * np.pi, 1e3

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.article.results.map_ranges import MapRanges
-from squeal.plots import areas
+from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = (("#3498DB", "--"), ("#000000", "-"), ("#C8380E", ":"))
@@ -23,9 +23,9 @@ def map_ranges_figure(found: MapRanges) -> Figure:
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"
-            areas.mark(shape, {c: (m.alpha1, m.alpha2) for c, m in found.members.items()}, np.pi)
+            parts.mark(shape, {c: (m.alpha1, m.alpha2) for c, m in found.members.items()}, np.pi)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
-            areas.angle_axes_of_pi(shape)
+            parts.angle_axes_of_pi(shape)
             if column:
                 shape.set_ylabel("")
             shape.legend(loc="lower left", fontsize=7)

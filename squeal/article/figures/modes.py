@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from squeal.article.cases import title
 from squeal.article.figures.loci import rows
 from squeal.article.results.loci import Loci, Modes, ModeShape, SceneLoci
-from squeal.plots.pads import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
+from squeal.plots.parts import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"

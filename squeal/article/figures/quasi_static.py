@@ -8,7 +8,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from squeal.article.cases import CASES
 from squeal.article.results.quasi_static import QuasiStatic
-from squeal.plots import areas
+from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 Marks = Mapping[str, tuple[float, float]]
@@ -26,11 +26,11 @@ def quasi_static_figure(found: QuasiStatic, marks: Marks) -> Figure:
         figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
         panels = figure.subplots(1, 2)
         for axes, name, title in zip(panels, ("as_printed", "sign_aware"), told, strict=True):
-            areas.draw(axes, getattr(found, name), ("white", "black"), np.pi)
-            areas.mark(axes, marks, np.pi, 8, **ring)
+            parts.draw(axes, getattr(found, name), ("white", "black"), np.pi)
+            parts.mark(axes, marks, np.pi, 8, **ring)
             share = f"{100 * getattr(found.share, name):.1f} % of the map"
             axes.set_title(f"{title}: {share}", pad=9.0)
-            areas.angle_axes_of_pi(axes)
+            parts.angle_axes_of_pi(axes)
         panels[1].set_ylabel("")
     return figure
 

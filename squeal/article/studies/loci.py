@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal import stability
+from squeal import linear
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
@@ -35,7 +35,7 @@ def branch(scene: Scene) -> results.Branch | Missing:
         return Missing(str(error))
     assert path is not None
     marked = [scene.pad.mu, *(point.mu for point in critical.points)]
-    tracked = stability.track(system, values_of_mu(path, 0.0, path.mu_end, marked, SWEEP))
+    tracked = linear.track(system, values_of_mu(path, 0.0, path.mu_end, marked, SWEEP))
     changes = [
         results.ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
         for mu in path.breakpoints
@@ -53,8 +53,8 @@ def loop(scene: Scene, at: Equilibrium) -> results.SingleLoop | results.Loop:
     Thresholds of the eigenvalues and of the loop are both over 0 < mu <= MARGIN_MAX.
     """
     system = held_system(scene, at)
-    answer = stability.friction_loop(system, MU_MAX)
-    held = _thresholds([one for one in stability.crossings(system, MARGIN_MAX) if one.mu > 0.0])
+    answer = linear.friction_loop(system, MU_MAX)
+    held = _thresholds([one for one in linear.crossings(system, MARGIN_MAX) if one.mu > 0.0])
     if answer.loop is None:
         return results.Loop(False, answer.reason, held)
     own = _thresholds(answer.loop.thresholds(MARGIN_MAX))
@@ -72,7 +72,7 @@ def loop(scene: Scene, at: Equilibrium) -> results.SingleLoop | results.Loop:
 
 
 def _thresholds(
-    found: Sequence[stability.Crossing | stability.LoopThreshold],
+    found: Sequence[linear.Crossing | linear.LoopThreshold],
 ) -> tuple[results.HeldThreshold, ...]:
     return tuple(map(results.HeldThreshold.of, found))
 
@@ -81,20 +81,20 @@ def tilt_held(scene: Scene, at: Equilibrium) -> tuple[results.HeldThreshold, ...
     """Thresholds over 0 < mu <= MARGIN_MAX of a pad that may only translate."""
     free = held_system(scene, at)
 
-    def system(mu: float) -> stability.Matrices:
+    def system(mu: float) -> linear.Matrices:
         M, C, K = (np.asarray(matrix)[:2, :2] for matrix in free(mu))
         return M, C, K
 
-    return _thresholds([one for one in stability.crossings(system, MARGIN_MAX) if one.mu > 0.0])
+    return _thresholds([one for one in linear.crossings(system, MARGIN_MAX) if one.mu > 0.0])
 
 
 def _root_locus(
-    found: stability.FrictionLoop, system: stability.System
+    found: linear.FrictionLoop, system: linear.System
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Gains, poles (gains, 6), and their greatest distance from the eigenvalues, relative."""
     gains = np.linspace(0.0, MU_MAX, SWEEP)
     poles = np.asarray(found.root_locus(gains).loci)
-    exact = stability.sweep(system, gains)
+    exact = linear.sweep(system, gains)
     distance = np.abs(poles[:, :, None] - exact[:, None, :])
     apart = np.maximum(distance.min(axis=1).max(axis=1), distance.min(axis=2).max(axis=1))
     return gains, poles, float((apart / np.abs(exact).max(axis=1)).max())
