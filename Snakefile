@@ -14,8 +14,8 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
 from squeal.article.report.plain import plain
-from squeal.files.document import with_named_files
-from squeal.files.sources import sources
+from squeal.io.document import with_named_files
+from squeal.io.sources import sources
 from workflow.warm import start
 
 LOCK = "requirements/environment.txt"

@@ -22,11 +22,11 @@ from squeal.article.identify.space import BOUNDS, decode, pad_of
 from squeal.article.precision.measure import compare_times
 from squeal.article.precision.paths import ours
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.pad import Model, Pad
 from squeal.model.units import natural_units
-from squeal.scene.schema import Scene
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.reference import reference
 

@@ -23,8 +23,8 @@ from benchmarks.literal import Literal, frictionless, literal, part, together
 from squeal.analysis.critical import critical_friction
 from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
 from squeal.model.contact import Formulation
-from squeal.scene import Damping, Scene
 from tests.conftest import random_pad
 
 STEPS = 400  # of mu from 0 to its end

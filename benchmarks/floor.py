@@ -24,8 +24,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.precision.paths import ours
+from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import PadModel
-from squeal.scene import Scene, read_scene
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.reference import Reference, error_against, reference
 from squeal.simulation.run import first_state, in_natural_units

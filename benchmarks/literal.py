@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
-from squeal.scene import Scene
 
 STARTS = 60  # places from which the frictionless equilibrium is sought
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.precision.maps import matrices, named
-from squeal.scene import read_scene
+from squeal.io.scene import read_scene
 
 SCENE = Path(__file__).parent.parent / "workflow" / "scenes" / "b3.yaml"
 REPEATS = 5

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from squeal.article.precision.paths import Path, Run, hybrid
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import pose
 from squeal.model.states import State
-from squeal.scene import Scene
 from squeal.simulation.run import first_state, in_natural_units
 
 MOST_STEPS = 100_000

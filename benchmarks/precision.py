@@ -15,8 +15,8 @@ from squeal.article.precision.paths import DEFAULT
 from squeal.article.report.precision import ERROR, OURS
 from squeal.article.results.precision import time_at
 from squeal.article.studies.precision import STEMS, compared
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json, write_text
+from squeal.io.provenance import provenance
+from squeal.io.writing import to_json, write_text
 from squeal.plots.style import save
 
 ROOT = Path(__file__).resolve().parent.parent

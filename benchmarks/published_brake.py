@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.files.matrices import read_matrix
+from squeal.io.matrices import read_matrix
 from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.numerics.threads import one_thread

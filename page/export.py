@@ -14,6 +14,7 @@ from typing import Any
 
 import heyoka as hy
 
+from squeal.io.scene_keys import DEFAULT_TOLERANCE
 from squeal.model.contact import (
     FORMULATION_CHOICES,
     Formulation,
@@ -24,7 +25,6 @@ from squeal.model.law import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states
-from squeal.scene.keys import DEFAULT_TOLERANCE
 from squeal.simulation.integrators.symbols import (
     FAINT,
     NAMES,

@@ -19,14 +19,14 @@ from page.export import (
 )
 from squeal.article.cases import CASES, stem
 from squeal.equilibrium.damping import UNSTABLE
-from squeal.files.values import Number, Row
+from squeal.io.scene import Scene, read_scene
+from squeal.io.scene_keys import DAMPING
 from squeal.model.contact import Formulation, contact_law, contact_model, models_with
 from squeal.model.equations import term_count
 from squeal.model.pad import PARAMETERS
 from squeal.model.springs import Springs
 from squeal.model.states import STATES
-from squeal.scene import Scene, read_scene
-from squeal.scene.keys import DAMPING
+from squeal.schema.values import Number, Row
 from squeal.simulation.integrators.symbols import NAMES, OWN_CODE
 from squeal.simulation.legs import LIMITS
 

@@ -43,6 +43,9 @@ if TYPE_CHECKING:
     from squeal.analysis.unstable import growing_modes
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
+    from squeal.io.scene import Damping, Scene, read_scene
+    from squeal.io.short_form import PlainSystem, read_plain
+    from squeal.io.system import SystemFile, read_system
     from squeal.linear import (
         CriticalPoint,
         Crossing,
@@ -67,8 +70,6 @@ if TYPE_CHECKING:
     from squeal.model.contact import Formulation
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
-    from squeal.scene import Damping, PlainSystem, Scene, read_plain, read_scene
-    from squeal.scene.terms import SystemFile, read_system
     from squeal.simulation import Event, Response, Simulation, simulate
 
 # fmt: off

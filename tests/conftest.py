@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from squeal.analysis import subject
+from squeal.io.scene import read_scene
 from squeal.model.contact import models_with
 from squeal.model.pad import Pad
-from squeal.scene import read_scene
 
 ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"

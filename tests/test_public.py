@@ -10,7 +10,7 @@ import pytest
 
 import squeal
 from squeal.errors import InputError
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 from tests.conftest import ROOT, SCENES
 from tests.known import coupled as system
 

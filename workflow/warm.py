@@ -74,7 +74,7 @@ def load(process: str) -> None:
     import io
     from importlib import import_module
 
-    from squeal.files.provenance import provenance
+    from squeal.io.provenance import provenance
 
     for name in LOADED[process]:
         with contextlib.suppress(ImportError):  # heyoka is not made for every system

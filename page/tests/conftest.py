@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from page.wasm import ADVICE, compilers
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 
 HERE = Path(__file__).parent
 

@@ -11,9 +11,9 @@ from page.export import SPRINGS, bits
 from page.tests.conftest import as_json
 from squeal.equilibrium.find import least_at_zero
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.units import natural_units
-from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT, random_pad
 

@@ -13,7 +13,7 @@ from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
 from squeal.cli.main import main
 from squeal.errors import ComputationError
-from squeal.scene import read_scene
+from squeal.io.scene import read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT
 

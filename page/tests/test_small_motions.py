@@ -13,7 +13,7 @@ from squeal.analysis.maps import NAMES, angle_axes, stability_map
 from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
-from squeal.scene import Damping, read_scene
+from squeal.io.scene import Damping, read_scene
 from tests.conftest import ROOT
 
 SCENES = [ROOT / "workflow" / "scenes" / f"{stem}.yaml" for stem in CASES]

@@ -7,7 +7,7 @@ import pytest
 
 from page.tests.conftest import as_json
 from page.tests.test_motion import random_scene
-from squeal.scene import read_scene
+from squeal.io.scene import read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT
 

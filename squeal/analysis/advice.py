@@ -13,8 +13,8 @@ from typing import Any
 from squeal.analysis import subject as subjects
 from squeal.analysis.eigenvalues import analyse
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
 from squeal.linear import GROWING, Spectrum, complex_eigenvalues
-from squeal.scene import Scene
 
 Progress = Callable[[int, int], None]
 ROUNDING = 1e-12  # relative: a smaller change is none

@@ -3,9 +3,9 @@
 from squeal.analysis.advice import Advice, Lever, advise
 from squeal.analysis.eigenvalues import Analysis, analyse
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene
 
 
 def change_in_words(lever: Lever) -> str:

@@ -11,8 +11,7 @@ from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.files.arguments import takes
-from squeal.files.values import Number
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import (
     GROWING,
     Batched,
@@ -26,7 +25,8 @@ from squeal.linear.following.answer import TIGHT
 from squeal.linear.matrices import checked, reduce
 from squeal.model.linear import about_origin
 from squeal.model.states import State
-from squeal.scene import Scene, takes_scene
+from squeal.schema.arguments import takes
+from squeal.schema.values import Number
 
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation

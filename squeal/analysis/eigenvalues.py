@@ -10,15 +10,15 @@ from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.files.arguments import Several, takes
-from squeal.files.place import Place
-from squeal.files.values import Number
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import Judgement, Spectrum, System, judge
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
 from squeal.model.states import State
-from squeal.scene import Scene, takes_scene
+from squeal.schema.arguments import Several, takes
+from squeal.schema.place import Place
+from squeal.schema.values import Number
 
 _AT_ORIGIN = "about the origin, full contact"
 

@@ -9,10 +9,10 @@ from squeal.analysis.critical import MU_MAX
 from squeal.analysis.maps import AXES, Axis, codes_at
 from squeal.analysis.points import Points, normalised, points_at
 from squeal.errors import InputError
-from squeal.files.arguments import takes
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS
 from squeal.linear.matrices import first_order
-from squeal.scene import Scene, takes_scene
+from squeal.schema.arguments import takes
 
 LEVELS = 64  # of mu at which the verdicts of all points are taken; windows between are not seen
 HALVINGS = 44  # of the interval in which stability is lost: to 1e-13 of mu_max

@@ -9,8 +9,8 @@ import numpy as np
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium, Path
 from squeal.equilibrium.damping import damped_model
+from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues
-from squeal.scene import Scene
 from squeal.simulation.observers import Samples
 from squeal.simulation.run import in_natural_units, integrate, make_integrator
 

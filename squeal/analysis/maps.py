@@ -15,15 +15,15 @@ import numpy as np
 from squeal.analysis.points import Names, normalised, points_at
 from squeal.analysis.sensitivity import parameters
 from squeal.equilibrium.admissible import LIMITED
-from squeal.files.arguments import Instance, Several, takes
-from squeal.files.place import Place
-from squeal.files.values import Number, Whole
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
 from squeal.model.equations import PadModel
 from squeal.model.linear import about_origin, spring_directions
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.outline import Codes, Outline, outline
-from squeal.scene import Scene, takes_scene
+from squeal.schema.arguments import Instance, Several, takes
+from squeal.schema.place import Place
+from squeal.schema.values import Number, Whole
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 NAMES = (*VERDICTS, "beyond a fold")

@@ -11,11 +11,11 @@ from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
 from squeal.equilibrium import Path
 from squeal.errors import InputError
-from squeal.files.arguments import Instance, takes
-from squeal.files.values import Number
+from squeal.io.scene import Scene
 from squeal.linear import Crossing, Spectrum, System, thresholds, track, verdict
 from squeal.linear.matrices import check_system
-from squeal.scene import Scene
+from squeal.schema.arguments import Instance, takes
+from squeal.schema.values import Number
 
 PAD_COORDINATES = ("x", "y", "theta")
 FINE, COARSE = 201, 81  # values of mu that a sweep looks at, of small and of larger systems

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.analysis.maps import NAMES, check_axis, check_names, codes_at
-from squeal.files.place import Place
-from squeal.files.values import Whole
-from squeal.scene import Scene
+from squeal.io.scene import Scene
+from squeal.schema.place import Place
+from squeal.schema.values import Whole
 
 BLOCK = 10_000
 BINS = Whole(1, 1000)

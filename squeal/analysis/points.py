@@ -12,11 +12,11 @@ from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
 from squeal.equilibrium.many import branch_ends, moved_little, rests, solved, subset
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.units import Units
 from squeal.numerics.newton import complex_step
-from squeal.scene import Scene
 
 Names = tuple[str, ...]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from squeal.analysis import subject as subjects
 from squeal.errors import ComputationError, InputError
-from squeal.files.processes import mapped
+from squeal.io.processes import mapped
 from squeal.numerics.shares import wilson
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)

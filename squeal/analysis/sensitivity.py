@@ -19,6 +19,7 @@ from squeal.equilibrium.damping import (
     without_friction,
 )
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import CriticalPoint, complex_eigenvalues, sensitivities
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
@@ -28,7 +29,6 @@ from squeal.model.states import State
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
 from squeal.numerics.newton import complex_step, with_derivative
-from squeal.scene import Scene, takes_scene
 
 
 @dataclass(frozen=True, eq=False)

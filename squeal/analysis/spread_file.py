@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from squeal.analysis.scatter import Spread
-from squeal.files.arguments import FILE as PATH
-from squeal.files.arguments import takes
-from squeal.files.document import read_document
-from squeal.files.keys import Group, Key
-from squeal.files.place import Place
-from squeal.files.values import Kind, Number, Whole
+from squeal.io.document import read_document
+from squeal.schema.arguments import FILE as PATH
+from squeal.schema.arguments import takes
+from squeal.schema.keys import Group, Key
+from squeal.schema.place import Place
+from squeal.schema.values import Kind, Number, Whole
 
 SAMPLES, SEED = 400, 1
 _ABOVE = Number(low=0.0)

@@ -8,8 +8,8 @@ from control import StateSpace
 
 from squeal.analysis.eigenvalues import Analysis, analyse, held_system
 from squeal.errors import ComputationError, InputWarning
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear.loop import state_matrices
-from squeal.scene import Scene, takes_scene
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
 LINEAR = 1e-10  # of K: how far from a straight line in mu it may be

@@ -3,12 +3,12 @@
 from squeal.analysis.critical import MU_MAX, CriticalFriction, critical_friction, critical_parameter
 from squeal.analysis.sensitivity import parameters
 from squeal.errors import InputError
-from squeal.files.place import Place
-from squeal.files.values import Number
+from squeal.io.scene import Scene
 from squeal.linear.matrices import System
 from squeal.linear.terms import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene
+from squeal.schema.place import Place
+from squeal.schema.values import Number
 
 Subject = Scene | TermSystem
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again

@@ -11,12 +11,12 @@ from squeal.analysis.maps import Axis
 from squeal.analysis.sensitivity import Change, change
 from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import Statics
+from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues, sensitivities
 from squeal.model.equations import PadModel
 from squeal.model.linear import linearise
 from squeal.model.states import State
 from squeal.numerics.newton import complex_step
-from squeal.scene import Scene
 
 Kind = Literal["flutter", "divergence", "fold", "contact"]
 GROWS = 1e-6  # of the spectral radius: a real part that another mode may not have on the curve

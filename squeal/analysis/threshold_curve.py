@@ -15,12 +15,12 @@ from squeal.analysis.maps import AXES, BEYOND_FOLD, Axis, Found, codes_at
 from squeal.analysis.threshold import Kind, Threshold
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError, InputError
-from squeal.files.arguments import takes
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS, complex_eigenvalues
 from squeal.model.linear import linearise
 from squeal.model.states import State
 from squeal.numerics.newton import newton
-from squeal.scene import Scene, takes_scene
+from squeal.schema.arguments import takes
 
 QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
 HALVINGS = 20  # of the distance of two neighbouring points of the map, before Newton's method

@@ -2,8 +2,8 @@
 
 from squeal.analysis.critical import branch_system
 from squeal.analysis.eigenvalues import Analysis
+from squeal.io.scene import Scene, takes_scene
 from squeal.linear import Matrices, UnstableMode, crossings, unstable_modes
-from squeal.scene import Scene, takes_scene
 
 
 @takes_scene

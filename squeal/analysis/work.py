@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import Loads, pose, spring_energy
 from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.scene import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate, make_integrator

@@ -15,8 +15,8 @@ from squeal.cli.progress import progress_line
 from squeal.cli.tables import number, table
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
-from squeal.files.writing import picked, write_table
-from squeal.scene import Scene
+from squeal.io.scene import Scene
+from squeal.io.writing import picked, write_table
 
 COLUMNS = {
     "parameter": "", "unit": "", "value": "", "step": "", "critical_lowered": "",

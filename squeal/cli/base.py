@@ -12,8 +12,8 @@ from squeal.cli.outputs import Once, check_outputs
 from squeal.cli.source import STANDARD_INPUT, read_source
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
-from squeal.files.provenance import InputFile, provenance
-from squeal.files.writing import to_json
+from squeal.io.provenance import InputFile, provenance
+from squeal.io.writing import to_json
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from squeal.cli.sweep import draw
 from squeal.cli.system_options import band_option, refuse_options, system_of, work_options
 from squeal.cli.tables import elided, in_words, number
 from squeal.errors import InputError
-from squeal.files.writing import write_table
-from squeal.scene import Scene
+from squeal.io.scene import Scene
+from squeal.io.writing import write_table
 
 
 def upper_option(parser: Parser, what: str) -> None:

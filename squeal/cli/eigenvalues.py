@@ -20,9 +20,10 @@ from squeal.cli.system_options import refuse_options, system_of, work_options
 from squeal.cli.system_shapes import OPTIONS as SHAPE
 from squeal.cli.system_shapes import shape_options
 from squeal.cli.tables import in_words, number
-from squeal.files.writing import picked
+from squeal.io.scene import Scene
+from squeal.io.short_form import PlainSystem
+from squeal.io.writing import picked
 from squeal.linear import Spectrum
-from squeal.scene import PlainSystem, Scene
 
 
 def options(parser: Parser) -> None:

@@ -22,13 +22,14 @@ from squeal.cli.map import write_map
 from squeal.cli.numbers import band_of, spaced
 from squeal.cli.source import read_source
 from squeal.cli.sweep import sweep, write_sweep
-from squeal.files.document import read_document
-from squeal.files.keys import Group, Key
-from squeal.files.place import Place
-from squeal.files.values import Angle, Text, Word
-from squeal.files.writing import write_csv
+from squeal.io.document import read_document
+from squeal.io.scene import Scene, read_scene
+from squeal.io.short_form import PlainSystem
+from squeal.io.writing import write_csv
 from squeal.model.pad import PARAMETERS
-from squeal.scene import PlainSystem, Scene, read_scene
+from squeal.schema.keys import Group, Key
+from squeal.schema.place import Place
+from squeal.schema.values import Angle, Text, Word
 
 if TYPE_CHECKING:
     from squeal.analysis.systems.wanted import Wanted

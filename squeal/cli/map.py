@@ -16,12 +16,12 @@ from squeal.cli.outputs import file_options
 from squeal.cli.system_chart import chart_of
 from squeal.cli.system_options import band_option, refuse_options, system_of, work_options
 from squeal.cli.tables import table
-from squeal.files.document import scalar
-from squeal.files.place import Place
-from squeal.files.values import Angle, Number, Whole, warn_of_degrees
-from squeal.files.writing import picked, write_table
+from squeal.io.document import scalar
+from squeal.io.scene import Scene
+from squeal.io.writing import picked, write_table
 from squeal.model.pad import PARAMETERS
-from squeal.scene import Scene
+from squeal.schema.place import Place
+from squeal.schema.values import Angle, Number, Whole, warn_of_degrees
 
 MOST_POINTS = 4000
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputWarning
-from squeal.files.provenance import provenance
-from squeal.files.results import Event, Run, Summary
-from squeal.files.writing import picked, write_table
+from squeal.io.provenance import provenance
+from squeal.io.results import Event, Run, Summary
+from squeal.io.scene import Scene
+from squeal.io.scene_keys import COORDINATES, INITIAL
+from squeal.io.writing import picked, write_table
 from squeal.model.contact import contact_law
-from squeal.scene import COORDINATES, Scene
-from squeal.scene.keys import INITIAL
 from squeal.simulation import Simulation
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal.errors import InputError
-from squeal.files.writing import check_writable
+from squeal.io.writing import check_writable
 
 # format by the end of the name, in the order of the help
 FORMATS = {

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from squeal.cli.jobs import read_job
 from squeal.cli.streams import exit_code
-from squeal.files.parts import cut
-from squeal.files.processes import mapped
+from squeal.io.parts import cut
+from squeal.io.processes import mapped
 
 
 def _write(task: tuple[Path, Path, int, int]) -> Path:

@@ -2,7 +2,7 @@
 
 from squeal.cli.numbers import numbers
 from squeal.errors import InputError
-from squeal.scene import PlainSystem
+from squeal.io.short_form import PlainSystem
 
 
 def value_of(given: str | None, system: PlainSystem | None) -> float:

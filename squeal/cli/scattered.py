@@ -11,7 +11,7 @@ from squeal.cli.base import Answer
 from squeal.cli.numbers import whole
 from squeal.cli.progress import progress_line
 from squeal.cli.tables import number, table
-from squeal.files.writing import picked, write_table
+from squeal.io.writing import picked, write_table
 
 MOST_WORKERS = 256
 

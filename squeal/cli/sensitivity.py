@@ -8,8 +8,8 @@ from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.cli.tables import table
+from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.scene import Scene
 
 DEGREE = math.pi / 180
 

@@ -10,9 +10,10 @@ from squeal.cli.motion import UNITS, asked, task_of, write_files
 from squeal.cli.outputs import file_options
 from squeal.cli.streams import say
 from squeal.cli.tables import number, table
-from squeal.files.writing import plain
+from squeal.io.scene import Scene
+from squeal.io.scene_keys import COORDINATES
+from squeal.io.writing import plain
 from squeal.model.contact import contact_law
-from squeal.scene import COORDINATES, Scene
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.response import Response
 

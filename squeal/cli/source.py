@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from squeal.cli.streams import all_input, name_of
 from squeal.errors import InputError
-from squeal.files.document import named_files, parse_document, read_content, scalar
-from squeal.files.keys import Group, Key
-from squeal.files.place import Place
-from squeal.files.provenance import InputFile
-from squeal.files.values import Number
-from squeal.scene import PlainSystem, Scene, check_simulation, plain_system
-from squeal.scene.keys import SCENE
-from squeal.scene.system import system_keys
+from squeal.io.document import named_files, parse_document, read_content, scalar
+from squeal.io.provenance import InputFile
+from squeal.io.scene import Scene, check_simulation
+from squeal.io.scene_keys import SCENE
+from squeal.io.short_form import PlainSystem, plain_system, system_keys
+from squeal.schema.keys import Group, Key
+from squeal.schema.place import Place
+from squeal.schema.values import Number
 
 if TYPE_CHECKING:
     from squeal.analysis.subject import Subject
-    from squeal.scene.terms import SystemFile
+    from squeal.io.system import SystemFile
 
 STANDARD_INPUT = "-"
 
@@ -77,7 +77,7 @@ class Source:
         """The system of the general form that the file holds, else None. Raises InputError."""
         if not _is_general(self.document):
             return None
-        from squeal.scene.terms import system_file
+        from squeal.io.system import system_file
 
         folder = Path() if self.path is None else self.path.parent
         found = system_file(self.document, self.at, folder)
@@ -148,14 +148,14 @@ def _is_general(document: dict[str, Any]) -> bool:
     """True for a system of the general form, without loading what reads it for a scene."""
     if "M" not in document:
         return False
-    from squeal.scene.terms import is_general
+    from squeal.io.system import is_general
 
     return is_general(document)
 
 
 def _with_parameters(document: dict[str, Any]) -> Group:
     """The table of a system's keys, with those of its own named numbers."""
-    from squeal.scene.terms import SYSTEM
+    from squeal.io.system import SYSTEM
 
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]

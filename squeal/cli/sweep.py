@@ -12,10 +12,11 @@ from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.modes import ModeShape, mode_shapes, sweep_modes
 from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.cli.tables import elided, number
-from squeal.files.writing import picked, write_table
+from squeal.io.scene import Scene
+from squeal.io.short_form import PlainSystem
+from squeal.io.writing import picked, write_table
 from squeal.linear import Spectrum
 from squeal.linear.eigen import Eigenvalue
-from squeal.scene import PlainSystem, Scene
 
 LISTED = 8  # frequencies in a line of a table
 NOISE = 1e-9  # of an eigenvalue: growth that is rounding

@@ -12,10 +12,10 @@ from squeal.cli.system_options import check_work, progress_of, wanted_of
 from squeal.cli.systems import basis_row, basis_text, identity
 from squeal.cli.tables import columns_with, table
 from squeal.errors import InputError
-from squeal.files.journal import Checkpoint
-from squeal.files.writing import write_table
+from squeal.io.journal import Checkpoint
+from squeal.io.system import SystemFile
+from squeal.io.writing import write_table
 from squeal.linear.terms import TermSystem
-from squeal.scene.terms import SystemFile
 
 POINTS = 41  # a side, if left out
 MOST_POINTS = 4000

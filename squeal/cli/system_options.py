@@ -12,12 +12,12 @@ from squeal.cli.numbers import band_of, numbers, whole
 from squeal.cli.outputs import Once, option_of
 from squeal.cli.streams import say
 from squeal.errors import InputError, InputWarning
-from squeal.scene import PlainSystem
+from squeal.io.short_form import PlainSystem
 
 if TYPE_CHECKING:
     from squeal.analysis.systems.wanted import Wanted
+    from squeal.io.system import SystemFile
     from squeal.linear.terms import TermSystem
-    from squeal.scene.terms import SystemFile
     from squeal.sparse.factor import Progress
 
 MOST = 100_000
@@ -66,7 +66,7 @@ def system_of(given: argparse.Namespace, short: bool = False) -> SystemFile | No
     if found is None and (short or asked(given)):
         plain: PlainSystem | None = given.source.system()
         if plain is not None:
-            from squeal.scene.terms import SystemFile
+            from squeal.io.system import SystemFile
 
             return SystemFile(plain.terms(), plain.reference)
     return found

@@ -15,8 +15,8 @@ from squeal.errors import InputError
 
 if TYPE_CHECKING:
     from squeal.analysis.systems.roots import SystemRoots
-    from squeal.files.coordinates import Coordinates
-    from squeal.scene.terms import SystemFile
+    from squeal.io.coordinates import Coordinates
+    from squeal.io.system import SystemFile
 
 OPTIONS = ("shape", "animation")
 

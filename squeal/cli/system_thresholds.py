@@ -24,11 +24,11 @@ from squeal.cli.system_options import (
 from squeal.cli.systems import basis_row, basis_text, identity
 from squeal.cli.tables import elided, number
 from squeal.errors import InputError
-from squeal.files.journal import Checkpoint
-from squeal.files.writing import write_table
+from squeal.io.journal import Checkpoint
+from squeal.io.system import SystemFile
+from squeal.io.writing import write_table
 from squeal.linear import CriticalPoint, Crossing
 from squeal.linear.terms import TermSystem
-from squeal.scene.terms import SystemFile
 
 SHOWN = 121  # values of the parameter in the figure
 

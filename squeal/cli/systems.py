@@ -29,12 +29,12 @@ from squeal.cli.system_shapes import check_shape, write_shape
 from squeal.cli.tables import columns_with, elided, in_words, number, roots_in_words, table
 from squeal.cli.unstable import ONSET_SIZE, filter_of, unstable_rows, unstable_text
 from squeal.errors import InputError
-from squeal.files.journal import Checkpoint, Journal
-from squeal.files.matrices import fingerprint
-from squeal.files.writing import picked, write_table
+from squeal.io.journal import Checkpoint, Journal
+from squeal.io.matrices import fingerprint
+from squeal.io.system import SystemFile
+from squeal.io.writing import picked, write_table
 from squeal.linear import Spectrum, UnstableMode, crossings, unstable_modes
 from squeal.linear.terms import TermSystem, dense
-from squeal.scene.terms import SystemFile
 from squeal.sparse.reduction import Reduction
 
 SAME = 1e-6  # of |lambda|: one root, computed in two ways

@@ -12,9 +12,9 @@ from squeal.cli.base import Answer, Parser
 from squeal.cli.numbers import numbers
 from squeal.cli.tables import number, table
 from squeal.errors import ComputationError, InputError
-from squeal.files.matrices import fingerprint, read_matrix, write_matrix
-from squeal.files.values import Named
-from squeal.files.writing import whole_folder
+from squeal.io.matrices import fingerprint, read_matrix, write_matrix
+from squeal.io.writing import whole_folder
+from squeal.schema.values import Named
 
 PAIR = "VALUE:FILE, the parameter's value and the matrix there"
 

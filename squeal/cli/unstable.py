@@ -10,8 +10,8 @@ from typing import Any
 from squeal.cli.base import Parser
 from squeal.cli.numbers import band_of, numbers
 from squeal.cli.tables import elided, number
+from squeal.io.short_form import PlainSystem
 from squeal.linear import UnstableMode, crossings, unstable_modes
-from squeal.scene import PlainSystem
 
 ONSET_SIZE = 40  # degrees of freedom up to which a plain system's crossings are always sought
 

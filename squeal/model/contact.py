@@ -5,13 +5,13 @@ from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from typing import Any
 
-from squeal.files.keys import Group, Key
-from squeal.files.place import Place
-from squeal.files.values import Whole, Word
 from squeal.model.law import ContactLaw
 from squeal.model.line import DeltaFrom, DeltaMoment, LineContact, LineForce
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.springs import PointContact, SpringContact
+from squeal.schema.keys import Group, Key
+from squeal.schema.place import Place
+from squeal.schema.values import Whole, Word
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.files.place import Place
 from squeal.model.contact import CONSISTENT, Formulation, check_pad, contact_law, contact_model
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import (
@@ -26,6 +25,7 @@ from squeal.model.mechanics import (
 from squeal.model.pad import Model, Pad
 from squeal.model.states import State, states
 from squeal.numerics.newton import complex_step
+from squeal.schema.place import Place
 
 Coordinates = tuple[Number, Number, Number]
 _DAMPING, _FALLING = 9, 3  # numbers of the terms with velocities

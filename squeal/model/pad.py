@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from squeal.files.keys import Key, check_needs, listed
-from squeal.files.place import Place
-from squeal.files.values import Angle, Number
 from squeal.numerics import dual
+from squeal.schema.keys import Key, check_needs, listed
+from squeal.schema.place import Place
+from squeal.schema.values import Angle, Number
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from squeal.files.results import Interval, Run, Summary
+from squeal.io.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
 from squeal.model.states import LEAD, TRAIL

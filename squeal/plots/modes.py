@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import ModeShape, shapes_of_pad
+from squeal.io.scene import Scene, takes_scene
 from squeal.model.pad import Pad
 from squeal.plots.parts import (
     draw_pad,
@@ -19,7 +20,6 @@ from squeal.plots.parts import (
     outlines,
 )
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, in_unit, origin, save, style, units_of
-from squeal.scene import Scene, takes_scene
 
 RING, CROSS = "#3498DB", "#C8380E"
 PANEL = 1.3  # in, height of a panel with a mode shape

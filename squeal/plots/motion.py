@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from squeal.files.results import Event, Run
+from squeal.io.results import Event, Run
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import NORMAL_REACTION, Signal

@@ -8,8 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from squeal.files.coordinates import Coordinates
-from squeal.files.writing import write_whole
+from squeal.io.coordinates import Coordinates
+from squeal.io.writing import write_whole
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
 
 LARGEST = 0.08  # of the body's size: the largest displacement as drawn

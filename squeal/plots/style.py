@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
-from squeal.files.provenance import Provenance
-from squeal.files.sources import digest
-from squeal.files.writing import write_text, write_whole
+from squeal.io.provenance import Provenance
+from squeal.io.sources import digest
+from squeal.io.writing import write_text, write_whole
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model
 from squeal.model.states import LEAD, STATES, TRAIL

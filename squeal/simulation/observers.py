@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squeal.io.scene import Scene
+from squeal.io.scene_keys import COORDINATES
 from squeal.model.equations import PadModel
 from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.scene.keys import COORDINATES
-from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
 
 HALVINGS = 60  # of a step: to the last digit of a time in it

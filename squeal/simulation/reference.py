@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.states import State
-from squeal.scene.schema import Scene
 from squeal.simulation.legs import Integrator
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate

@@ -8,14 +8,14 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.files.place import Place
-from squeal.files.values import Word
+from squeal.io.scene import Scene, check_simulation, takes_scene
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
 from squeal.numerics.newton import complex_step
-from squeal.scene import Scene, check_simulation, takes_scene
+from squeal.schema.place import Place
+from squeal.schema.values import Word
 from squeal.simulation.legs import Integrator, Leg
 from squeal.simulation.observers import Observer, observers_for
 from squeal.simulation.response import Response, Watch

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.files.writing import write_whole
-from squeal.scene import Scene
+from squeal.io.scene import Scene
+from squeal.io.writing import write_whole
 from squeal.simulation.observers import Samples
 from squeal.simulation.run import Backend, in_natural_units, integrate, make_integrator
 

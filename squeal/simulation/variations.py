@@ -11,9 +11,9 @@ from functools import partial
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.numerics.newton import complex_step
-from squeal.scene.schema import Scene
 from squeal.simulation.legs import Leg
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import in_natural_units, integrate, make_integrator

@@ -12,11 +12,11 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.unstable import growing_modes
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene, read_scene
 from squeal.linear.terms import Term, TermSystem
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.numerics.formula import Formula
-from squeal.scene import Scene, read_scene
 from tests.conftest import SCENES, only_levers
 
 VALUES = {

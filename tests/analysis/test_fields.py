@@ -10,8 +10,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
 from squeal.errors import ComputationError, InputError
-from squeal.scene import read_scene
-from squeal.scene.schema import Damping
+from squeal.io.scene import Damping, read_scene
 from tests.conftest import SCENES
 
 AXES = (Axis("alpha1", 0.3, 2.9, 3), Axis("k2", 0.5e8, 3.0e8, 3))

@@ -8,8 +8,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
 from squeal.analysis.scatter import Spread, scatter
+from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from tests.conftest import only_levers
 
 PAD = {

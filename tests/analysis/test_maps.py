@@ -9,11 +9,10 @@ import pytest
 from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.maps import NAMES, Axis, angle_axes, codes_at, stability_map
 from squeal.errors import ComputationError, InputError
-from squeal.files.place import Place
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.scene import Scene, read_scene
-from squeal.scene.schema import Damping
+from squeal.schema.place import Place
 from tests.conftest import ROOT, SCENES
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))

@@ -9,8 +9,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.modes import mode_shapes, shapes_of_pad, sweep_modes
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import read_scene
 from squeal.linear import complex_eigenvalues
-from squeal.scene import read_scene
 from tests.conftest import SCENES
 from tests.known import coupled
 

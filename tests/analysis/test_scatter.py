@@ -8,8 +8,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.scatter import Spread, scatter
 from squeal.analysis.spread_file import read_spreads
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from tests.analysis.test_advice import coupled
 
 SIZE, COUNT = 0.03, 24

@@ -15,8 +15,7 @@ from squeal.analysis.sensitivity import (
 )
 from squeal.equilibrium.damping import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
-from squeal.scene import Damping
-from squeal.scene.schema import Scene
+from squeal.io.scene import Damping, Scene
 from tests.conftest import scene_of
 from tests.simulation.closed import upright
 

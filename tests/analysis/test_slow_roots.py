@@ -11,9 +11,10 @@ from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
 from squeal.cli.sweep import sweep
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
+from squeal.io.short_form import PlainSystem
 from squeal.linear.terms import Term, TermSystem
 from squeal.model.pad import Pad
-from squeal.scene import Damping, PlainSystem, Scene
 from tests.exact import Exact, discriminant
 from tests.linear.conftest import exact_damped
 

@@ -6,7 +6,7 @@ import pytest
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
-from squeal.scene.terms import read_system
+from squeal.io.system import read_system
 
 pytest.importorskip("skfem")
 from squeal.analysis.systems.solid_brake import Geometry, solid_brake, write_brake

@@ -9,9 +9,9 @@ import pytest
 from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.analysis.state_space import friction_plant, state_space
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.io.scene import Damping, Scene
 from squeal.linear import complex_eigenvalues
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene
 from tests.conftest import scene_of
 
 
@@ -96,8 +96,8 @@ def test_friction_that_falls_with_speed_is_no_plain_gain():
     text = {"mu_s": 0.5, "mu_k": 0.3, "v_ref": 1.0, "V": 2.0}
     document = scene_of("b1-a").to_dict()
     document["parameters"] = {k: v for k, v in document["parameters"].items() if k != "mu"} | text
-    from squeal.files.place import Place
-    from squeal.scene import Scene
+    from squeal.io.scene import Scene
+    from squeal.schema.place import Place
 
     falling = Scene.from_dict(document, Place("falling"))
     with pytest.raises(ComputationError, match="no plain gain"):

@@ -15,8 +15,8 @@ from squeal.analysis.sensitivity import change
 from squeal.analysis.threshold_curve import QUIET, threshold_curves
 from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene, read_scene
 from tests.conftest import HAMMERING, SCENES
 
 # springs upright but for SLANT, which holds the pad along x and else changes the rest in some 1e-6:

@@ -7,10 +7,10 @@ from squeal.analysis.critical import branch_system, critical_friction
 from squeal.analysis.systems import wanted
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
-from squeal.files.place import Place
+from squeal.io.scene import Scene
 from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.scene import Scene
+from squeal.schema.place import Place
 
 PAD = {
     **{"m": 1.6, "w": 0.025, "h": 0.019, "k1": 3.9e6, "k2": 1.06e6, "k_c": 1.56e6, "L1": 0.23},

@@ -39,9 +39,9 @@ from squeal.article.results.precision import Point, Timing
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts
 from squeal.article.results.verify import Switches
-from squeal.files.provenance import Provenance, provenance
-from squeal.files.records import Plain, Result
-from squeal.files.writing import to_json, write_text
+from squeal.io.provenance import Provenance, provenance
+from squeal.io.records import Plain, Result
+from squeal.io.writing import to_json, write_text
 from squeal.model.contact import FORMULATION_CHOICES
 from squeal.model.pad import Pad as PadOfModel
 from squeal.numerics.outline import outline

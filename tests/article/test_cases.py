@@ -6,9 +6,9 @@ import sys
 import pytest
 
 from squeal.article.cases import ANGLE_TEXTS, CASES, HISTORY_FIGURES, STEMS, stem, title
-from squeal.files.place import Place
-from squeal.files.values import Angle
-from squeal.scene import read_scene
+from squeal.io.scene import read_scene
+from squeal.schema.place import Place
+from squeal.schema.values import Angle
 from tests.conftest import SCENES
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from squeal.article.report.bibliography import behind, entries, installed, reference
 from squeal.cli.main import main
-from squeal.files.provenance import Provenance, provenance
+from squeal.io.provenance import Provenance, provenance
 from tests.conftest import ROOT, SCENES
 
 SIMULATE = [sys.executable, "-m", "squeal", "simulate", str(SCENES / "b2-c.yaml"), "--json"]

@@ -13,8 +13,8 @@ from squeal.article.claims.measures import Linear, Range
 from squeal.article.claims.rules import CALM, keeps_sliding, more_loss_in_b1
 from squeal.article.claims.settling import decaying, settled
 from squeal.article.results.claims import Loaded
+from squeal.io.scene import read_scene
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
-from squeal.scene import read_scene
 from tests.conftest import ROOT, needs_heyoka
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

@@ -23,12 +23,12 @@ from squeal.article.report.ensembles import generated
 from squeal.article.results.ensembles import Ensembles, Kept
 from squeal.article.results.ensembles import Pad as Judged
 from squeal.article.results.findings import Findings
-from squeal.article.scenes import read_cases
+from squeal.article.studies._scenes import read_cases
 from squeal.equilibrium import sliding_equilibrium
+from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.states import FULL
-from squeal.scene import read_scene
 from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import ROOT, needs_heyoka

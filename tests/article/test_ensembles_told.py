@@ -22,7 +22,7 @@ from squeal.article.results.findings import Findings
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies import ensembles as studied
-from squeal.files.provenance import NOT_INSTALLED
+from squeal.io.provenance import NOT_INSTALLED
 from squeal.model.contact import CONSISTENT
 from tests.article import known
 from tests.conftest import ROOT

@@ -13,7 +13,7 @@ from squeal.article.extreme.run import RIGHT, in_units, peak_memory
 from squeal.article.report.extreme import accuracy_values
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.article.results.onset import Exponent, Onset
-from squeal.scene.schema import Scene
+from squeal.io.scene import Scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, reference
 from tests.article import known

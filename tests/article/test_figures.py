@@ -15,14 +15,14 @@ from squeal.article.equations import quasi_static_map
 from squeal.article.figures import angle_maps, charts, histories, quasi_static, sketch
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.cli.main import command
-from squeal.files.results import read_run
+from squeal.io.results import read_run
+from squeal.io.scene import read_scene
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
 from squeal.model.states import FULL, LEAD, NONE, TRAIL, transitions
 from squeal.plots import histories as traces
 from squeal.plots import maps, style
 from squeal.plots.parts import VERDICT_COLOURS
-from squeal.scene import read_scene
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"

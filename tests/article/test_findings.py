@@ -10,10 +10,9 @@ from squeal.analysis.work import contact_work
 from squeal.article.findings import FINDINGS, measure_findings
 from squeal.article.findings.equations import energy_gained
 from squeal.article.findings.motion import Study
+from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.line import LineForce
-from squeal.scene import read_scene
-from squeal.scene.schema import Scene
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

@@ -17,9 +17,9 @@ from squeal.article.results.verify import TOLERANCE
 from squeal.article.studies.verify import VARIATIONS
 from squeal.cli.main import main
 from squeal.errors import InputError
+from squeal.io.scene import read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
-from squeal.scene import read_scene
 from squeal.simulation import simulate
 from tests.conftest import ROOT, needs_heyoka
 

@@ -13,10 +13,10 @@ from squeal.article.results.loci import Branch, Loci, Modes, SingleLoop
 from squeal.article.studies.__main__ import main
 from squeal.article.studies.loci import branch, examined, loop
 from squeal.equilibrium import sliding_equilibrium
-from squeal.files.records import Missing
+from squeal.io.records import Missing
+from squeal.io.scene import Scene, read_scene
 from squeal.model.states import FULL
 from squeal.plots.parts import LARGEST
-from squeal.scene import Scene, read_scene
 from tests import naive
 from tests.conftest import SCENES, random_pad
 

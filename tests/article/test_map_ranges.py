@@ -13,10 +13,10 @@ from squeal.article.report.verdicts import deciding, small_counts
 from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
+from squeal.io.scene import read_scene
 from squeal.linear import verdict
 from squeal.model.linear import linearise
 from squeal.model.states import FULL, STATES
-from squeal.scene import read_scene
 from tests.article import known
 from tests.conftest import HAMMERING as SCENES
 

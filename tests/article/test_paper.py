@@ -9,8 +9,8 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.__main__ import main
 from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.cli.simulate import data
-from squeal.files.provenance import provenance
-from squeal.scene import read_scene
+from squeal.io.provenance import provenance
+from squeal.io.scene import read_scene
 from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import ROOT

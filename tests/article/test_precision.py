@@ -24,10 +24,9 @@ from squeal.article.precision.paths import DEFAULT, Run
 from squeal.article.report.precision import check_values, linear_values, speed_table, values
 from squeal.article.results.precision import Check, Point, Timing, time_at
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene, read_scene
+from squeal.io.short_form import PlainSystem
 from squeal.model.linear import about_origin
-from squeal.scene import read_scene
-from squeal.scene.schema import Scene
-from squeal.scene.system import PlainSystem
 from squeal.simulation.reference import error_against, reference
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES, needs_heyoka

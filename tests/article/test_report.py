@@ -39,13 +39,13 @@ from squeal.article.report.statements import agreement, together
 from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.eigenvalues import EquilibriumPoles
 from squeal.article.studies.eigenvalues import examined, poles
-from squeal.files.provenance import provenance
-from squeal.files.records import Missing, Result
+from squeal.io.provenance import provenance
+from squeal.io.records import Missing, Result
+from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import LEAD, NONE
-from squeal.scene import read_scene
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
@@ -278,7 +278,7 @@ def test_origin_table_names_each_file_once_with_its_digest():
     files = [SCENES / "b1-a.yaml", SCENES / "b2-c.yaml"]
     made = {
         "one": provenance(files, "squeal.errors"),
-        "two": provenance(files[1:], "squeal.scene"),
+        "two": provenance(files[1:], "squeal.io.scene"),
         "three": provenance([], "squeal.errors"),
     }
     body = rows(origin_table(made))[1:]

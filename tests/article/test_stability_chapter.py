@@ -21,10 +21,10 @@ from squeal.article.studies import stability
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path, sliding_equilibrium
-from squeal.files.provenance import provenance
+from squeal.io.provenance import provenance
+from squeal.io.scene import read_scene
 from squeal.linear import verdict
 from squeal.model.linear import about_origin
-from squeal.scene import read_scene
 from tests import naive
 from tests.article import known
 from tests.conftest import SCENES, only_levers, scene_of

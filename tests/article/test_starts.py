@@ -10,10 +10,10 @@ from squeal.article.figures import starts as starts_figure
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
 from squeal.article.studies import starts as starts_study
 from squeal.equilibrium import sliding_equilibrium
-from squeal.files.records import Missing
+from squeal.io.records import Missing
+from squeal.io.scene import read_scene
 from squeal.model.linear import linearise
 from squeal.model.states import FULL, LEAD, NONE
-from squeal.scene import read_scene
 from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import ROOT, hammering_scene, needs_heyoka

@@ -15,8 +15,8 @@ from squeal.article.results import record_of
 from squeal.article.results.extreme import Extreme, Outcome
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies.__main__ import main
-from squeal.files.records import Plain, Result
-from squeal.files.sources import sources
+from squeal.io.records import Plain, Result
+from squeal.io.sources import sources
 from tests.conftest import ROOT, SCENES
 
 RESULTS = squeal.article.results.__name__

@@ -13,7 +13,7 @@ from squeal.article.report.plain import table_rows
 from squeal.article.report.taking import ORIGIN, take
 from squeal.cli.main import command, main
 from squeal.errors import InputError
-from squeal.files.results import read_run
+from squeal.io.results import read_run
 from tests.article import known
 from tests.conftest import ROOT
 

@@ -21,7 +21,7 @@ from squeal.article.results.map_ranges import MapRanges, Span, Upright
 from squeal.article.results.onset import Onset, Others
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
-from squeal.files.records import Missing
+from squeal.io.records import Missing
 from tests.article import known
 
 

@@ -5,7 +5,7 @@ import csv
 import pytest
 import yaml
 
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 from tests.cli.calls import answer
 from tests.conftest import SCENES, only_levers, random_pad
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.cli.main import main
-from squeal.scene import read_scene
+from squeal.io.scene import read_scene
 from tests.cli.calls import answer
 
 PAD = """\

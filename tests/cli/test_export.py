@@ -5,9 +5,9 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array, random_array
 
-from squeal.files.matrices import read_matrix
-from squeal.scene import read_scene
-from squeal.scene.terms import read_system
+from squeal.io.matrices import read_matrix
+from squeal.io.scene import read_scene
+from squeal.io.system import read_system
 from tests import large
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES

@@ -12,8 +12,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.fields import field
 from squeal.analysis.maps import Axis
 from squeal.cli.main import main
+from squeal.io.scene import read_scene
 from squeal.plots.maps import contour_figure, settle, symbol, unit_of
-from squeal.scene import read_scene
 from tests.conftest import SCENES
 
 B3 = str(SCENES / "b3.yaml")

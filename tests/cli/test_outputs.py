@@ -8,7 +8,7 @@ import re
 import pytest
 
 from squeal.cli.tables import elided, number
-from squeal.files.writing import column_name
+from squeal.io.writing import column_name
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
 
@@ -200,7 +200,7 @@ def test_what_the_system_refuses_to_make_is_told_by_its_name(capsys, scene, monk
     def refuse(**_):
         raise OSError(28, "No space left on device", "/hidden/name")
 
-    monkeypatch.setattr("squeal.files.writing.tempfile.mkstemp", refuse)
+    monkeypatch.setattr("squeal.io.writing.tempfile.mkstemp", refuse)
     told = assert_refused(capsys, "eigenvalues", scene, "--csv", "full.csv")
     assert told == "squeal: full.csv: cannot be written: No space left on device\n"
 

@@ -16,8 +16,8 @@ from squeal.cli.jobs import read_job
 from squeal.cli.main import main as query
 from squeal.cli.parts import main
 from squeal.errors import ComputationError, InputError
-from squeal.files.document import with_named_files
-from squeal.files.parts import cut
+from squeal.io.document import with_named_files
+from squeal.io.parts import cut
 from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))

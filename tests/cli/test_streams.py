@@ -10,7 +10,7 @@ import pytest
 
 from squeal.cli.main import COMMANDS
 from squeal.errors import ComputationError
-from squeal.files.writing import write_csv
+from squeal.io.writing import write_csv
 from tests.cli.calls import assert_refused, run
 from tests.conftest import SCENES
 

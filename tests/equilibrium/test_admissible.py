@@ -14,10 +14,10 @@ from squeal.equilibrium.admissible import LIMITED, Excursion, excursion
 from squeal.equilibrium.settings import AdmissibleLimits
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from tests.conftest import random_pad
 
 FORMULATIONS = [

@@ -9,8 +9,8 @@ from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.equilibrium import ContinuationSettings, Path, find_all, follow, sliding_equilibrium
 from squeal.equilibrium.find import least_at_zero
 from squeal.errors import InputError
+from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
-from squeal.scene import read_scene
 from tests.conftest import SCENES, random_pad
 
 TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees

@@ -12,8 +12,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium import Path, find_all, follow, sliding_equilibrium
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping
 from squeal.model.equations import PadModel
-from squeal.scene.schema import Damping
 from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
 

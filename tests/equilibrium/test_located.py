@@ -9,8 +9,8 @@ import pytest
 from squeal.analysis.critical import critical_friction
 from squeal.equilibrium import Path, located
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene, read_scene
 from tests.conftest import SCENES
 from tests.exact import Exact
 

@@ -10,9 +10,9 @@ from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.many import rests
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from tests.conftest import random_pad
 
 # Without a load the springs lift the pad off its preload along the direction that they leave free:

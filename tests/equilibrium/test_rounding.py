@@ -10,9 +10,9 @@ from squeal.analysis.maps import NAMES, codes_at
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import HIDDEN, Statics
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from tests.exact import Exact
 
 PAD = {"m": 0.15, "w": 0.04, "h": 0.02369996, "I": 1.174823e-4, "L1": 0.04, "L2": 0.04}

@@ -10,10 +10,10 @@ from squeal.analysis.maps import Axis, angle_axes, codes_at, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path
+from squeal.io.scene import read_scene
 from squeal.linear import verdict
 from squeal.model.linear import about_origin
 from squeal.numerics.outline import Outline, crossings, outline
-from squeal.scene import read_scene
 from tests.conftest import SCENES
 
 X = np.linspace(-1.0, 1.0, 61)

@@ -3,8 +3,8 @@
 import pytest
 
 from squeal.analysis.maps import angle_axes, stability_map
+from squeal.io.scene import read_scene
 from squeal.plots.maps import stability_figure
-from squeal.scene import read_scene
 from tests.conftest import SCENES
 
 

@@ -11,9 +11,9 @@ import squeal.plots
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import shapes_of_pad
 from squeal.errors import InputError
+from squeal.io.scene import read_scene
 from squeal.plots.modes import eigenvalue_figure, pad_figure
 from squeal.plots.parts import LARGEST, exaggeration
-from squeal.scene import read_scene
 from tests.conftest import SCENES
 
 

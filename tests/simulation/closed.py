@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from squeal.scene import Scene
 from squeal.simulation import simulate
 from tests.conftest import INSTALLED
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch import measures as batch_measures
 from squeal.simulation.batch.alone import measure_alone

@@ -9,9 +9,8 @@ from squeal.analysis.critical import critical_friction
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
 from squeal.model.linear import linearise
-from squeal.scene import Scene
-from squeal.scene.schema import Damping
 from squeal.simulation.batch.neighbours import directions, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events

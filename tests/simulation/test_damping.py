@@ -13,10 +13,10 @@ from squeal.analysis.points import points_at
 from squeal.analysis.work import contact_work
 from squeal.equilibrium.damping import damped_model, damping_matrix
 from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.pad import Pad
 from squeal.model.states import FULL
-from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, simulate_many, stack

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
-from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.integrators.with_scipy import SciPyIntegrator
 from squeal.simulation.observers import Events, observers_for

@@ -16,9 +16,9 @@ from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sens
 from squeal.analysis.work import contact_work
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
-from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.alone import measure_alone
 from squeal.simulation.batch.many import DONE, simulate_many, stack

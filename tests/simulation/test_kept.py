@@ -5,9 +5,9 @@ import os
 import numpy as np
 import pytest
 
+from squeal.io.scene import read_scene
 from squeal.model.law import ContactLaw
 from squeal.model.states import State
-from squeal.scene import read_scene
 from tests.conftest import HEYOKA, SCENES, needs_heyoka
 
 if HEYOKA:

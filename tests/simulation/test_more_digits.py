@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
-from squeal.scene import Damping, read_scene
-from squeal.scene.schema import Scene
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation import reference as of_reference
 from squeal.simulation.integrators.with_mpmath import MpmathIntegrator
 from squeal.simulation.reference import ChangeTimes, reference

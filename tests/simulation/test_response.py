@@ -10,8 +10,8 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.cli.main import main
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.states import FULL
-from squeal.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.legs import Leg
 from squeal.simulation.response import Response, Watch, _settled

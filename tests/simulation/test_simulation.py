@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE
-from squeal.scene import read_scene
-from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.observers import Observer
 from squeal.simulation.run import first_state, in_natural_units, integrate

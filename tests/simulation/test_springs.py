@@ -13,13 +13,12 @@ from squeal.analysis.maps import Axis, stability_map
 from squeal.analysis.sensitivity import threshold_sensitivities
 from squeal.analysis.work import contact_work
 from squeal.errors import InputError
+from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import CONSISTENT, ContactModel, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.springs import PointContact, Spring
-from squeal.scene import read_scene
-from squeal.scene.schema import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.many import simulate_many, stack
 from squeal.simulation.reference import ChangeTimes, reference

@@ -10,10 +10,10 @@ import pytest
 from squeal.analysis.eigenvalues import analyse
 from squeal.cli.main import main
 from squeal.errors import ComputationError
-from squeal.files.place import Place
+from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.scene import Scene, read_scene
+from squeal.schema.place import Place
 from squeal.simulation import simulate
 from squeal.simulation.run import first_place
 from tests.conftest import SCENES, random_pad

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from squeal.scene.schema import Scene
+from squeal.io.scene import Scene
 from squeal.simulation import simulate
 from squeal.simulation.batch.many import simulate_many, stack
 from squeal.simulation.run import first_state, in_natural_units

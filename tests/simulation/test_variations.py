@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.article.studies.accuracy import accuracy
-from squeal.scene import read_scene
-from squeal.scene.schema import Scene
+from squeal.io.scene import Scene, read_scene
 from squeal.simulation.run import in_natural_units, integrate
 from squeal.simulation.variations import variations
 from tests.conftest import HEYOKA, SCENES, needs_heyoka

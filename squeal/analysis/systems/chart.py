@@ -9,11 +9,11 @@ from squeal.analysis.systems.roots import NO_ROOT
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError
-from squeal.files.arguments import takes
-from squeal.files.journal import Checkpoint
+from squeal.io.journal import Checkpoint
 from squeal.linear import VERDICTS
 from squeal.linear.terms import TermSystem
 from squeal.numerics.threads import one_thread
+from squeal.schema.arguments import takes
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.reduction import Reduction
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from squeal.io.system import SystemFile
 from squeal.linear.matrices import norm_of
 from squeal.linear.terms import Matrix, TermSystem
-from squeal.scene.terms import SystemFile
 from squeal.sparse.factor import factorise
 from squeal.sparse.growth import definite
 
@@ -75,7 +75,7 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 
 def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
     """Each matrix of a system file: its part, file, factor, size, symmetry and fingerprint."""
-    from squeal.files.matrices import fingerprint
+    from squeal.io.matrices import fingerprint
 
     return [
         {

@@ -10,14 +10,14 @@ from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.files.arguments import takes
-from squeal.files.journal import Checkpoint
+from squeal.io.journal import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.following.search import search
 from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.terms import TermSystem, dense
 from squeal.numerics.threads import one_thread
+from squeal.schema.arguments import takes
 from squeal.sparse.along import crossings_along
 from squeal.sparse.count import count_roots
 from squeal.sparse.factor import Progress, quiet

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.files.arguments import takes
 from squeal.linear import Judgement, UnstableMode
 from squeal.linear.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
 from squeal.linear.judgement import judge_reduced
 from squeal.linear.matrices import EPS, Reduced, first_order, reduce
 from squeal.linear.terms import TermSystem
 from squeal.numerics.threads import one_thread
+from squeal.schema.arguments import takes
 from squeal.sparse.count import count_roots
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.growth import growth_bound

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.writing import write_system
 from squeal.errors import ComputationError, InputError
-from squeal.files.writing import write_csv
+from squeal.io.writing import write_csv
 from squeal.linear.terms import Term, TermSystem
 from squeal.numerics.formula import Formula
 

@@ -8,9 +8,9 @@ from control import StateSpace
 
 from squeal.analysis.systems.wanted import ALL_ROWS, TERMS
 from squeal.errors import InputError
-from squeal.files.arguments import takes
 from squeal.linear.loop import state_matrices
 from squeal.linear.terms import TermSystem
+from squeal.schema.arguments import takes
 
 
 @takes(system=TERMS)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
 from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
-from squeal.files.journal import Checkpoint
+from squeal.io.journal import Checkpoint
 from squeal.linear.eigen import ordered
 from squeal.linear.terms import TermSystem
 from squeal.numerics.threads import one_thread

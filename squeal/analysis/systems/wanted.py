@@ -4,11 +4,11 @@ import dataclasses
 from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
-from squeal.files.arguments import Instance
-from squeal.files.memory import available_memory
-from squeal.files.place import Place
-from squeal.files.values import Row, Whole
+from squeal.io.memory import available_memory
 from squeal.linear.terms import TermSystem
+from squeal.schema.arguments import Instance
+from squeal.schema.place import Place
+from squeal.schema.values import Row, Whole
 from squeal.sparse.region import Disc, Rectangle, band
 
 ALL_ROWS = 400  # up to so many rows all roots are computed

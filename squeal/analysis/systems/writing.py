@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.files.matrices import fingerprint, write_matrix
-from squeal.files.writing import new_folder, whole_folder, write_text
+from squeal.io.matrices import fingerprint, write_matrix
+from squeal.io.writing import new_folder, whole_folder, write_text
 from squeal.linear.terms import TermSystem
 
 

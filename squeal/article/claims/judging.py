@@ -10,7 +10,7 @@ from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
 from squeal.article.claims.rules import LOADS, TRIED, by_turns, hammering_margins
 from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Verdict
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 from squeal.simulation import simulate
 
 SAMPLES = 100_001  # of a motion, where only what happens under load is asked for

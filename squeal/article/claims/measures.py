@@ -13,12 +13,12 @@ from squeal.article.equations import quasi_static_map, stiffness
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.linear import rank
 from squeal.model.mechanics import pose
 from squeal.model.pad import Pad
 from squeal.model.states import STATES, State
-from squeal.scene import Scene
 from squeal.simulation.batch.alone import measure_alone
 
 

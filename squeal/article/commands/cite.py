@@ -8,7 +8,7 @@ from pathlib import Path
 from squeal.article.report.bibliography import behind, installed, references
 from squeal.cli.base import Answer, Parser
 from squeal.errors import InputError
-from squeal.files.provenance import Provenance
+from squeal.io.provenance import Provenance
 
 
 def options(parser: Parser) -> None:

@@ -13,7 +13,7 @@ from squeal.cli.numbers import numbers, whole
 from squeal.cli.streams import say
 from squeal.cli.tables import table
 from squeal.errors import InputError
-from squeal.files.writing import picked
+from squeal.io.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 

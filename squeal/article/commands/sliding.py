@@ -12,9 +12,9 @@ from squeal.cli.base import Answer, Parser
 from squeal.cli.outputs import file_options
 from squeal.cli.tables import number, table
 from squeal.errors import InputError
-from squeal.files.writing import picked, write_table
+from squeal.io.scene import Scene
+from squeal.io.writing import picked, write_table
 from squeal.model.linear import rank
-from squeal.scene import Scene
 
 COLUMNS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 COLUMNS |= dict.fromkeys(("contact", "verdict", "admissible"), "")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from squeal.article.results.verify import Switches
-from squeal.files.records import Record, read_json
+from squeal.io.records import Record, read_json
 from squeal.model.contact import Formulation
 
 

@@ -26,7 +26,7 @@ from squeal.article.results.ensembles import Kept as Counts
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.cli.streams import exit_code
-from squeal.files.writing import to_json
+from squeal.io.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.numerics.shares import wilson
 

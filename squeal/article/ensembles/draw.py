@@ -18,8 +18,8 @@ import numpy as np
 from squeal.article.ensembles.population import Stage, advance, chance
 from squeal.article.ensembles.space import FORMULATIONS
 from squeal.cli.streams import exit_code, say
-from squeal.files.parts import cut
-from squeal.files.processes import mapped
+from squeal.io.parts import cut
+from squeal.io.processes import mapped
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
 

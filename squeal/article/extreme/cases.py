@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from squeal.article.extreme import closed_forms as known
+from squeal.io.scene import Scene
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
-from squeal.scene.schema import Scene
 from squeal.simulation import Simulation
 from squeal.simulation.legs import COLLAPSED
 

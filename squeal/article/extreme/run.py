@@ -11,7 +11,7 @@ import numpy as np
 from squeal.article.extreme.cases import PERIODS, Case
 from squeal.article.results.extreme import Outcome, Word
 from squeal.errors import ComputationError, InputError
-from squeal.scene import Scene, read_scene
+from squeal.io.scene import Scene, read_scene
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.reference import error_against, precision_in_words, quad, reference
 from squeal.simulation.run import in_natural_units

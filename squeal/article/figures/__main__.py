@@ -12,7 +12,7 @@ from pathlib import Path
 
 from squeal.article import figures
 from squeal.cli.streams import exit_code
-from squeal.files.records import call
+from squeal.io.records import call
 from squeal.plots.style import save
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")

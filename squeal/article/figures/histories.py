@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from squeal.files.results import Run, read_run
+from squeal.io.results import Run, read_run
 from squeal.model.contact import contact_law
 from squeal.plots.histories import Looks, alternative_text, strip, trace
 from squeal.plots.style import DOUBLE, Drawing, origin, style

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon
 
-from squeal.files.provenance import provenance
+from squeal.io.provenance import provenance
+from squeal.io.scene import Scene, read_scene
 from squeal.model.line import LineContact
 from squeal.model.mechanics import Coefficients
 from squeal.plots.style import DOUBLE, Drawing, origin, style
-from squeal.scene import Scene, read_scene
 
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
 FOOT = 0.42  # drawn length of the contact springs

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES
+from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.pad import Model, Pad
-from squeal.scene.schema import Scene
 
 MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)

@@ -14,8 +14,8 @@ from squeal.article.identify.objective import judge_one
 from squeal.article.identify.search import SearchState
 from squeal.article.identify.space import STOP, Numbers, tilt_of
 from squeal.errors import ComputationError, InputError
-from squeal.files.records import Record, read_json
-from squeal.files.writing import to_json
+from squeal.io.records import Record, read_json
+from squeal.io.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
 
 DIGITS = 6  # a pad that needs more to keep a claim would hold it by a hair

@@ -6,7 +6,7 @@ from pathlib import Path
 from squeal.article.cases import ANGLE_TEXTS, HISTORY_FIGURES, stem
 from squeal.article.identify import space
 from squeal.errors import InputError
-from squeal.files.writing import write_text
+from squeal.io.writing import write_text
 from squeal.model.contact import Formulation, contact_law, contact_model
 
 _PAD = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "x0", "theta0"]

@@ -15,9 +15,9 @@ from importlib import resources
 import numpy as np
 
 from squeal.article.results.stability import DERIVED, MATRICES, READ, Comparison
+from squeal.io.short_form import PlainSystem, read_plain
 from squeal.linear import CriticalPoint, critical_points
 from squeal.linear.eigen import complex_eigenvalues
-from squeal.scene.system import PlainSystem, read_plain
 
 SYSTEMS = ("mode_coupling", "drum_brake", "ziegler", "wing", "bicycle")
 

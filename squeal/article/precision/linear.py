@@ -14,10 +14,10 @@ import numpy as np
 from squeal.article.literature.comparison import literature_system
 from squeal.article.precision.measure import timed
 from squeal.article.results.precision import Timing
+from squeal.io.scene import Scene
+from squeal.io.short_form import PlainSystem
 from squeal.linear import complex_eigenvalues, critical_points, sweep
 from squeal.model.linear import about_origin
-from squeal.scene import Scene
-from squeal.scene.system import PlainSystem
 
 POINTS = 100
 DIGITS = 30  # of the truth

@@ -5,9 +5,9 @@ import numpy as np
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.precision.measure import timed
 from squeal.article.results.precision import Timing
+from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
 from squeal.model.linear import about_origin, spring_directions
-from squeal.scene import Scene
 
 SIZES = (20, 40, 80, 160, 320)
 FINEST = 2560  # points a side of the map that counts as exact

@@ -13,7 +13,7 @@ import numpy as np
 from squeal.article.precision.paths import SEVERAL, Path, Run, with_scipy
 from squeal.article.results.precision import Check, Point
 from squeal.errors import ComputationError
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 from squeal.simulation.reference import Reference, error_against, reference
 
 T = TypeVar("T")

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
 from squeal.model.states import State
-from squeal.scene import Scene
 from squeal.simulation.reference import ChangeTimes
 from squeal.simulation.run import first_state, in_natural_units, integrate
 

@@ -16,8 +16,8 @@ from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import definitions, plain_values
 from squeal.article.results import record_of
 from squeal.cli.streams import exit_code
-from squeal.files.records import Plain, call
-from squeal.files.writing import write_text
+from squeal.io.records import Plain, call
+from squeal.io.writing import write_text
 
 
 def written(name: str, files: Sequence[str]) -> dict[str, str]:

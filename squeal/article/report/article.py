@@ -15,8 +15,8 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.quasi_static import QuasiStatic
-from squeal.files.records import Missing
-from squeal.files.results import Summary
+from squeal.io.records import Missing
+from squeal.io.results import Summary
 
 
 def simulated(run: Summary) -> dict[str, str]:

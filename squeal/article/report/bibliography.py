@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 
 from squeal import __version__
-from squeal.files.provenance import NOT_INSTALLED, Provenance, version
+from squeal.io.provenance import NOT_INSTALLED, Provenance, version
 
 ALWAYS = ("article", "squeal")
 """Keys of what every result rests on: the models and this program."""

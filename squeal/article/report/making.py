@@ -6,7 +6,7 @@ from pathlib import Path
 
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import Generated, escape, tabular
-from squeal.files.provenance import Provenance
+from squeal.io.provenance import Provenance
 
 
 def versions(made: Iterable[Provenance]) -> dict[str, str]:

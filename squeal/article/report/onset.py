@@ -9,7 +9,7 @@ from squeal.article.report.sweeps import swept
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Exponent, Onset, Sign
 from squeal.article.results.spectra import Spectra
-from squeal.files.records import Missing
+from squeal.io.records import Missing
 
 SIGNS: dict[Sign, str] = {
     "chaotic": "chaotic",

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from squeal.article.cases import CASES
 from squeal.article.report.latex import Generated, escape, in_words, long_table, number, typeset
+from squeal.io.scene import Scene, read_scene
+from squeal.io.scene_keys import COORDINATES
 from squeal.model.contact import models_with
 from squeal.model.pad import PARAMETERS
-from squeal.scene import COORDINATES, Scene, read_scene
 
 _SEARCH = "by search"
 ORIGIN = {

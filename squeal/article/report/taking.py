@@ -18,10 +18,10 @@ from squeal.article.report.captions import Caption, captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.article.report.plain import plain, table_rows
 from squeal.errors import InputError
-from squeal.files.provenance import Provenance, version
-from squeal.files.records import call
-from squeal.files.sources import digest
-from squeal.files.writing import new_folder, to_json, write_csv, write_text, write_whole
+from squeal.io.provenance import Provenance, version
+from squeal.io.records import call
+from squeal.io.sources import digest
+from squeal.io.writing import new_folder, to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
 """The file that marks a folder as one of ours."""

@@ -23,7 +23,7 @@ from squeal.article.results.map_ranges import MapRanges, Upright
 from squeal.article.results.onset import Onset
 from squeal.article.results.quasi_static import QuasiStatic
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
-from squeal.files.records import Missing
+from squeal.io.records import Missing
 
 MOST, FEW = 0.5, 0.1  # of random pads
 NAMES = {

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from squeal.article.results.verify import Switches
-from squeal.files.records import Record, Result
+from squeal.io.records import Record, Result
 
 Kind = Literal["informative", "implied", "identity", "almost sure", "free"]
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from squeal.files.records import Missing, Record, Result
+from squeal.io.records import Missing, Record, Result
 
 
 class Pole(Record):

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from squeal.files.records import Record, Result
+from squeal.io.records import Record, Result
 
 Word = Literal["right", "refused", "warned", "wrong"]
 

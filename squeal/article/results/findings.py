@@ -1,6 +1,6 @@
 """The findings on the article's equations, each measured."""
 
-from squeal.files.records import Record, Result
+from squeal.io.records import Record, Result
 
 
 class MeasuredFinding(Record):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from squeal.files.records import Missing, Record, Result
+from squeal.io.records import Missing, Record, Result
 
 Row = tuple[float, ...]
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated
 
-from squeal.files.records import Record, Result
+from squeal.io.records import Record, Result
 
 
 class Point(Record):

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from squeal.files.records import Record, Result
+from squeal.io.records import Record, Result
 from squeal.numerics.outline import Outline
 
 

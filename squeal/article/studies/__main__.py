@@ -15,8 +15,8 @@ from pathlib import Path
 from squeal.article import studies
 from squeal.cli.streams import exit_code, printed
 from squeal.errors import ComputationError
-from squeal.files.provenance import provenance
-from squeal.files.writing import to_json
+from squeal.io.provenance import provenance
+from squeal.io.writing import to_json
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(studies.__path__) if m.name[0] != "_")
 

@@ -10,10 +10,10 @@ from squeal.article.results.onset import CyclePoint, Cycles, Exponent
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.files.records import Missing
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.model.states import State
 from squeal.model.units import natural_units
-from squeal.scene import Scene
 from squeal.simulation.batch.neighbours import SETTLING, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.legs import Leg

@@ -9,9 +9,8 @@ import numpy as np
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.rules import by_turns, hammers
 from squeal.article.results.onset import TOLERANCE, Settled
+from squeal.io.scene import Damping, Scene
 from squeal.model.equations import PadModel
-from squeal.scene import Scene
-from squeal.scene.schema import Damping
 from squeal.simulation.batch.many import DONE, simulate_many, stack
 from squeal.simulation.batch.neighbours import damping_of
 

@@ -13,8 +13,8 @@ from squeal.article.studies.starts import grid, lever, plane
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.files.records import Missing
-from squeal.scene import Scene
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.simulation.batch.many import DONE
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)

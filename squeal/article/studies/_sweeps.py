@@ -12,8 +12,8 @@ from squeal.article.studies._late import LATE, SEEN
 from squeal.article.studies.starts import lever
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.scene import Scene
 
 MU = tuple(np.linspace(0.1, 0.7, 13).round(6).tolist())
 STEP = 20  # windows of a step before it is looked at

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
-from squeal.scene import Scene, read_scene
+from squeal.io.scene import Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.reference import error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units

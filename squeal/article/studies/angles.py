@@ -12,10 +12,10 @@ import numpy as np
 from squeal.analysis.maps import BEYOND_FOLD, NAMES, Found, angle_axes, on_grid, traced_map
 from squeal.article.equations import bounds
 from squeal.article.results.angles import Angles, Coding, Shares
-from squeal.article.scenes import read_cases, read_scenes
+from squeal.article.studies._scenes import read_cases, read_scenes
+from squeal.io.scene import Scene
 from squeal.model.states import FULL, NONE, STATES
 from squeal.numerics.outline import Outline
-from squeal.scene import Scene
 
 FINE, COARSE = 240, 90  # points a side of the maps of B3 and of B2
 CODING = Coding(len(NAMES), len(STATES))

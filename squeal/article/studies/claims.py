@@ -9,7 +9,7 @@ from squeal.article.claims.settling import settled
 from squeal.article.identify.stored import read_searches
 from squeal.article.results.claims import Claims, SearchedFormulation
 from squeal.article.results.verify import Switches
-from squeal.article.scenes import read_cases
+from squeal.article.studies._scenes import read_cases
 
 
 def study(files: Sequence[Path]) -> Claims:

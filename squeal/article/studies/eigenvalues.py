@@ -11,10 +11,10 @@ from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles, Pole
 from squeal.errors import ComputationError
-from squeal.files.records import Missing
+from squeal.io.records import Missing
+from squeal.io.scene import Scene, read_scene
 from squeal.linear.loop import state_matrices
 from squeal.model.linear import Linearisation
-from squeal.scene import Scene, read_scene
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 

@@ -13,11 +13,11 @@ from squeal.analysis.work import Works, contact_work
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import measure
 from squeal.article.results.energy import LAWS, Energy, Motion, Span, Stay
-from squeal.article.scenes import read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError
-from squeal.files.records import Missing
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.model.states import NONE
-from squeal.scene import Scene
 
 SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")
 MOST = 800  # points of a curve

@@ -23,7 +23,7 @@ from squeal.article.results import ensembles as results
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
 from squeal.article.studies.robustness import CONFIDENCE, share
-from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, FORMULATION_CHOICES
 
 PEAKS = "B1-b-ratio"  # rests on two peaks

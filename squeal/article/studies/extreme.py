@@ -7,7 +7,7 @@ from squeal.article.extreme.cases import CASES
 from squeal.article.extreme.run import RIGHT, longer, run_case
 from squeal.article.results.extreme import Extreme
 from squeal.errors import InputError
-from squeal.files.provenance import NOT_INSTALLED, version
+from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.simulation.reference import TOLERANCE, precision_in_words
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from squeal.article.findings import measure_findings
 from squeal.article.findings.motion import Study
 from squeal.article.results.findings import Findings
-from squeal.article.scenes import read_cases, read_scenes
+from squeal.article.studies._scenes import read_cases, read_scenes
 
 
 def study(files: Sequence[Path]) -> Findings:

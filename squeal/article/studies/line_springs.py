@@ -12,15 +12,15 @@ import numpy as np
 
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.article.results import line_springs as results
-from squeal.article.scenes import read_cases
+from squeal.article.studies._scenes import read_cases
 from squeal.article.studies.starts import grid, plane
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.files.provenance import NOT_INSTALLED, version
-from squeal.files.records import Missing
+from squeal.io.provenance import NOT_INSTALLED, version
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE, STATES
-from squeal.scene import Scene
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.batch.many import DONE, simulate_starts
 

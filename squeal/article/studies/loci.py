@@ -13,8 +13,8 @@ from squeal.analysis.modes import shapes_of_pad, values_of_mu
 from squeal.article.results import loci as results
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.files.records import Missing
-from squeal.scene import Scene, read_scene
+from squeal.io.records import Missing
+from squeal.io.scene import Scene, read_scene
 
 MU_MAX = 1.0
 MARGIN_MAX = 2.0  # the loop's critical friction may lie beyond the sweep

@@ -15,14 +15,14 @@ from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
 from squeal.article.cases import CASES, SMALL_REGION
 from squeal.article.equations import bounds, stiffness
 from squeal.article.results import map_ranges as results
-from squeal.article.scenes import read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
+from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
 from squeal.model.pad import Pad
 from squeal.model.states import FULL, STATES
 from squeal.numerics.outline import outline
-from squeal.scene import Scene
 
 VALUES = {
     "h/w": np.linspace(0.1, 1.0, 10),

@@ -9,7 +9,6 @@ import numpy as np
 from squeal.analysis.critical import branch_system, critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
-from squeal.article.scenes import alike, read_scenes
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._late import (
@@ -24,13 +23,14 @@ from squeal.article.studies._late import (
     Own,
     late,
 )
+from squeal.article.studies._scenes import alike, read_scenes
 from squeal.article.studies._sweeps import MU, STEP, Begun, sweeps
 from squeal.article.studies.energy import under_both_laws
 from squeal.errors import ComputationError
-from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.files.records import Missing
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.linear import verdict
-from squeal.scene import Scene
 
 SWEPT = (0.005, 0.01, 0.02)  # where the own start goes on losing contact; else RATIO
 _SETTINGS: dict[str, Any] = {"ratio": RATIO, "ratios": RATIOS, "confidence": CONFIDENCE}

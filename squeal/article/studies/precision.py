@@ -12,8 +12,8 @@ from squeal.article.precision.measure import NEAR, PATIENCE, measure
 from squeal.article.precision.paths import DEFAULT
 from squeal.article.precision.paths import Path as Way
 from squeal.article.results.precision import Precision
-from squeal.article.scenes import read_scenes
-from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.article.studies._scenes import read_scenes
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 
 STEMS = ("b1-c", "b2-c")
 STIFF = 1e6  # k3, k4 over k1

@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.article.equations import bounds, quasi_static_map
 from squeal.article.results.quasi_static import QuasiStatic
-from squeal.article.scenes import read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.model.pad import Pad
 from squeal.numerics.outline import Outline, outline
 

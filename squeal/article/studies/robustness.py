@@ -11,7 +11,7 @@ from squeal.article.ensembles.space import SPEED
 from squeal.article.identify.objective import judge_many
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, LENGTH, TIME, Numbers, decode
 from squeal.article.results.robustness import LEAST, STEPS, Break, Robustness, Sample, Share
-from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import Formulation
 from squeal.numerics.shares import wilson
 

@@ -9,12 +9,12 @@ import numpy as np
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.spectra import Heard, Spectra
-from squeal.article.scenes import read_scenes
 from squeal.article.studies._damped import RATIO, damped
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.starts import lever
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.numerics.oscillation import line, spectrum
-from squeal.scene import Scene
 from squeal.simulation import simulate
 
 WINDOWS = 32  # times the scene's time

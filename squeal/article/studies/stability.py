@@ -16,10 +16,10 @@ from squeal.analysis.maps import NAMES, angle_axes, codes_at
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.literature.comparison import literature_rows
 from squeal.article.results.stability import Growth, Stability, Thresholds
-from squeal.article.scenes import read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.loci import MU_MAX, branch, loop
 from squeal.equilibrium import sliding_equilibrium
-from squeal.scene import Scene
+from squeal.io.scene import Scene
 
 GROWTH_POINTS = 12
 POINTS = 90  # a side of the map on which a fluttering pad is sought

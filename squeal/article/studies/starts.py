@@ -22,12 +22,12 @@ from squeal.article.results.starts import (
     Starts,
     Swinging,
 )
-from squeal.article.scenes import alike, read_scenes
+from squeal.article.studies._scenes import alike, read_scenes
 from squeal.equilibrium import sliding_equilibrium
-from squeal.files.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.files.records import Missing
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.records import Missing
+from squeal.io.scene import Scene
 from squeal.model.states import FULL, NONE, State
-from squeal.scene import Scene
 from squeal.simulation.batch.many import DONE, simulate_many, simulate_starts, stack
 
 WINDOWS = {1: 11, 10: 11, 100: 5}

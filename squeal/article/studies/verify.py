@@ -18,7 +18,7 @@ from squeal.article.results.verify import (
     VerifiedPad,
     Verify,
 )
-from squeal.article.scenes import read_cases
+from squeal.article.studies._scenes import read_cases
 from squeal.errors import ComputationError
 
 # a tolerance sets the order of the series alone, which one of 2e-12 leaves as it is at 1e-12

@@ -4,11 +4,11 @@ from typing import Literal
 
 import numpy as np
 
+from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import Coefficients
 from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.scene.schema import Scene
 from squeal.simulation.batch.measures import Measures, measures
 from squeal.simulation.batch.motion import Motion
 from squeal.simulation.batch.seen import seen

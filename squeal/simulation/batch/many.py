@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.files.processes import mapped
+from squeal.io.processes import mapped
+from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
@@ -17,7 +18,6 @@ from squeal.model.mechanics import Coefficients, coefficients, pose
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.scene.schema import Scene
 from squeal.simulation.legs import LIMITS
 from squeal.simulation.run import first_state, off_level
 

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import heyoka as hy
 
 from squeal.errors import InputError
-from squeal.files.writing import write_whole
+from squeal.io.writing import write_whole
 
 Machine = TypeVar("Machine")
 

@@ -1,1 +1,0 @@
-"""Files: YAML documents, checked values, whole writing, results read back, provenance."""

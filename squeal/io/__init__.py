@@ -1,0 +1,1 @@
+"""Files: YAML documents, scene and system files, matrices, records, whole writing, provenance."""

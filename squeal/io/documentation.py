@@ -1,0 +1,144 @@
+"""The table of keys as a page for people and as JSON schemas for editors.
+
+`python -m squeal.io.documentation docs` writes them anew; a test says whether they are current.
+"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from squeal.io.scene_keys import SCENE
+from squeal.io.short_form import POWER, system_keys
+from squeal.io.system import DAMPING, SYSTEM, TERM
+from squeal.io.writing import to_json, write_text
+from squeal.model.contact import MODELS
+from squeal.schema.keys import Group, Key
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_INTRODUCTION = """\
+# Scene and system files
+
+Written by `python -m squeal.io.documentation docs` from the table that also reads the files;
+`scene.schema.json` and `system.schema.json` beside it are the same for editors that complete and
+check YAML while you type.
+
+A scene is one YAML file in UTF-8: a model, its pad, and what is wanted. Numbers are finite and in
+SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` or `pi/2`. A key
+that the model does not use is refused, and so is every unknown or doubled key, with one sentence
+that names the file, the key, the value and what is allowed. `squeal COMMAND -` reads the file from
+standard input, and `--set NAME=VALUE` changes one value of it, such as `--set mu=0.3` or
+`--set time.stop=0.1`.
+
+```yaml
+model: B1
+parameters:
+  {m: 0.2, w: 0.04, h: 0.014, k1: 2.0e7, k2: 2.6e7, k3: 8.7e6, k4: 8.7e6, L1: 0.8, L2: 0.8,
+   alpha1: 0.5*pi, alpha2: pi, mu: 0.4, F_n: 4500.0}
+time: {stop: 0.01, samples: 2001}       # only `simulate` needs it
+```
+"""
+_SYSTEM = """\
+# System files
+
+A linear system M q'' + C q' + K q = 0 in place of a scene, for `eigenvalues`, `critical-friction`,
+`map` and `export`. M, C and K are rows of numbers, files, or lists of terms with a factor each, a
+formula of named numbers with + - * / ** and parentheses:
+
+```yaml
+name: brake
+parameters: {Omega: 12.566, mu: 0.4}
+parameter: Omega
+M: {file: M.mtx}
+C:
+  - {file: D.mtx}
+  - {file: G.mtx, factor: Omega}
+K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]
+damping: {rayleigh: [2.0, 1.0e-7]}
+```
+
+A file stands beside the system file and is read by its suffix: Matrix Market `.mtx`, MATLAB `.mat`,
+NumPy `.npz`, Harwell-Boeing `.hb`, `.rua`, `.rsa`, Nastran `.op4` (with pyyeti), Abaqus text
+`.inp`, `.txt`. Of Abaqus text whose entries all lie on one side of the diagonal the other side is
+filled in, unless a line that begins with `*` says TYPE=UNSYMMETRIC. `--set mu=0.3` changes a named
+number. Up to 2000 rows may be written into the file itself.
+"""
+_SHORT = """## The short form
+
+For small systems that depend on a parameter p alone: C = C0 + C1 p + C2 p^2 + ... and K likewise; a
+power that is left out is zero.
+
+```yaml
+name: mode coupling
+M: [[1, 0], [0, 1]]
+K0: [[2, -1], [-1, 2]]
+K1: [[0, 1.333], [0, 0]]
+```
+"""
+
+
+def page() -> str:
+    """Every key of scene and system files, as Markdown."""
+    parts = [_INTRODUCTION, _table("The file", SCENE)]
+    for name, key in SCENE.keys.items():
+        if isinstance(key.kind, Group):
+            parts.append(_table(f"`{name}`", key.kind))
+    system = system_keys(None)
+    powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
+    shown = {
+        powers.get(name, name): key
+        for name, key in system.keys.items()
+        if name[1:] not in map(str, range(2, POWER + 1))
+    }
+    general = [_table("The file", SYSTEM), _table("A term", TERM), _table("`damping`", DAMPING)]
+    return "\n".join([*parts, _SYSTEM, *general, _SHORT, _table("Its keys", Group(shown))])
+
+
+def _table(title: str, group: Group) -> str:
+    head = ["key", "what it is", "unit", "allowed", "left out", "models"]
+    rows = [head, ["---"] * len(head), *(_row(name, key) for name, key in group.keys.items())]
+    if all(row[-1] == "all" for row in rows[2:]):
+        rows = [row[:-1] for row in rows]
+    note = "Exactly one of these.\n\n" if group.only_one else ""
+    lines = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    return f"## {title}\n\n{note}{lines}\n"
+
+
+def _row(name: str, key: Key) -> list[str]:
+    left_out = "refused" if key.required and not key.unless else key.default or "-"
+    models = ", ".join(key.models) if key.models and key.models != tuple(MODELS) else "all"
+    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.allowed(), left_out, models]
+
+
+def scene_schema() -> dict[str, Any]:
+    """The JSON schema of scene files: one alternative a model."""
+    alternatives = []
+    for model in MODELS:
+        one = SCENE.schema(model)
+        one["properties"]["model"] = {"const": model, "description": MODELS[model].words}
+        alternatives.append(one)
+    return {"$schema": _DIALECT, "title": "squeal scene", "oneOf": alternatives}
+
+
+def system_schema() -> dict[str, Any]:
+    """The JSON schema of system files: the general form or the short one."""
+    forms = [SYSTEM.schema(), system_keys(None).schema()]
+    return {"$schema": _DIALECT, "title": "squeal system", "anyOf": forms}
+
+
+def documents() -> Iterator[tuple[str, str]]:
+    """Name and content of each file."""
+    yield "scene.md", page()
+    yield "scene.schema.json", to_json(scene_schema()) + "\n"
+    yield "system.schema.json", to_json(system_schema()) + "\n"
+
+
+def main() -> int:
+    """Write the files into the folder that is named."""
+    for name, content in documents():
+        write_text(Path(sys.argv[1]) / name, content)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,320 @@
+"""What a value may be: one record a kind that reads, checks, words and describes it.
+
+The same record serves a file (`read`: from YAML to the value) and a Python record (`check`: the
+value as it stands), so both refuse with the same sentence.
+"""
+
+import math
+import re
+import sys
+import warnings
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import InputWarning
+from squeal.schema.place import Place, shown
+
+_FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_PLAIN = (int, float, np.integer, np.floating)
+_NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
+
+
+def _fits(value: Any) -> bool:
+    value = float(value) if isinstance(value, np.floating) else value  # of few digits: no overflow
+    return bool(-sys.float_info.max <= value <= sys.float_info.max)
+
+
+class Kind(ABC):
+    """What all kinds of values offer: each says what it allows, and describes and reads it."""
+
+    @abstractmethod
+    def allowed(self) -> str:
+        """What is allowed, to follow "it must be"."""
+
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of the value in a file."""
+
+    @abstractmethod
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
+        """The value of a file, converted; `model`: that of the file. Raises InputError."""
+
+
+class Single(Kind):
+    """A kind whose value is converted by itself."""
+
+    @abstractmethod
+    def convert(self, value: Any) -> Any:
+        """The value of a file as it is used, None where it is not allowed."""
+
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
+        found = self.convert(value)
+        if found is None:
+            raise at.must_be(value, self.allowed())
+        return found
+
+
+@dataclass(frozen=True)
+class Number(Single):
+    """A finite number in a range whose ends are excluded unless they are allowed."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_allowed: bool = False
+    high_allowed: bool = False
+    bounds: tuple[float, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        low = math.nextafter(self.low, -math.inf) if self.low_allowed else self.low
+        high = math.nextafter(self.high, math.inf) if self.high_allowed else self.high
+        object.__setattr__(self, "bounds", (low, high))  # both excluded
+
+    def _holds(self, value: Any) -> Any:
+        low, high = self.bounds
+        return (value > low) & (value < high)
+
+    def admits(self, value: Any) -> bool:
+        """True if a number, or every entry of an array, is in the range.
+
+        Symbols, dual numbers, complex steps and more digits are taken on trust.
+        """
+        if isinstance(value, _NO_NUMBERS):
+            return False
+        if isinstance(value, np.ndarray):
+            return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
+        # a whole number may be finite and yet too great for a float
+        return not isinstance(value, _PLAIN) or bool(self._holds(value) and _fits(value))
+
+    def check(self, value: Any, at: Place) -> None:
+        """Refuse what is not admitted; of an array the first such entry. Raises InputError."""
+        if self.admits(value):
+            return
+        if isinstance(value, np.ndarray):
+            first = tuple(int(i) for i in np.argwhere(~self._holds(value))[0])
+            at, value = at / f"entry {', '.join(map(str, first))}", value[first]
+        raise at.must_be(value, self.allowed())
+
+    def allowed(self) -> str:
+        return f"a finite number{self.range()}"
+
+    def range(self) -> str:
+        """The range in words, to follow "number"; empty where there is none."""
+        low = f"{'of at least' if self.low_allowed else 'above'} {self.low:.6g}"
+        if self.bounds == (-math.inf, math.inf):
+            return ""
+        if self.high == math.inf:
+            return f" {low}"
+        if self.high_allowed:
+            return f" {low} and at most {self.high:.6g}"
+        return f" between {self.low:.6g} and {self.high:.6g}, both excluded"
+
+    def convert(self, value: Any) -> float | None:
+        return float(value) if isinstance(value, _PLAIN) and self.admits(value) else None
+
+    def schema(self) -> dict[str, Any]:
+        found: dict[str, Any] = {"type": "number"}
+        if self.low > -math.inf:
+            found["minimum" if self.low_allowed else "exclusiveMinimum"] = self.low
+        if self.high < math.inf:
+            found["maximum" if self.high_allowed else "exclusiveMaximum"] = self.high
+        return found
+
+
+@dataclass(frozen=True)
+class Angle(Number):
+    """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
+
+    def convert(self, value: Any) -> float | None:
+        match = _ANGLE.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            return super().convert(value)
+        sign, factor, divisor = match.groups()
+        if divisor is not None and float(divisor) == 0.0:
+            return None
+        size = float(factor or 1) * math.pi / float(divisor or 1)
+        return super().convert(-size if sign == "-" else size)
+
+    def allowed(self) -> str:
+        return f"{super().allowed()} (radians) or a multiple of pi such as 0.75*pi"
+
+    def schema(self) -> dict[str, Any]:
+        text = {"type": "string", "pattern": f"^{_ANGLE.pattern}$"}
+        return {"anyOf": [super().schema(), text]}
+
+
+def warn_of_degrees(value: Any, at: Place) -> None:
+    """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
+    if isinstance(value, int | float) and abs(value) > 2 * math.pi:
+        warnings.warn(
+            f"{at}: {value:g} rad is more than a full turn; if degrees are meant, write "
+            f"{value / 180:.6g}*pi",
+            InputWarning,
+            stacklevel=2,
+        )
+
+
+@dataclass(frozen=True)
+class Whole(Single):
+    """A whole number from low to high."""
+
+    low: int
+    high: int
+
+    def allowed(self) -> str:
+        return f"a whole number from {self.low} to {self.high}"
+
+    def convert(self, value: Any) -> int | None:
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        return int(value) if whole and self.low <= int(value) <= self.high else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "integer", "minimum": self.low, "maximum": self.high}
+
+
+@dataclass(frozen=True)
+class Word(Single):
+    """One of a few words."""
+
+    choices: tuple[str, ...]
+
+    def allowed(self) -> str:
+        return f"one of {', '.join(self.choices)}"
+
+    def convert(self, value: Any) -> str | None:
+        if value == [None]:  # what YAML makes of a minus sign by itself
+            value = "-"
+        return value if isinstance(value, str) and value in self.choices else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"enum": list(self.choices)}
+
+
+@dataclass(frozen=True)
+class Words(Word):
+    """Some of a few words, kept in the order of the choices."""
+
+    def allowed(self) -> str:
+        return f"a list of {', '.join(self.choices)}"
+
+    def read(self, value: Any, at: Place, model: str = "") -> tuple[str, ...]:
+        """The words, each once. Raises InputError, of a wrong word too."""
+        if not isinstance(value, list | tuple):
+            raise at.must_be(value, self.allowed())
+        given = [Word(self.choices).read(entry, at) for entry in value]
+        return tuple(name for name in self.choices if name in given)
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "array", "items": super().schema()}
+
+
+@dataclass(frozen=True)
+class Text(Single):
+    """Free text."""
+
+    def allowed(self) -> str:
+        return "text"
+
+    def convert(self, value: Any) -> str | None:
+        return value if isinstance(value, str) else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string"}
+
+
+@dataclass(frozen=True)
+class Named(Single):
+    """A name: letters, digits and underscores, no digit first."""
+
+    def allowed(self) -> str:
+        return "a name of letters, digits and underscores"
+
+    def convert(self, value: Any) -> str | None:
+        return value if isinstance(value, str) and _NAME.fullmatch(value) else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
+
+
+@dataclass(frozen=True)
+class Numbers(Kind):
+    """A mapping of names to finite numbers."""
+
+    def allowed(self) -> str:
+        return "a mapping of names to finite numbers"
+
+    def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
+        if not isinstance(value, dict):
+            raise at.must_be(value, self.allowed())
+        for name in value:
+            Named().read(name, at)
+        return {name: Number().read(one, at / name) for name, one in value.items()}
+
+    def schema(self) -> dict[str, Any]:
+        return {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
+            "additionalProperties": Number().schema(),
+        }
+
+
+@dataclass(frozen=True)
+class Row(Single):
+    """A list of so many numbers."""
+
+    count: int
+    each: Number = Number()
+
+    def allowed(self) -> str:
+        return f"a list of {self.count} finite numbers{self.each.range()}"
+
+    def convert(self, value: Any) -> tuple[float, ...] | None:
+        if not isinstance(value, list | tuple) or len(value) != self.count:
+            return None
+        found = tuple(self.each.convert(entry) for entry in value)
+        return None if None in found else found  # type: ignore[return-value]
+
+    def schema(self) -> dict[str, Any]:
+        return _array(self.each.schema(), self.count)
+
+
+@dataclass(frozen=True)
+class Square(Kind):
+    """A square matrix, a list of rows: of `count` rows like the matrix `like`, or of any number."""
+
+    count: int | None = None
+    like: str = ""
+    most: int = 100
+
+    def allowed(self) -> str:
+        size = f"{self.count} x {self.count}" if self.count else "n x n"
+        like = f" like {self.like}" if self.like else ""
+        return f"a square matrix of finite numbers, a list of rows, {size}{like}"
+
+    def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
+        if not isinstance(value, list | tuple) or not value or len(value) > self.most:
+            raise at.must_be(value, f"{self.allowed()} with at most {self.most} rows")
+        count = self.count or len(value)
+        if len(value) != count:
+            raise at.refuse(f"{len(value)} rows are not allowed; it must be {self.allowed()}")
+        rows = {f"row {i}": row for i, row in enumerate(value, 1)}
+        for name, row in rows.items():
+            if not isinstance(row, list | tuple) or len(row) != count:
+                words = f"{name}, {shown(row)}, is not allowed"
+                raise at.refuse(f"{words}; it must be {self.allowed()}")
+        return tuple(tuple(Number().read(v, at / n) for v in row) for n, row in rows.items())
+
+    def schema(self) -> dict[str, Any]:
+        if self.count:
+            return _array(Row(self.count).schema(), self.count)
+        row = {"type": "array", "items": Number().schema(), "minItems": 1, "maxItems": self.most}
+        return row | {"items": row}
+
+
+def _array(items: dict[str, Any], count: int) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": count}

@@ -1,0 +1,320 @@
+"""Scene files: what is accepted, and one clear sentence for everything that is not."""
+
+import math
+
+import pytest
+import yaml
+
+from squeal.errors import InputError
+from squeal.io.document import DEEPEST, read_document
+from squeal.io.scene import read_scene
+from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
+from squeal.model.pad import PARAMETERS
+
+VALUES = {
+    "m": "1.0",
+    "w": "0.05",
+    "h": "0.02",
+    "I": "0.001",
+    "k1": "1.0e6",
+    "k2": "1e6",
+    "k3": "2.0e6",
+    "k4": "2.0e+6",
+    "k_c": "4.0e6",
+    "L1": ".5",
+    "L2": "0.5",
+    "alpha1": "0.75*pi",
+    "alpha2": "3*pi/4",
+    "mu": "0.4",
+    "mu_s": "0.5",
+    "mu_k": "0.3",
+    "v_ref": "2.0",
+    "F_n": "500",
+    "V": "5.0",
+    "x0": "0.0",
+    "y0": "-1.0e-4",
+    "theta0": "-0.01*pi",
+}
+
+
+FALLING = ("mu_s", "mu_k", "v_ref")
+
+
+def text(model="B1", drop=(), more="", **changes):
+    """A scene of a model with all its parameters but those of friction that falls with speed;
+    `changes` replaces values, `more` is appended."""
+    lines = [f"model: {model}", "parameters:"]
+    for name in PARAMETERS:
+        used = model in models_with(name) and name not in (*drop, *FALLING)
+        if used or name in changes:
+            lines.append(f"  {name}: {changes.get(name, VALUES[name])}")
+    if model != "B3":
+        lines.append("time: {stop: 0.05, samples: 2001}")
+    return "\n".join(lines) + "\n" + more
+
+
+@pytest.fixture
+def read(tmp_path):
+    def reader(content, purpose="query"):
+        path = tmp_path / "scene.yaml"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return read_scene(path, purpose)
+
+    return reader
+
+
+def assert_refused(read, content, *parts, purpose="query"):
+    """The one sentence that refuses a scene; it must name the file and hold all the parts."""
+    with pytest.raises(InputError) as caught:
+        read(content, purpose)
+    message = str(caught.value)
+    assert "scene.yaml" in message
+    assert "\n" not in message
+    for part in parts:
+        assert part in message
+    return message
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_full_scene_is_read(read, model):
+    scene = read(text(model))
+    for name, p in PARAMETERS.items():
+        if model in models_with(name) and not p.angle and name not in FALLING:
+            assert getattr(scene.pad, name) == float(VALUES[name])
+    assert scene.pad.alpha1 == 0.75 * math.pi
+    assert scene.pad.alpha2 == pytest.approx(0.75 * math.pi, rel=1e-15)
+    assert scene.pad.theta0 == -0.01 * math.pi
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_each_parameter_by_itself(read, model, name):
+    p = PARAMETERS[name]
+    key = f"parameters.{name}"
+    if model not in models_with(name):
+        assert_refused(read, text(model, **{name: VALUES[name]}), key, "does not use it")
+        return
+    if p.required:
+        assert_refused(read, text(model, drop=[name]), key, "missing", model)
+    else:
+        read(text(model, drop=[name]))
+    for bad in ("true", "[1]", "{a: 1}", "word", ".nan", ".inf", "1e999", "null", "''", "9" * 400):
+        assert_refused(read, text(model, **{name: bad}), key, "not allowed", "must be")
+    if p.kind.low == 0.0:
+        assert_refused(read, text(model, **{name: "-1e-300"}), key, "-1e-300")
+        if p.kind.low_allowed:
+            read(text(model, **{name: "0"}))
+        else:
+            assert_refused(read, text(model, **{name: "0.0"}), key, "above 0")
+
+
+def test_moment_of_inertia_of_a_uniform_pad_is_the_default(read):
+    inertia = read(text(drop=["I"])).pad.I
+    assert inertia == pytest.approx(1.0 * (0.05**2 + 0.02**2) / 3, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("given", "value"),
+    [
+        ("pi", math.pi),
+        ("-pi/2", -math.pi / 2),
+        ("0.83*pi", 0.83 * math.pi),
+        ("2e-1 * pi", 0.2 * math.pi),
+        ("+.5*pi", math.pi / 2),
+        ("1.25", 1.25),
+        ("2", 2.0),
+    ],
+)
+def test_angles(read, given, value):
+    assert read(text(alpha1=given)).pad.alpha1 == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "given", ["0.75pi", "pi*2", "tau", "pi/0", "0.5*pi*2", "__import__('os')", "'0.5'", "1e400*pi"]
+)
+def test_bad_angles(read, given):
+    assert_refused(read, text(alpha1=f'"{given}"'), "parameters.alpha1", "0.75*pi")
+
+
+@pytest.mark.parametrize("given", ["0x10", "1_000", "1:30", "0o17", "1e6m"])
+def test_only_plain_decimal_numbers(read, given):
+    assert_refused(read, text(m=given), "parameters.m", given)
+
+
+@pytest.mark.parametrize(
+    ("more", "parts"),
+    [
+        ("speed: 1\n", ("speed", "unknown key")),
+        ("model: B1\n", ("line", "model", "twice")),
+        ("tolerance: 0\n", ("tolerance", "above 0")),
+        ("tolerance: 2e-3\n", ("tolerance", "at most 0.001")),
+        ("tolerance: fine\n", ("tolerance", "fine")),
+        ("outputs: events\n", ("outputs", "list")),
+        ("outputs: [event]\n", ("outputs", "event", "history")),
+        ("initial: {z: 1}\n", ("initial.z", "unknown key")),
+        ("initial: 3\n", ("initial", "mapping")),
+        ("initial: {theta: 0.6*pi}\n", ("initial.theta", "surface")),
+        ("formulation: {line_force: mean}\n", ("formulation", "B1")),
+        ("damping: {ratios: [0.1, 0.1]}\n", ("damping.ratios", "3 finite numbers")),
+        ("damping: {}\n", ("damping", "one of")),
+        ("---\nmodel: B1\n", ("2 documents", "one")),
+        ("x: [1\n", ("line",)),
+        ("1: 2\n", ("1", "not a word")),
+    ],
+)
+def test_refused_keys(read, more, parts):
+    assert_refused(read, text(more=more), *parts)
+
+
+@pytest.mark.parametrize(
+    ("time", "parts"),
+    [
+        ("{stop: 0, samples: 10}", ("time.stop", "above 0")),
+        ("{stop: 1}", ("time.samples", "missing")),
+        ("{stop: 1, samples: 1}", ("time.samples", "2 to 10000000")),
+        ("{stop: 1, samples: 10000001}", ("time.samples",)),
+        ("{stop: 1, samples: 2.5}", ("time.samples", "whole number")),
+        ("{stop: 1, samples: true}", ("time.samples",)),
+        ("{stop: 1, samples: 10, step: 1}", ("time.step", "unknown key")),
+        ("soon", ("time", "mapping")),
+    ],
+)
+def test_refused_times(read, time, parts):
+    assert_refused(read, text().replace("{stop: 0.05, samples: 2001}", time), *parts)
+
+
+@pytest.mark.parametrize("key", ["initial: {x: 0.1}", "time: {stop: 1, samples: 2}"])
+def test_b3_takes_no_initial_state_and_no_time(read, key):
+    assert_refused(read, text("B3", more=key + "\n"), key.split(":")[0], "B3", "leave it out")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"[1, 2]", b"just words", b"\xff\xfe", b"model: \xe9\n", b"a: &a [*a]\n"]
+)
+def test_refused_files(read, content):
+    assert_refused(read, content, "allowed")
+
+
+def test_missing_file_and_folder(tmp_path):
+    for path in (tmp_path / "none.yaml", tmp_path):
+        with pytest.raises(InputError, match="cannot be read"):
+            read_scene(path)
+
+
+def test_deep_nesting_is_refused(read):
+    assert_refused(read, "model: " + "[" * 3000 + "]" * 3000)
+
+
+def test_byte_order_mark_and_carriage_returns_are_accepted(read):
+    plain = read(text())
+    assert read(b"\xef\xbb\xbf" + text().encode()) == plain
+    assert read(text().replace("\n", "\r\n")) == plain
+
+
+def test_simulation_needs_a_time_and_a_nonlinear_model(read):
+    without = text().replace("time: {stop: 0.05, samples: 2001}\n", "")
+    read(without)
+    assert_refused(read, without, "time", "missing", purpose="simulate")
+    assert_refused(read, text("B3"), "model", "B3", purpose="simulate")
+    assert read(text(more="damping: {ratios: [0, 0, 0]}\n"), purpose="simulate").damping
+
+
+def test_forces_over_a_zero_brake_force_are_refused(read):
+    assert_refused(read, text(F_n="0"), "parameters.F_n", "extrema", purpose="simulate")
+    read(text(F_n="0", more="outputs: [events, shares]\n"), "simulate")
+
+
+def test_formulations(read):
+    assert read(text("B2")).formulation == CONSISTENT
+    printed = 'formulation: {line_force: mean, delta_from: frame, delta_moment: "-"}\n'
+    assert read(text("B2", more=printed)).formulation == Formulation("mean", "frame", "-")
+    assert_refused(
+        read, text("B2", more="formulation: {line_force: sum}\n"), "line_force", "integral, mean"
+    )
+
+
+def test_defaults_are_those_of_the_documentation(read):
+    scene = read(text(drop=["V", "x0", "y0", "theta0"]))
+    assert (scene.pad.V, scene.pad.x0, scene.pad.y0, scene.pad.theta0) == (None, 0.0, 0.0, 0.0)
+    assert scene.outputs == ("events", "shares", "extrema")
+    assert scene.initial == (0.0,) * 6
+
+
+def test_the_scenes_of_the_article_are_valid_yaml_of_one_document(scenes):
+    for path in scenes.glob("*.yaml"):
+        assert len(list(yaml.safe_load_all(path.read_text()))) == 1
+        read_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("m: 1.0", "m: 010"),  # YAML 1.2: a decimal number
+        ("m: 1.0", "m: +1."),
+        ("m: 1.0", "m: 1E+0"),
+        ("model: B1", "---\nmodel: B1"),
+        ("model: B1", "%YAML 1.2\n---\nmodel: 'B1'"),
+        ("L2: 0.5", "L2: 0.5 # the same as L1"),
+        ("L1: .5", "L1: &length .5"),
+    ],
+)
+def test_accepted_forms(read, old, new):
+    expected = 10.0 if "010" in new else 1.0
+    assert old in text()
+    assert read(text().replace(old, new)).pad.m == expected
+
+
+def test_an_alias_stands_for_its_anchor(read):
+    content = text().replace("L1: .5", "L1: &length .25").replace("L2: 0.5", "L2: *length")
+    assert read(content).pad.L2 == 0.25
+
+
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), ("line 4", "m stands there twice")),
+        (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), ("<<", "unknown key")),
+        (text(more="tolerance: !!python/name:os.system x\n"), ("line",)),
+        (text(more='tolerance: !!int "0x10"\n'), ("0x10",)),
+        (text(more="tolerance: !!timestamp 2001-01-01\n"), ("tolerance", "2001-01-01")),
+        (text(more='"a\\nb": 1\n'), (r"a\nb", "unknown key")),
+        (text(more='"a\\x1b[31m": 1\n'), (r"\x1b", "unknown key")),
+        (text(more="? [a, b]\n: 1\n"), ("not a word",)),
+        (text(more="\0"), ("not allowed",)),
+        (text().encode("utf-16"), ("UTF-8",)),
+        (text().replace("L2: 0.5", "L2: *length"), ("line", "length")),
+        (text(m="\uff11"), ("parameters.m", "above 0")),
+        (text(alpha1='"\u0663*pi"'), ("parameters.alpha1",)),
+        (text(more="initial:\n"), ("initial", "mapping")),
+        (text(more="outputs:\n"), ("outputs", "list")),
+        (text(more="initial: {theta_dot: 0.1*pi}\n"), ("initial.theta_dot", "finite number")),
+        ("# a comment\n", ("0 documents",)),
+    ],
+)
+def test_refused_forms(read, content, parts):
+    message = assert_refused(read, content, *parts)
+    assert message.isprintable()
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? "])
+def test_what_is_nested_too_deeply_is_refused_at_once(read, opening):
+    # a parser of YAML takes a time that grows with the square, and then overflows
+    for count in (DEEPEST + 1, 100_000):
+        assert_refused(read, opening * count, "line 1: nested more than 50 times")
+    # for other reasons
+    assert "nested more" not in assert_refused(read, opening * (DEEPEST - 2) + "\n", "allowed")
+
+
+def test_what_is_not_nested_too_deeply_is_read(tmp_path):
+    path = tmp_path / "deep.yaml"
+    path.write_text(f"a: {'[' * (DEEPEST - 1)}{']' * (DEEPEST - 1)}\nb: [[1, 2], [3, 4]]\n")
+    assert read_document(path)["b"] == [[1, 2], [3, 4]]
+
+
+def test_aliases_of_aliases_are_refused_at_once(read):
+    # a thousand million words if written out
+    rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
+    rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
+    assert_refused(
+        read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "outputs", "must be one of"
+    )
