@@ -31,6 +31,7 @@ from squeal.plots.style import (
     Drawing,
     Unit,
     in_unit,
+    literal,
     origin,
     save,
     state_label,
@@ -146,11 +147,11 @@ def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
 
 def symbol_of(parameter: str) -> str:
     """The parameter as it stands on an axis."""
-    return symbol(parameter) if parameter == "mu" else parameter
+    return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
 def _name(parameter: str) -> str:
-    return rf"friction {symbol(parameter)}" if parameter == "mu" else parameter
+    return rf"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
 
 
 def _background(found: ModeSweep, upper: Axes, lower: Axes) -> list[tuple[Any, str]]:
@@ -236,12 +237,12 @@ def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
     points = plane.scatter(values.real, frequency, c=at, s=5, cmap="viridis", linewidth=0)
     plane.axvline(0.0, color="0.5", linewidth=0.6)
     bar = figure.colorbar(points, ax=plane, location="top", aspect=30)
-    bar.set_label(parameter)
+    bar.set_label(_name(parameter))
     upper.set_ylabel(f"frequency [{unit.name}]")
     upper.margins(y=0.12)  # room for the names of what grows
     upper.tick_params(labelbottom=False)
     lower.set_ylabel("real part [1/s]")
-    lower.set_xlabel(parameter)
+    lower.set_xlabel(_name(parameter))
     plane.set_xlabel("real part [1/s]")
     plane.set_ylabel(f"frequency [{unit.name}]")
     return figure

@@ -19,7 +19,7 @@ from squeal.analysis.systems.chart import NAMES as CHART_NAMES
 from squeal.analysis.threshold_curve import ThresholdCurve
 from squeal.model.pad import PARAMETERS
 from squeal.plots.parts import OF_PI, QUARTERS, VERDICT_COLOURS, draw
-from squeal.plots.style import SINGLE, Drawing, origin, save, style
+from squeal.plots.style import SINGLE, Drawing, literal, origin, save, style
 
 THRESHOLD = "#E69F00"
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
@@ -208,8 +208,8 @@ def chart_figure(
     axes.pcolormesh(
         x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(CHART_NAMES) - 0.5, rasterized=True
     )
-    axes.set_xlabel(names[0])
-    axes.set_ylabel(names[1])
+    axes.set_xlabel(literal(names[0]))
+    axes.set_ylabel(literal(names[1]))
     seen = [k for k in range(len(CHART_NAMES)) if np.any(codes == k)]
     patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=CHART_NAMES[k]) for k in seen]
     figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from squeal.io.coordinates import Coordinates
 from squeal.io.writing import write_whole
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, save, style
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, literal, origin, save, style
 
 LARGEST = 0.08  # of the body's size: the largest displacement as drawn
 MOST = 15_000  # points; of more nodes every k-th is drawn
@@ -68,7 +68,7 @@ def shape_figure(words: str, where: Coordinates, shape: NDArray) -> Figure:
             figure.text(left + 0.225, 0.82, title, ha="center")
         bar = figure.colorbar(drawn, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
         bar.set_label("amplitude [largest]")
-        figure.text(0.5, 0.93, words, ha="center")
+        figure.text(0.5, 0.93, literal(words), ha="center")
     return figure
 
 
@@ -89,7 +89,7 @@ def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) ->
         canvas: Any = FigureCanvasAgg(figure)
         box = _Box(where, displacements(where, shape))
         axes = box.axes(figure, (0.0, 0.0, 1.0, 0.9))
-        figure.text(0.5, 0.92, words, ha="center")
+        figure.text(0.5, 0.92, literal(words), ha="center")
         frames = []
         for k in range(FRAMES):
             drawn = box.draw(axes, np.exp(2j * np.pi * k / FRAMES))

@@ -37,6 +37,18 @@ RC: Any = {
 # fmt: on
 
 
+def literal(text: str) -> str:
+    """A user's text as a figure shows it: no dollar begins a formula, what no font has is a mark.
+
+    Examples
+    --------
+    >>> literal("load $F_n$")
+    'load \\\\$F_n\\\\$'
+    """
+    shown = "".join(c if c.isprintable() else "\ufffd" for c in text)
+    return shown.replace("$", r"\$")
+
+
 def style() -> AbstractContextManager[None]:
     """Context in which figures are made and saved."""
     return matplotlib.rc_context(RC)
@@ -83,7 +95,8 @@ def blank(title: str, why: str, module: str, *results: Provenance | None) -> Dra
 
 def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     """Title, alternative text and origin as the format holds them; no dates."""
-    title, text, made = drawing.title, drawing.alternative, drawing.origin
+    words = (drawing.title, drawing.alternative, drawing.origin)
+    title, text, made = (w.encode("utf-8", "replace").decode() for w in words)
     if kind == "pdf":
         more = {"Creator": "squeal", "Producer": None, "CreationDate": None}
         return {"Title": title, "Subject": text, "Keywords": made, **more}

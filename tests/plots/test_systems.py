@@ -6,7 +6,8 @@ import pytest
 from squeal.analysis.advice import Advice, Outcome
 from squeal.analysis.advice_text import advice_in_words
 from squeal.analysis.systems.sweeps import SweepRow
-from squeal.plots.coupling import sweep_figure
+from squeal.plots.coupling import draw_system_sweep, sweep_figure
+from squeal.plots.maps import draw_chart
 from squeal.plots.modes import roots_figure
 from squeal.plots.style import KILO, style
 
@@ -49,3 +50,14 @@ def test_units_follow_the_frequencies(hertz, unit, grown):
 def test_frequencies_in_sentences_have_three_digits(hertz, words):
     advice = Advice("mu", 0.4, 2.0, Outcome(None, 0.3, "flutter", hertz), ())
     assert f"flutter at {words} sets in" in advice_in_words(advice)
+
+
+@pytest.mark.parametrize("name", ["$\\foo$", "cost in $", "\ud800", "\x1b[31m", "µ_Reibung"])
+def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
+    rows = [SweepRow(at, np.array([GROWING]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
+    draw_system_sweep(tmp_path / "sweep.png", "a system", name, rows)
+    codes = np.zeros((2, 2), dtype=int)
+    side = np.array([0.0, 1.0])
+    draw_chart(tmp_path / "chart.png", "a system", (name, name), (side, side), codes)
+    assert (tmp_path / "sweep.png").stat().st_size > 0
+    assert (tmp_path / "chart.png").stat().st_size > 0
