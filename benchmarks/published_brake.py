@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.numerics.threads import one_thread
 from squeal.sparse.dense import dense_values

@@ -66,7 +66,7 @@ if TYPE_CHECKING:
         unstable_modes,
         verdict,
     )
-    from squeal.linear.terms import Term, TermSystem
+    from squeal.linear.system import Term, TermSystem
     from squeal.model.contact import Formulation
     from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad

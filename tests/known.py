@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 Threshold = tuple[float, str, str, float]

@@ -13,7 +13,7 @@ from squeal.equilibrium import Path
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear import Crossing, Spectrum, System, thresholds, track, verdict
-from squeal.linear.matrices import check_system
+from squeal.linear.system import check_system
 from squeal.schema.arguments import Instance, takes
 from squeal.schema.values import Number
 

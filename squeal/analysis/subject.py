@@ -4,8 +4,7 @@ from squeal.analysis.critical import MU_MAX, CriticalFriction, critical_friction
 from squeal.analysis.sensitivity import parameters
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.linear.matrices import System
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import System, TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.schema.place import Place
 from squeal.schema.values import Number

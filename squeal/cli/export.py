@@ -19,7 +19,7 @@ from squeal.cli.numbers import few, spaced
 from squeal.cli.systems import basis_row
 from squeal.cli.tables import table
 from squeal.errors import InputError, InputWarning
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.sparse.reduction import Reduction
 
 FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")

@@ -33,7 +33,7 @@ from squeal.schema.values import Angle, Text, Word
 
 if TYPE_CHECKING:
     from squeal.analysis.systems.wanted import Wanted
-    from squeal.linear.terms import TermSystem
+    from squeal.linear.system import TermSystem
 
 _RANGE = {
     "low": Key("least value", Angle(), required=True),

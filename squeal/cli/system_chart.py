@@ -15,7 +15,7 @@ from squeal.errors import InputError
 from squeal.io.journal import Checkpoint
 from squeal.io.system import SystemFile
 from squeal.io.writing import write_table
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 
 POINTS = 41  # a side, if left out
 MOST_POINTS = 4000

@@ -17,7 +17,7 @@ from squeal.io.short_form import PlainSystem
 if TYPE_CHECKING:
     from squeal.analysis.systems.wanted import Wanted
     from squeal.io.system import SystemFile
-    from squeal.linear.terms import TermSystem
+    from squeal.linear.system import TermSystem
     from squeal.sparse.factor import Progress
 
 MOST = 100_000

@@ -28,7 +28,7 @@ from squeal.io.journal import Checkpoint
 from squeal.io.system import SystemFile
 from squeal.io.writing import write_table
 from squeal.linear import CriticalPoint, Crossing
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 
 SHOWN = 121  # values of the parameter in the figure
 

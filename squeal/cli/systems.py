@@ -34,7 +34,7 @@ from squeal.io.matrices import fingerprint
 from squeal.io.system import SystemFile
 from squeal.io.writing import picked, write_table
 from squeal.linear import Spectrum, UnstableMode, crossings, unstable_modes
-from squeal.linear.terms import TermSystem, dense
+from squeal.linear.system import TermSystem, dense
 from squeal.sparse.reduction import Reduction
 
 SAME = 1e-6  # of |lambda|: one root, computed in two ways

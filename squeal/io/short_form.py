@@ -22,7 +22,7 @@ from numpy.polynomial.polynomial import polyval
 from squeal.errors import InputError
 from squeal.io.document import read_document
 from squeal.linear.matrices import Array, reduce
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.schema.arguments import FILE, takes
 from squeal.schema.keys import Group, Key

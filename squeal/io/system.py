@@ -24,7 +24,7 @@ from squeal.io.coordinates import Coordinates, read_coordinates
 from squeal.io.document import read_document
 from squeal.io.matrices import SUFFIXES, FileMatrix, aligned, read_matrix
 from squeal.linear.dampings import modal, rayleigh, structural
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import ALLOWED, Formula
 from squeal.schema.arguments import FILE, takes
 from squeal.schema.keys import Group, Key

@@ -18,9 +18,9 @@ from squeal.linear.judgement import (
     verdict,
 )
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
-from squeal.linear.matrices import Batched, Matrices, System
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
+from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import critical_points, crossings, thresholds
 from squeal.linear.tracking import TrackedModes, track
 from squeal.linear.unstable import UnstableMode, unstable_modes

@@ -1,7 +1,9 @@
 """Damping that is not given as a matrix: Rayleigh, modal ratios, structural loss factor.
 
-All three speak of the structure's own stiffness: the terms of K whose factor names no parameter,
-which leaves friction out where it is written with its coefficient. Rayleigh's alpha takes all of M.
+All three refer to the structure's own stiffness: the symmetric part of K at the system's own
+parameters, without friction. The friction coefficient is the parameter `mu`; in a system without
+one it is the swept parameter, if all matrices of K that it multiplies are unsymmetric. A factor of
+one changes nothing.
 """
 
 import dataclasses
@@ -10,56 +12,75 @@ from collections.abc import Sequence
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.linear.terms import Term, TermSystem, dense
+from squeal.linear.system import Matrix, Term, TermSystem, dense
 from squeal.numerics.formula import Formula
 
 MODAL_ROWS = 2000  # modal damping fills its matrix
+SYMMETRIC = 1e-12  # of a matrix: a skew part up to this is rounding
 
 
-def _constant(terms: tuple[Term, ...]) -> list[Term]:
-    constant = [term for term in terms if term.constant]
-    if not constant:
-        raise InputError(
-            "damping: is not allowed with matrices that all depend on a parameter; a term without "
-            "one is required"
-        )
-    return constant
+def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
+    """The stiffness (n, n) that damping refers to, and which terms of K it is of.
+
+    Raises InputError where there is none.
+
+    Examples
+    --------
+    >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu"))
+    >>> lining = Term(np.eye(2), Formula("lining"))
+    >>> numbers = {"mu": 0.4, "lining": 1.0}
+    >>> system = TermSystem((Term(np.eye(2)),), (), (lining, friction), numbers)
+    >>> structure_stiffness(system)[1]
+    (0,)
+    """
+    at = system.values(dict.fromkeys(_friction(system), 0.0))
+    factors = [term.factor.value(at) for term in system.K]
+    parts = [(i, f * t.matrix) for i, (f, t) in enumerate(zip(factors, system.K)) if f]  # noqa: B905
+    K = sum(part for _, part in parts).real if parts else None
+    if K is None or not abs(K).max():
+        raise InputError("damping: K has no stiffness without friction; it must have some")
+    return (K + K.T) / 2, tuple(i for i, _ in parts)
 
 
-def _scaled(terms: list[Term], factor: float | complex) -> tuple[Term, ...]:
-    """Constant terms times a number."""
-    return tuple(Term(factor * t.factor.value({}) * t.matrix) for t in terms)
+def _friction(system: TermSystem) -> list[str]:
+    if "mu" in system.parameters:
+        return ["mu"]
+    own = [t.matrix for t in system.K if system.parameter in t.factor.names]
+    return [system.parameter] if own and not any(map(_symmetric, own)) else []
+
+
+def _symmetric(X: Matrix) -> bool:
+    return bool(abs(X - X.T).max() <= SYMMETRIC * abs(X).max())
 
 
 def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
-    """C with alpha M + beta K added (alpha in 1/s, beta in s), of K what has no parameters."""
-    added: tuple[Term, ...] = ()
-    if alpha:
-        mass = [Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M]
-        added += tuple(mass)
+    """C with alpha M + beta K added (alpha in 1/s, beta in s), K the structure's stiffness."""
+    added = tuple(Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M)
+    if not alpha:
+        added = ()
     if beta:
-        added += _scaled(_constant(system.K), beta)
+        added += (Term(beta * structure_stiffness(system)[0]),)
     return dataclasses.replace(system, C=system.C + added)
 
 
 def structural(system: TermSystem, loss_factor: float) -> TermSystem:
-    """K times (1 + i loss_factor), on the terms without parameters: complex matrices.
+    """K with i loss_factor times the structure's stiffness added: complex matrices.
 
     It describes oscillation exp(lambda t) with Im lambda > 0; the roots below the real axis are
     the mirror images of those above.
     """
     if loss_factor == 0.0:
         return system
-    added = _scaled(_constant(system.K), 1j * loss_factor)
-    return dataclasses.replace(system, K=system.K + added)
+    added = Term(1j * loss_factor * structure_stiffness(system)[0])
+    return dataclasses.replace(system, K=(*system.K, added))
 
 
 def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
     """C with M Phi diag(2 zeta_i omega_i) Phi' M added, of the first modes of the structure.
 
-    Phi are the modes of M and the symmetric part of K without parameters, Phi' M Phi = 1, by
-    rising frequency. Raises InputError for more than 2000 rows (the matrix is full), for more
-    ratios than modes and for an M that is not symmetric and positive definite.
+    Phi are the modes of M and the structure's stiffness, Phi' M Phi = 1, by rising frequency.
+    Raises InputError for more than 2000 rows (the matrix is full), for more ratios than modes and
+    for an M that is not symmetric and positive definite.
     """
     from scipy.linalg import eigh
 
@@ -68,15 +89,12 @@ def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
             f"damping.ratios: {len(ratios)} ratios of {system.n} rows are not allowed; modal "
             f"damping takes up to one for each row of at most {MODAL_ROWS}, rayleigh takes more"
         )
-    M, K = (_dense_sum(_constant(terms)) for terms in (system.M, system.K))
+    M, K = system.arrays()[0], dense(structure_stiffness(system)[0])
     try:
-        squares, modes = eigh((K + K.T) / 2, M, subset_by_index=(0, len(ratios) - 1))
+        squares, modes = eigh(K, M, subset_by_index=(0, len(ratios) - 1))
     except np.linalg.LinAlgError:
         raise InputError("damping.ratios: M must be symmetric and positive definite") from None
     shapes = M @ modes
     weights = 2 * np.asarray(ratios) * np.sqrt(np.maximum(squares, 0.0))
-    return dataclasses.replace(system, C=system.C + (Term((shapes * weights) @ shapes.T),))
-
-
-def _dense_sum(terms: list[Term]) -> np.ndarray:
-    return sum(t.factor.value({}) * dense(t.matrix) for t in terms)  # type: ignore[return-value]
+    added = (shapes * weights) @ shapes.T
+    return dataclasses.replace(system, C=(*system.C, Term(added)))

@@ -9,16 +9,8 @@ from squeal.linear.cubic import Cubic, cubic_of
 from squeal.linear.eigen import ComplexArray, complex_eigenvalues
 from squeal.linear.growth import GROWING, SMALL, Growth, fastest_rates, growth_of
 from squeal.linear.judgement import judge_reduced
-from squeal.linear.matrices import (
-    Batched,
-    LightMassError,
-    Matrices,
-    Reduced,
-    System,
-    matrices_at,
-    reduce,
-)
-from squeal.linear.terms import is_sparse
+from squeal.linear.matrices import LightMassError, Reduced, reduce
+from squeal.linear.system import Batched, Matrices, System, is_sparse, matrices_at
 
 
 class UnsuitedError(Exception):

@@ -11,16 +11,8 @@ import numpy as np
 
 from squeal.errors import MatrixError
 from squeal.linear.crossing import Thresholds
-from squeal.linear.matrices import (
-    EPS,
-    Array,
-    Matrices,
-    System,
-    checked,
-    light_motions,
-    unit_diagonal,
-)
-from squeal.linear.terms import dense
+from squeal.linear.matrices import EPS, Array, checked, light_motions, unit_diagonal
+from squeal.linear.system import Matrices, System, dense
 
 LIGHT = 1e-4  # of the next heavier mass: what is lighter is split off
 ROUNDS = 60

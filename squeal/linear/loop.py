@@ -23,15 +23,8 @@ from numpy.typing import ArrayLike
 from squeal.errors import ComputationError
 from squeal.linear.gains import LoopThreshold, loop_thresholds
 from squeal.linear.judgement import verdict
-from squeal.linear.matrices import (
-    Array,
-    Reduced,
-    System,
-    check_range,
-    check_system,
-    matrices_at,
-    reduce,
-)
+from squeal.linear.matrices import Array, Reduced, reduce
+from squeal.linear.system import System, check_range, check_system, matrices_at
 
 if TYPE_CHECKING:
     from control import StateSpace

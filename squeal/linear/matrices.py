@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import InputError, MatrixError
+from squeal.errors import ComputationError, InputError, MatrixError
 
 Array = NDArray[np.float64]
-Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
-System = Callable[[float], Matrices]
-"""A family of systems: mu -> (M, C, K); C may be None (undamped)."""
-
-
-@dataclass(frozen=True)
-class Batched:
-    """A system (`one`) of which `many` values of mu together take hardly longer than one."""
-
-    one: System
-    many: Callable[[list[float]], Sequence[Matrices]]
-
-    def __call__(self, mu: float) -> Matrices:
-        return self.one(mu)
-
-
 EPS = float(np.finfo(float).eps)
 SKEW = 1e-12  # of M, its diagonal scaled to 1, which is taken for rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
-FASTEST = 2.0**500  # rad/s: squares of roots are finite, and sums of them
+LARGEST = 1e150  # (rad/s)^2, of roots whose squares are still numbers
 REQUIRED = "a well-conditioned matrix is required"
+BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
 
 class LightMassError(MatrixError):
@@ -46,53 +28,6 @@ def rank_of(singular: Array, size: float | None = None) -> int:
     """How many falling singular values are more than rounding of a matrix of that size (2-norm)."""
     largest = size if size is not None else float(singular[0]) if len(singular) else 0.0
     return int(np.sum(singular > 4 * EPS * len(singular) * largest))
-
-
-def check_system(system: object, asked: str, other: str = "") -> None:
-    """Refuse what is no function of one parameter. Raises InputError naming the function asked.
-
-    `other` is what may stand in its place, such as "a Scene or ".
-    """
-    if not callable(system):
-        raise InputError(
-            f"{asked}: {type(system).__name__} is not allowed; it must be {other}a system, a "
-            "function of one parameter that gives M, C and K"
-        )
-
-
-def matrices_at(system: System, p: float) -> Matrices:
-    """What a system gives at p. Raises InputError if that is not M, C and K."""
-    found = system(p)
-    if not isinstance(found, tuple | list) or len(found) != 3:
-        raise InputError(f"system: gives {type(found).__name__}; it must give M, C (or None) and K")
-    return found
-
-
-def check_range(asked: str, low: object, high: object) -> None:
-    """Refuse a range whose ends are no finite numbers, or the upper not above the lower.
-
-    Raises InputError.
-    """
-    real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
-    if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
-        raise InputError(
-            f"{asked}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
-            "finite numbers"
-        )
-
-
-def values_of(asked: str, mus: object) -> list[float]:
-    """Finite numbers, one at least, from a sequence. Raises InputError."""
-    try:
-        found = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
-        found = []
-    if not found or not all(map(math.isfinite, found)):
-        raise InputError(
-            f"{asked}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
-            "number"
-        )
-    return found
 
 
 @dataclass(frozen=True)
@@ -154,32 +89,28 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     """The system in mass-normalised coordinates.
 
     The diagonal of M is scaled to 1 before its Cholesky factor is taken, so masses that differ
-    by many decades cost no accuracy. Raises InputError unless M is symmetric positive definite,
-    OverflowError if the roots are `beyond` double precision.
+    by many decades cost no accuracy.
+
+    Raises
+    ------
+    InputError
+        Unless M is symmetric positive definite.
+    ComputationError
+        If the entries are beyond double precision.
+
+    Examples
+    --------
+    >>> reduce([[4.0]], None, [[36.0]]).A.tolist()
+    [[9.0]]
     """
     mass, damping, stiffness = checked(M, C, K)
-    size = float(np.abs(mass).max())
-    # products of entries of T would overflow; a power of two rounds nothing
-    half = 0 if 1.0 / FASTEST < size < FASTEST else math.frexp(size)[1] // 2
+    T, rounding = factor(mass.tobytes(), len(mass))
     with np.errstate(all="ignore"):
-        if half:
-            mass = np.ldexp(mass, -2 * half)
-            damping = None if damping is None else np.ldexp(damping, -2 * half)
-        T, rounding = factor(mass.tobytes(), len(mass))
-        B = None if damping is None else normalised(T, damping)
-        A = normalised(T, np.ldexp(stiffness, -2 * half) if half else stiffness)
-        if beyond(A, B, stiffness):
-            raise OverflowError("the eigenvalues are beyond double precision")
-    return Reduced(A, B, np.ldexp(T, -half) if half else T, rounding)
-
-
-def beyond(A: Array, B: Array | None, K: Array) -> bool:
-    """True if some of the systems z'' + B z' + A z = 0 (..., n, n) may have roots above `FASTEST`,
-    or if A has lost the stiffness K."""
-
-    size, held = (np.abs(X).max(axis=(-2, -1)) for X in (A, K))
-    within = (size <= FASTEST**2) & ((size >= np.finfo(float).tiny) | (held == 0.0))
-    return not (np.all(within) and (B is None or np.abs(B).max() <= FASTEST))
+        A, B = normalised(T, stiffness), None if damping is None else normalised(T, damping)
+        size = float(np.linalg.norm(A)) + (0.0 if B is None else float(np.linalg.norm(B)) ** 2)
+    if not size < LARGEST:
+        raise ComputationError(BEYOND)
+    return Reduced(A, B, T, rounding)
 
 
 def normalised(T: Array, X: Array) -> Array:
@@ -207,7 +138,7 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
     if np.abs(unit - unit.T).max() > SKEW:
         raise MatrixError("M: a symmetric matrix is required")
     if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
-        return np.diag(scale), 4 * EPS
+        return _read_only(np.diag(scale)), 4 * EPS
     least, *_, greatest = np.linalg.eigvalsh(unit)
     if least < -4 * EPS * n * greatest:
         raise MatrixError("M: a positive definite matrix is required")
@@ -216,7 +147,12 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
         raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = scale[:, None] * inverse.T
-    return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
+    return _read_only(T), 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
+
+
+def _read_only(T: Array) -> Array:
+    T.setflags(write=False)  # the cache keeps it
+    return T
 
 
 def unit_diagonal(M: Any) -> Any:
@@ -240,32 +176,39 @@ def light_motions(M: Array) -> tuple[Array, Array]:
     return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 
-def first_order(A: Array, B: Array, rate: ArrayLike | None = None) -> tuple[Array, Array]:
-    """First-order matrices of z'' + B z' + A z = 0 in the time unit 1/rate, and rate (1/s).
+def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Array]:
+    """The first-order form x' = F x of z'' + B z' + A z = 0 in the time unit 1/rate.
 
-    A, B have shape (..., n, n); the matrices (..., 2n, 2n), the rates (...), each system's own if
-    none is given.
+    Parameters
+    ----------
+    A, B : array (..., n, n)
+        Real or complex, one system or a stack of them.
+    rate : array (...), optional
+        1/s; left out, each system's own.
+
+    Returns
+    -------
+    F : array (..., 2n, 2n)
+        Its eigenvalues times the rate are the roots (rad/s) of the system.
+    rate : array (...)
+
+    Examples
+    --------
+    >>> first_order(np.array([[4.0]]), np.array([[0.5]]))[0].tolist()
+    [[0.0, 1.0], [-1.0, -0.25]]
     """
     if rate is None:
-        a, b = map(_frobenius, (A, B))
+        a, b = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
         rate = np.asarray(np.maximum(np.sqrt(a), b))
         # a power of two rounds nothing
         rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
     n, rate = A.shape[-1], np.asarray(rate)
     turn = rate[..., None, None]
-    state = np.zeros((*A.shape[:-2], 2 * n, 2 * n))
+    state = np.zeros((*A.shape[:-2], 2 * n, 2 * n), dtype=np.result_type(A, B))
     state[..., :n, n:] = np.eye(n)
     np.multiply(A, -1.0 / turn**2, out=state[..., n:, :n])
     np.multiply(B, -1.0 / turn, out=state[..., n:, n:])
     return state, rate
-
-
-def _frobenius(X: Array) -> Array:
-    """Norms (...,) of matrices (..., n, n) whose squares may overflow."""
-    exponent = np.frexp(np.abs(X).max(axis=(-2, -1)))[1]
-    X = np.ldexp(X, -exponent[..., None, None])
-    with np.errstate(over="ignore"):
-        return np.asarray(np.ldexp(np.sqrt(np.einsum("...ij,...ij->...", X, X)), exponent))
 
 
 def norm_of(A: Any) -> float:

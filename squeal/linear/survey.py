@@ -16,9 +16,9 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.linear.cubic import Value
 from squeal.linear.family import Family
-from squeal.linear.matrices import System
 from squeal.linear.roots import Root, sign_changes
 from squeal.linear.searches import Search, coalescing, searches
+from squeal.linear.system import System
 
 MERGE = 1e-12  # of the range: candidates closer than this are one place
 

@@ -17,15 +17,9 @@ from squeal.linear.following.answer import TIGHT, followed
 from squeal.linear.following.scale import divided
 from squeal.linear.growth import GROWING, SMALL, rises
 from squeal.linear.light import Slow
-from squeal.linear.matrices import (
-    Batched,
-    LightMassError,
-    System,
-    check_range,
-    check_system,
-    matrices_at,
-)
+from squeal.linear.matrices import LightMassError
 from squeal.linear.survey import Candidate, Change, Survey
+from squeal.linear.system import Batched, System, check_range, check_system, matrices_at
 
 
 def thresholds(

@@ -6,15 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.linear.eigen import ComplexArray, complex_eigenvalues
-from squeal.linear.matrices import (
-    Array,
-    Batched,
-    Matrices,
-    System,
-    check_system,
-    matrices_at,
-    values_of,
-)
+from squeal.linear.matrices import Array
+from squeal.linear.system import Batched, Matrices, System, check_system, matrices_at, values_of
 
 SURE = 0.9  # a likeness below this halves the step
 KEEP = 0.7  # below this (shapes mixed, at a crossing) the reference shape stays as it was

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from squeal.linear.matrices import EPS, ILL, noise_of, norm_of, unit_diagonal
-from squeal.linear.terms import Matrix
+from squeal.linear.system import Matrix
 from squeal.numerics.inverse import near_singular
 from squeal.sparse.merge import Roots
 from squeal.sparse.pencil import pencil_roots

@@ -8,7 +8,7 @@ the roots of the heavy ones no digit.
 import numpy as np
 
 from squeal.linear.matrices import EPS, Array, norm_of, rank_of, unit_diagonal
-from squeal.linear.terms import Matrix
+from squeal.linear.system import Matrix
 from squeal.sparse.merge import Roots
 from squeal.sparse.quadratic import ComplexArray
 from squeal.sparse.zeros import free_motions

@@ -12,7 +12,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import norm_of
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.threads import one_thread
 from squeal.sparse.correction import corrected_modes, enlarged
 from squeal.sparse.dense import dense_roots, dense_values, roots_at

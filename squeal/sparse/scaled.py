@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
 from squeal.linear.matrices import norm_of
-from squeal.linear.terms import Matrix, Term, TermSystem
+from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.sparse.quadratic import Array, Quadratic
 
 PARTS = ("M", "C", "K")
@@ -53,7 +53,8 @@ class ScaledSystem:
             beside = " beside C and K in double precision" if there else ""
             raise MatrixError(f"M: is zero{beside}; a mass is required")
         norms = mass, norm_of(C), norm_of(K)
-        self.system.check_sizes(p, *norms)
+        if not np.isfinite(norms).all():
+            raise MatrixError("M, C and K: all entries must be finite")
         return Quadratic(M, C, K, self.scale, norms)
 
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:

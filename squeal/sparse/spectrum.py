@@ -1,7 +1,7 @@
 """All roots of a small problem whose M may be singular, not symmetric or complex."""
 
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.terms import Matrix
+from squeal.linear.system import Matrix
 from squeal.sparse.modes import listed
 from squeal.sparse.pencil import pencil_roots
 from squeal.sparse.scaled import quadratic

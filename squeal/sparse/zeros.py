@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from squeal.linear.matrices import EPS, noise_of, null_spaces, zero_roots
-from squeal.linear.terms import Matrix
+from squeal.linear.system import Matrix
 from squeal.sparse.factor import factorise
 from squeal.sparse.merge import SAME, SPANNED, Roots, span
 from squeal.sparse.quadratic import Array, ComplexArray, Quadratic

@@ -13,7 +13,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.unstable import growing_modes
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.numerics.formula import Formula

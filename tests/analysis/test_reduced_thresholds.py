@@ -8,7 +8,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 ROWS = 420

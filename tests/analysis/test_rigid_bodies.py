@@ -11,7 +11,7 @@ from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import full_rows, reduced_for, reduced_rows
 from squeal.analysis.systems.wanted import Wanted
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.sparse.region import Rectangle
 

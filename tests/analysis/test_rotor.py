@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import coo_array
 
 from squeal.analysis.systems.roots import system_roots
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 DATA = json.loads((Path(__file__).parent.parent / "data" / "rotor.json").read_text("utf-8"))

@@ -13,7 +13,7 @@ from squeal.cli.sweep import sweep
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.io.short_form import PlainSystem
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import Pad
 from tests.exact import Exact, discriminant
 from tests.linear.conftest import exact_damped

@@ -8,7 +8,7 @@ from squeal.analysis.systems import wanted
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.io.scene import Scene
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.schema.place import Place
 

@@ -19,7 +19,7 @@ from squeal.linear.following.search import _bisected, search
 from squeal.linear.following.sign import count_right
 from squeal.linear.following.steps import _Step
 from squeal.linear.following.windows import Guess
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from tests.known import known_system
 

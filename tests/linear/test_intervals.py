@@ -7,7 +7,7 @@ import pytest
 from squeal.linear import Crossing, thresholds
 from squeal.linear.following import pairs
 from squeal.linear.following.line import Line
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 ALL = pairs.ROUNDS

@@ -15,7 +15,7 @@ from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.linear import judge, thresholds
 from squeal.linear.matrices import LightMassError
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.sparse.along import Found
 from squeal.sparse.dense import dense_values

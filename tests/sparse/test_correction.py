@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.sparse import correction
 from squeal.sparse.correction import corrected_modes, enlarged
 from squeal.sparse.modes import modes_in

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.sparse.along import crossings_along
 from squeal.sparse.critical import axis_crossing

@@ -7,7 +7,7 @@ from scipy.sparse import csc_array
 from squeal.analysis.systems.sweeps import reduced_for
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError, InputWarning
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.sparse import reduction as reduction_of
 from squeal.sparse.dense import dense_roots, dense_values

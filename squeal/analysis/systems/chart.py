@@ -11,7 +11,7 @@ from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError
 from squeal.io.journal import Checkpoint
 from squeal.linear import VERDICTS
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
 from squeal.sparse.factor import Progress, quiet

@@ -6,7 +6,7 @@ import numpy as np
 
 from squeal.io.system import SystemFile
 from squeal.linear.matrices import norm_of
-from squeal.linear.terms import Matrix, TermSystem
+from squeal.linear.system import Matrix, TermSystem
 from squeal.sparse.factor import factorise
 from squeal.sparse.growth import definite
 

@@ -15,7 +15,7 @@ from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.following.search import search
 from squeal.linear.matrices import ILL, unit_diagonal
-from squeal.linear.terms import TermSystem, dense
+from squeal.linear.system import TermSystem, dense
 from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
 from squeal.sparse.along import crossings_along

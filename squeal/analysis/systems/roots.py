@@ -16,7 +16,7 @@ from squeal.linear import Judgement, UnstableMode
 from squeal.linear.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
 from squeal.linear.judgement import judge_reduced
 from squeal.linear.matrices import EPS, Reduced, first_order, reduce
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
 from squeal.sparse.count import count_roots

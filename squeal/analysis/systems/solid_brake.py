@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.writing import write_system
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_csv
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 ROWS = (500, 1_000_000)

@@ -9,7 +9,7 @@ from control import StateSpace
 from squeal.analysis.systems.wanted import ALL_ROWS, TERMS
 from squeal.errors import InputError
 from squeal.linear.loop import state_matrices
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 from squeal.schema.arguments import takes
 
 

@@ -15,7 +15,7 @@ from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.io.journal import Checkpoint
 from squeal.linear.eigen import ordered
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 from squeal.numerics.threads import one_thread
 from squeal.sparse.dense import dense_values
 from squeal.sparse.factor import Progress, quiet

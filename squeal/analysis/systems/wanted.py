@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.memory import available_memory
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 from squeal.schema.arguments import Instance
 from squeal.schema.place import Place
 from squeal.schema.values import Row, Whole

@@ -8,7 +8,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.writing import new_folder, whole_folder, write_text
-from squeal.linear.terms import TermSystem
+from squeal.linear.system import TermSystem
 
 
 def write_system(

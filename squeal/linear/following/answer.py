@@ -22,7 +22,7 @@ from squeal.linear.following.verdicts import (
     verdict_changes,
 )
 from squeal.linear.growth import GROWING, Growth, rises
-from squeal.linear.matrices import System
+from squeal.linear.system import System
 from squeal.numerics.threads import one_thread
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself

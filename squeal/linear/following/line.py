@@ -26,15 +26,13 @@ from squeal.linear.matrices import (
     ILL,
     Array,
     LightMassError,
-    System,
     checked,
     first_order,
-    matrices_at,
     norm_of,
     reduce,
     unit_diagonal,
 )
-from squeal.linear.terms import TermSystem, dense
+from squeal.linear.system import System, TermSystem, dense, matrices_at
 from squeal.numerics.inverse import inverse
 
 Slopes = Callable[[float], tuple[Array | None, Array | None, Array | None]]

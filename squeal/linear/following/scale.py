@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.following.line import Line
-from squeal.linear.matrices import Array, System
+from squeal.linear.matrices import Array
+from squeal.linear.system import System
 
 FAR = 3e3  # own scales that are searched as one range
 FIRST, RATIO = 30.0, 100.0  # own scales in the first part, and how much longer each one is

@@ -28,8 +28,9 @@ from squeal.linear.following.locate import Located, located
 from squeal.linear.following.sign import count_right
 from squeal.linear.following.steps import Stepper
 from squeal.linear.growth import Growth
-from squeal.linear.matrices import System, norm_of
+from squeal.linear.matrices import norm_of
 from squeal.linear.roots import certain
+from squeal.linear.system import System
 from squeal.numerics.grouping import together
 
 SAME = 1e-9  # of the range: crossings of one frequency closer than this are one

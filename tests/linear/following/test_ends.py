@@ -8,7 +8,7 @@ from squeal.linear.following.ends import fastest_first
 from squeal.linear.following.line import Line
 from squeal.linear.following.locate import Located
 from squeal.linear.following.search import _bisected
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])

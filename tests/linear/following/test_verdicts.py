@@ -7,7 +7,7 @@ from squeal.linear import thresholds
 from squeal.linear.following import verdicts
 from squeal.linear.following.line import Line
 from squeal.linear.following.search import _bisected
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]

@@ -15,7 +15,7 @@ from squeal.linear.following.line import Line
 from squeal.linear.following.locate import located
 from squeal.linear.following.search import search
 from squeal.linear.following.windows import Guess
-from squeal.linear.terms import Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
 TWO = np.diag([33.07, 54.41]), np.array([[27.41, 0.299], [-0.192, -7.667]])

@@ -1,0 +1,444 @@
+"""Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0: functions of p, or sums of terms.
+
+A system is any function of one parameter that gives M, C and K. `parametrised` makes one object of
+every kind, with dense, checked matrices and their derivatives.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import InputError, MatrixError
+from squeal.linear.matrices import Array, checked
+from squeal.numerics.formula import ONE, Formula
+
+Matrix = Any
+"""A square NumPy array or SciPy sparse array (n, n)."""
+Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
+System = Callable[[float], Matrices]
+"""A family of systems: p -> (M, C, K); C may be None (undamped)."""
+Dense = tuple[Array, Array | None, Array]
+
+STEP = 1e-6  # of the range: half the width of the difference that stands for a derivative
+SUPPORT = 1e10  # a diagonal entry of K so many times greater than all others is a support
+
+
+def is_sparse(matrix: Matrix) -> bool:
+    """True for a SciPy sparse array or matrix."""
+    return hasattr(matrix, "tocsc")
+
+
+def dense(matrix: Matrix) -> np.ndarray:
+    """The matrix as a NumPy array."""
+    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
+
+
+@dataclass(frozen=True)
+class Batched:
+    """A system (`one`) of which `many` parameter values together take hardly longer than one."""
+
+    one: System
+    many: Callable[[list[float]], Sequence[Matrices]]
+
+    def __call__(self, p: float) -> Matrices:
+        return self.one(p)
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One matrix (n, n) and the formula that it is multiplied with."""
+
+    matrix: Matrix = field(repr=False)
+    factor: Formula = ONE
+
+    @property
+    def constant(self) -> bool:
+        """True if the factor depends on no parameter."""
+        return not self.factor.names
+
+
+@dataclass(frozen=True, eq=False)
+class TermSystem:
+    """M(p) q'' + C(p) q' + K(p) q = 0, each matrix a sum of terms; C may have none (undamped).
+
+    Parameters
+    ----------
+    M, C, K : tuple of Term
+        Matrices (n, n), dense or sparse, with their factors.
+    parameters : mapping of str to float
+        Named numbers that the factors depend on.
+    parameter : str
+        The one that is swept; 0 unless `parameters` names it.
+    name : str
+        What the system is called.
+
+    Raises
+    ------
+    InputError
+        If matrices differ in shape or a factor names no parameter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("4/3 * mu"))
+    >>> K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    >>> system = TermSystem((Term(np.eye(2)),), (), (Term(K), friction))
+    >>> system(0.75)[2].tolist()
+    [[2.0, 0.0], [-1.0, 2.0]]
+    >>> system.derivative("mu")[2].round(3).tolist()
+    [[0.0, 1.333], [0.0, 0.0]]
+    """
+
+    M: tuple[Term, ...]
+    C: tuple[Term, ...]
+    K: tuple[Term, ...]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameter: str = "mu"
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.M or not self.K:
+            raise InputError("M and K: at least one matrix each is required")
+        values = {self.parameter: 0.0} | dict(self.parameters)
+        object.__setattr__(self, "parameters", values)
+        shape = self.M[0].matrix.shape
+        for letter, term in self._all():
+            if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
+                raise InputError(
+                    f"{letter}: shape {term.matrix.shape}; every matrix must be square and of "
+                    f"the shape of the first M, {shape}"
+                )
+            for name in sorted(term.factor.names - values.keys()):
+                raise InputError(
+                    f"{letter}: factor {term.factor.text}: {name} is no parameter; allowed are "
+                    f"{', '.join(sorted(values))}"
+                )
+
+    def _all(self) -> Iterator[tuple[str, Term]]:
+        for letter, terms in zip("MCK", (self.M, self.C, self.K), strict=True):
+            for term in terms:
+                yield letter, term
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Parameters that some matrix depends on."""
+        return frozenset().union(*(term.factor.names for _, term in self._all()))
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.M[0].matrix.shape[0])
+
+    @property
+    def sparse(self) -> bool:
+        """True if any matrix is sparse; the sums are then sparse too."""
+        return any(is_sparse(term.matrix) for _, term in self._all())
+
+    @property
+    def real(self) -> bool:
+        """True if all matrices are real, so that roots come in conjugate pairs."""
+        return not any(np.iscomplexobj(term.matrix) for _, term in self._all())
+
+    def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
+        """The parameters with some of them changed. Raises InputError for an unknown name."""
+        for name in changes or {}:
+            if name not in self.parameters:
+                raise InputError(
+                    f"{name}: is no parameter; allowed are {', '.join(sorted(self.parameters))}"
+                )
+        return dict(self.parameters) | dict(changes or {})
+
+    def replace(self, changes: Mapping[str, float]) -> TermSystem:
+        """The same system with other values of some parameters."""
+        return dataclasses.replace(self, parameters=self.values(changes))
+
+    def restricted(self, rows: NDArray[np.intp]) -> TermSystem:
+        """The system of some rows and columns; all other coordinates are held."""
+        M, C, K = (
+            tuple(Term(_part(t.matrix, rows), t.factor) for t in terms)
+            for terms in (self.M, self.C, self.K)
+        )
+        return dataclasses.replace(self, M=M, C=C, K=K)
+
+    def simplified(self) -> TermSystem:
+        """The same system with one term for each factor, all constant ones in a single term."""
+        parts = []
+        for terms in (self.M, self.C, self.K):
+            groups: dict[str, list[Term]] = {}
+            for term in terms:
+                groups.setdefault("" if term.constant else term.factor.text, []).append(term)
+            parts.append(
+                tuple(
+                    Term(
+                        self._sum(same, [1.0 if text else t.factor.value({}) for t in same]),
+                        same[0].factor if text else ONE,
+                    )
+                    for text, same in groups.items()
+                )
+            )
+        M, C, K = parts
+        return dataclasses.replace(self, M=M, C=C, K=K)
+
+    def at(
+        self, changes: Mapping[str, float] | None = None
+    ) -> tuple[Matrix, Matrix | None, Matrix]:
+        """M, C, K (C None without terms) at the parameters, some of them changed.
+
+        Raises InputError, naming the parameters, where an entry is not finite.
+        """
+        p = self.values(changes)
+        M, C, K = (
+            self._sum(terms, [t.factor.value(p) for t in terms])
+            for terms in (self.M, self.C, self.K)
+        )
+        for letter, X in zip("MCK", (M, C, K), strict=True):
+            if X is not None and not np.isfinite(X.data if is_sparse(X) else X).all():
+                where = ", ".join(f"{name} = {p[name]:g}" for name in sorted(self.names))
+                raise MatrixError(
+                    f"{letter}: all entries must be finite, at {where or 'any value'}"
+                )
+        return M, C, K
+
+    def arrays(
+        self, changes: Mapping[str, float] | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """The same as NumPy arrays."""
+        M, C, K = self.at(changes)
+        return dense(M), None if C is None else dense(C), dense(K)
+
+    def __call__(self, value: float) -> tuple[Matrix, Matrix | None, Matrix]:
+        """M, C, K at a value of the free parameter."""
+        return self.at({self.parameter: value})
+
+    def derivative(
+        self, name: str, changes: Mapping[str, float] | None = None
+    ) -> tuple[Matrix | None, Matrix | None, Matrix | None]:
+        """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
+        p = self.values({name: self.values({}).get(name, 0.0)} | dict(changes or {}))
+        result = []
+        for terms in (self.M, self.C, self.K):
+            moved = [t for t in terms if name in t.factor.names]
+            result.append(self._sum(moved, [t.factor.slope(p, name) for t in moved]))
+        return result[0], result[1], result[2]
+
+    def _sum(self, terms: Sequence[Term], factors: list[float]) -> Matrix | None:
+        if not terms:
+            return None
+        with np.errstate(over="ignore", invalid="ignore"):
+            if not self.sparse:
+                return sum(
+                    (f * np.asarray(t.matrix) for f, t in zip(factors, terms, strict=True)),
+                    np.zeros((self.n, self.n)),
+                )
+            from scipy.sparse import csc_array
+
+            total = csc_array((self.n, self.n))
+            for factor, term in zip(factors, terms, strict=True):
+                if factor:
+                    total = total + factor * csc_array(term.matrix)
+            return total
+
+
+class Parametrised(Protocol):
+    """M, C, K as functions of one parameter, dense and checked."""
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+
+    def at(self, p: float) -> Dense:
+        """M, C (None without damping) and K, arrays (n, n)."""
+
+    def derivative(self, p: float) -> tuple[Array, Array, Array]:
+        """Their derivatives by p, arrays (n, n)."""
+
+    def at_many(self, ps: Sequence[float]) -> list[Dense]:
+        """M, C, K at several values."""
+
+
+def parametrised(system: System, low: float, high: float) -> Parametrised:
+    """One form of every kind of system, between two values of its parameter.
+
+    Parameters
+    ----------
+    system : System
+        A TermSystem (exact derivatives), a `Batched` system or any function p -> (M, C, K), whose
+        derivatives are central differences, one-sided at the ends of the range.
+    low, high : float
+        The range of p.
+
+    Raises
+    ------
+    InputError
+        If `system` is no function, or gives no square, finite, real matrices of one size.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> family = parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
+    >>> family.n, family.at(1.0)[2].item(), round(family.derivative(1.0)[2].item(), 6)
+    (1, 2.0, 2.0)
+    """
+    check_system(system, "system")
+    if isinstance(system, TermSystem):
+        return _AlongTerms(system.simplified())
+    return _AlongFunction(system, low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class _AlongTerms:
+    system: TermSystem
+
+    @property
+    def n(self) -> int:
+        return self.system.n
+
+    def at(self, p: float) -> Dense:
+        return checked(*self.system.arrays({self.system.parameter: p}))
+
+    def derivative(self, p: float) -> tuple[Array, Array, Array]:
+        name, zero = self.system.parameter, np.zeros((self.n, self.n))
+        slopes = self.system.derivative(name, {name: p})
+        M, C, K = (zero if X is None else dense(X) for X in slopes)
+        return M, C, K
+
+    def at_many(self, ps: Sequence[float]) -> list[Dense]:
+        return [self.at(p) for p in ps]
+
+
+@dataclass(frozen=True, eq=False)
+class _AlongFunction:
+    system: System
+    low: float
+    high: float
+
+    @property
+    def n(self) -> int:
+        return len(self.at(self.low)[0])
+
+    def at(self, p: float) -> Dense:
+        return _dense(matrices_at(self.system, p))
+
+    def derivative(self, p: float) -> tuple[Array, Array, Array]:
+        step = STEP * (self.high - self.low)
+        p = min(max(p, self.low), self.high)
+        a, b = max(self.low, p - step), min(self.high, p + step)
+        first, last = self.at_many([a, b])
+        zero = np.zeros_like(first[0])
+        M, C, K = (
+            ((zero if y is None else y) - (zero if x is None else x)) / (b - a)
+            for x, y in zip(first, last, strict=True)
+        )
+        return M, C, K
+
+    def at_many(self, ps: Sequence[float]) -> list[Dense]:
+        if isinstance(self.system, Batched):
+            return [_dense(matrices) for matrices in self.system.many(list(ps))]
+        return [self.at(p) for p in ps]
+
+
+def _dense(matrices: Matrices) -> Dense:
+    M, C, K = matrices
+    return checked(dense(M), None if C is None else dense(C), dense(K))
+
+
+def supports(system: TermSystem) -> NDArray[np.intp]:
+    """Rows whose coordinates are held by a penalty on the diagonal of K.
+
+    Finite-element programs write a support as a diagonal entry of 1e22 or more. A row is one if its
+    diagonal entry, at the system's own parameters, is `SUPPORT` times greater than its row and
+    column and than the diagonal of the other rows, as a stiffness and per mass.
+    """
+    M, _, K = system.at()
+    size = abs(K)
+    diagonal, mass = np.abs(size.diagonal()), np.abs(M.diagonal())
+    order = np.argsort(diagonal)
+    order = order[diagonal[order] > 0.0]
+    gaps = np.flatnonzero(diagonal[order[1:]] >= SUPPORT * diagonal[order[:-1]])
+    if not gaps.size:
+        return gaps
+    rows = np.sort(order[gaps[0] + 1 :])
+    rest = np.setdiff1d(np.arange(len(diagonal)), rows)
+    heavy = rest[mass[rest] > 0.0]
+    fastest = np.max(diagonal[heavy] / mass[heavy], initial=0.0)
+    part = _part(size, rows, rest), _part(size, rest, rows)
+    beside = max(float(X.max()) if 0 not in X.shape else 0.0 for X in part)
+    among = _part(size, rows)
+    other = among - np.diag(diagonal[rows]) if not is_sparse(among) else _off_diagonal(among)
+    least = diagonal[rows].min() / SUPPORT
+    held = least >= max(beside, float(other.max())) and least >= fastest * mass[rows].max()
+    return np.asarray(rows if held else rows[:0])
+
+
+def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
+    """The system without its `supports`, whose coordinates are held, and their rows."""
+    rows = supports(system)
+    if not rows.size:
+        return system, rows
+    return system.restricted(np.setdiff1d(np.arange(system.n), rows)), rows
+
+
+def _part(X: Matrix, rows: NDArray[np.intp], columns: NDArray[np.intp] | None = None) -> Matrix:
+    columns = rows if columns is None else columns
+    return X.tocsc()[rows][:, columns] if is_sparse(X) else np.asarray(X)[np.ix_(rows, columns)]
+
+
+def _off_diagonal(X: Matrix) -> Matrix:
+    from scipy.sparse import diags_array
+
+    return X - diags_array(X.diagonal())
+
+
+def check_system(system: object, asked: str, other: str = "") -> None:
+    """Refuse what is no function of one parameter. Raises InputError naming the function asked.
+
+    `other` is what may stand in its place, such as "a Scene or ".
+    """
+    if not callable(system):
+        raise InputError(
+            f"{asked}: {type(system).__name__} is not allowed; it must be {other}a system, a "
+            "function of one parameter that gives M, C and K"
+        )
+
+
+def matrices_at(system: System, p: float) -> Matrices:
+    """What a system gives at p. Raises InputError if that is not M, C and K."""
+    found = system(p)
+    if not isinstance(found, tuple | list) or len(found) != 3:
+        raise InputError(f"system: gives {type(found).__name__}; it must give M, C (or None) and K")
+    return found
+
+
+def check_range(asked: str, low: object, high: object) -> None:
+    """Refuse a range whose ends are no finite numbers, or the upper not above the lower.
+
+    Raises InputError.
+    """
+    real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
+    if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
+        raise InputError(
+            f"{asked}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
+            "finite numbers"
+        )
+
+
+def values_of(asked: str, mus: object) -> list[float]:
+    """Finite numbers, one at least, from a sequence. Raises InputError."""
+    try:
+        found = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        found = []
+    if not found or not all(map(math.isfinite, found)):
+        raise InputError(
+            f"{asked}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
+            "number"
+        )
+    return found
