@@ -1,4 +1,5 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
+# make two-ways  20,000 questions asked in two ways, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make ensembles  search all formulations anew, for hours; goes on where it stopped
 # make benchmark  speed against other programs       make cite-check  citation files
@@ -31,7 +32,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report ensembles test test-without-heyoka lint benchmark page page-test site dist archive \
+.PHONY: report ensembles test test-without-heyoka two-ways lint benchmark page page-test site dist archive \
 	cluster cluster-test pythons platforms metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -53,6 +54,10 @@ test: $(ENVIRONMENT)
 # as on systems that heyoka is not made for; its tests skip
 test-without-heyoka: $(ENVIRONMENT)
 	@PYTHONPATH=$(CURDIR)/tests/without_heyoka $(BIN)/pytest -rs
+
+# one question by two of our own ways, at random places
+two-ways: $(ENVIRONMENT)
+	@TWO_WAYS=20000 $(BIN)/pytest tests/two_ways
 
 lint: $(LINTERS)
 	$(BIN)/ruff check .

@@ -1,0 +1,135 @@
+"""Questions as a user asks them, by the command line alone, and random things to ask about.
+
+Every property here asks one question in two of our own ways. `make test` asks some hundred times,
+always the same; with TWO_WAYS=20000 in the environment (`make two-ways`) so many places are drawn
+anew.
+"""
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import yaml
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis import strategies as st
+
+from squeal.cli.main import main
+
+TOTAL = int(os.environ.get("TWO_WAYS", "0"))
+FOLDER = tempfile.TemporaryDirectory(prefix="two-ways-")
+
+
+def cases(quick, share):
+    """So many cases in `make test`; a share of all that TWO_WAYS asks for."""
+    return settings(
+        max_examples=max(quick, round(share * TOTAL)),
+        derandomize=not TOTAL,
+        database=None,
+        deadline=None,
+        phases=(Phase.explicit, Phase.generate),  # a place is as small as it gets
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+def ask(*arguments, code=0):
+    """The JSON answer of a command, with what it said on standard error under `said`."""
+    ended, out, said = run(*arguments, "--json")
+    assert ended == code, said
+    return json.loads(out) | {"said": said} if code == 0 else {"said": said}
+
+
+def run(*arguments):
+    """Exit code, standard output and standard error."""
+    out, said = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
+        ended = main([str(a) for a in arguments])
+    return ended, out.getvalue(), said.getvalue()
+
+
+def path(name):
+    """A file or folder of these tests that does not exist yet."""
+    return Path(tempfile.mkdtemp(dir=FOLDER.name)) / name
+
+
+def written(document):
+    """A file with this document, under a name that tells the text."""
+    text = yaml.safe_dump(document, sort_keys=False)
+    file = Path(FOLDER.name) / f"{hashlib.sha256(text.encode()).hexdigest()[:12]}.yaml"
+    file.write_text(text)
+    return file
+
+
+def setting(**changes):
+    """The options that change numbers of the file, to the last digit."""
+    return [f for name, value in changes.items() for f in ("--set", f"{name}={value!r}")]
+
+
+PADS = {
+    "B1": {
+        **{"m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6},
+        **{"L1": 0.8, "L2": 0.8, "F_n": 4500.0},
+    },
+    "B2": {
+        **{"m": 0.2, "w": 0.04, "h": 0.014, "I": 1.709e-4, "k1": 2.0e7, "k2": 2.65e7},
+        **{"k_c": 1.0e7, "L1": 0.81, "L2": 0.81, "F_n": 4525.0, "y0": -0.001},
+    },
+    "BN": {
+        **{"m": 0.2, "w": 0.04, "h": 0.018, "k1": 2.3e7, "k2": 1.8e7, "k_c": 1.4e7},
+        **{"L1": 0.6, "L2": 0.7, "F_n": 3000.0},
+    },
+}
+
+
+SEEDS = st.integers(0, 2**32 - 1)  # of numpy: places drawn by hypothesis itself crowd at ends
+
+
+def uniform(low, high):
+    """A number of few digits, none of them special, each as likely."""
+    return SEEDS.map(lambda seed: float(f"{np.random.default_rng(seed).uniform(low, high):.6g}"))
+
+
+def pad_of(seed, models=("B1", "B2", "BN")):
+    """A scene: one of three pads at random angles and friction, damped or not."""
+    rng = np.random.default_rng(seed)
+    model = str(rng.choice(models))
+    angles = rng.uniform(0.02, np.pi - 0.02, 2)
+    numbers = {"alpha1": angles[0], "alpha2": angles[1], "mu": rng.uniform(0.01, 1.4)}
+    numbers = {name: round(float(value), 6) for name, value in numbers.items()}
+    scene = {"model": model, "parameters": PADS[model] | numbers}
+    if model == "BN":
+        scene["formulation"] = {"springs": int(rng.choice([2, 3, 6]))}
+    damped = rng.choice(["", "", "ratios", "rayleigh"])
+    if damped == "ratios":
+        scene["damping"] = {"ratios": np.round(rng.uniform(1e-3, 0.05, 3), 4).tolist()}
+    elif damped == "rayleigh":
+        mass, stiffness = rng.uniform([1.0, 1e-7], [100.0, 1e-6]).tolist()
+        scene["damping"] = {"rayleigh": [round(mass, 1), round(stiffness, 9)]}
+    return scene
+
+
+def pads(models=("B1", "B2", "BN")):
+    """Scenes of `pad_of`."""
+    return SEEDS.map(lambda seed: pad_of(seed, models))
+
+
+def quiet(scene_or_system):
+    """What a verdict is called where nothing grows."""
+    return "stable" if "damping" in scene_or_system or "C0" in scene_or_system else "marginal"
+
+
+def verdict_by(thresholds, value, still):
+    """The verdict at a value of the parameter that a list of its changes tells."""
+    kinds = [c["kind"] for c in thresholds["critical"] if c["mu"] <= value]
+    last = kinds[-1] if kinds else thresholds["verdict_at_start"]
+    return still if last == "restabilised" else last
+
+
+def near(thresholds, value, relative=1e-6):
+    """Is there a change of verdict so close to a value that rounding may decide?"""
+    marks = [c["mu"] for c in thresholds["critical"]] + [thresholds.get("mu_end", np.inf)]
+    return any(abs(mark - value) <= relative * max(1e-3, abs(value)) for mark in marks)

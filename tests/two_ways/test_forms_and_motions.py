@@ -1,0 +1,112 @@
+"""One answer as text, JSON and CSV; one motion by two integrators and in a batch."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from tests.conftest import needs_heyoka
+from tests.two_ways.asking import PADS, ask, cases, pads, path, run, uniform, written
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
+
+
+def numbers(text):
+    return [float(word) for word in NUMBER.findall(text)]
+
+
+def rows(table):
+    with table.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def assert_printed(values, text):
+    """Each value stands in the text, to the digits that are shown."""
+    shown = np.array(numbers(text))
+    for value in values:
+        assert np.isclose(shown, value, rtol=1e-4, atol=1e-300).any(), value
+
+
+@cases(6, 0.05)
+@given(pads())
+def test_thresholds_as_text_json_and_table(scene):
+    table, file = path("found.csv"), written(scene)
+    found = ask("critical-friction", file, "--csv", table)
+    _, text, _ = run("critical-friction", file)
+    listed = rows(table)
+    assert [float(row["mu"]) for row in listed] == [c["mu"] for c in found["critical"]]
+    kinds = [row.get("change") or row["kind"] for row in listed]
+    assert kinds == [c["kind"] for c in found["critical"]]
+    assert_printed([c["mu"] for c in found["critical"]], text)
+    for c in found["critical"]:
+        low, high = c["interval"]
+        assert low <= c["mu"] <= high
+
+
+@cases(6, 0.05)
+@given(pads())
+def test_eigenvalues_as_text_json_and_table(scene):
+    table, file = path("found.csv"), written(scene)
+    ended, text, _ = run("eigenvalues", file)
+    assume(ended == 0)
+    found = ask("eigenvalues", file, "--csv", table)
+    values = [e["imag"] for e in found["eigenvalues"]]
+    column = next(name for name in rows(table)[0] if name.startswith("imag"))
+    assert [float(row[column]) for row in rows(table)] == values
+    assert_printed(values, text)
+    assert found["verdict"] in text
+    for e in found["eigenvalues"]:
+        assert e["frequency_hz"] == pytest.approx(abs(e["imag"]) / (2 * np.pi), rel=1e-12)
+
+
+@st.composite
+def motions(draw):
+    """A pad that starts beside its equilibrium and leaves it through changes of contact."""
+    model = draw(st.sampled_from(["B1", "B2", "BN"]))
+    pad = PADS[model] | {
+        "alpha1": 1.2 + draw(uniform(0, 0.8)),
+        "alpha2": 2.2 + draw(uniform(0, 0.7)),
+    }
+    kick = {"from": "equilibrium", "y_dot": draw(uniform(-0.4, 0.4))}
+    return {
+        **{"model": model, "parameters": pad | {"mu": draw(uniform(0.05, 0.5))}, "initial": kick},
+        **{"time": {"stop": 0.002, "samples": 21}, "outputs": ["events", "shares", "extrema"]},
+        "damping": {"ratios": [0.01, 0.01, 0.01]},
+    }
+
+
+@needs_heyoka
+@cases(5, 0.02)
+@given(motions())
+def test_two_integrators_give_one_motion(scene):
+    file = written(scene)
+    ended, *_ = run("simulate", file)
+    assume(ended == 0)
+    one, other = (ask("simulate", file, "--integrator", x) for x in ("heyoka", "scipy"))
+    assert [(e["from"], e["to"]) for e in one["events"]] == [
+        (e["from"], e["to"]) for e in other["events"]
+    ]
+    for a, b in zip(one["events"], other["events"], strict=True):
+        assert a["t"] == pytest.approx(b["t"], abs=1e-9)
+    assert one["shares"] == pytest.approx(other["shares"], abs=1e-6)
+    for name, ends in one["extrema"].items():
+        assert ends == pytest.approx(other["extrema"][name], rel=1e-6, abs=1e-6), name
+    final = ([x["final"][n] for n in ("x", "y", "theta")] for x in (one, other))
+    assert np.allclose(*final, rtol=1e-6, atol=1e-10)
+
+
+@cases(5, 0.02)
+@given(motions())
+def test_a_motions_table_ends_where_the_answer_does(scene):
+    table, file = path("history.csv"), written(scene)
+    ended, *_ = run("simulate", file)
+    assume(ended == 0)
+    found = ask("simulate", file, "--csv", table)
+    last = rows(table)[-1]
+    for name, value in found["final"].items():
+        (column,) = [x for x in last if x.split(" ")[0] == name]
+        assert float(last[column]) == pytest.approx(value, rel=1e-14), name
+    assert sum(found["shares"].values()) == pytest.approx(1.0)

@@ -1,0 +1,69 @@
+"""A pad and its exported matrices: the same eigenvalues and verdict from files of every format."""
+
+import numpy as np
+import yaml
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from tests.two_ways.asking import ask, cases, pads, path, run, written
+from tests.two_ways.test_sweep_and_thresholds import systems
+
+FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
+
+
+def spectrum(found):
+    return np.array([complex(e["real"], e["imag"]) for e in found["eigenvalues"]])
+
+
+def assert_same(one, other, close=1e-7):
+    """Every eigenvalue has its like, and the verdict is one."""
+    a, b = spectrum(one), spectrum(other)
+    assert len(a) == len(b)
+    apart = np.abs(a[:, None] - b)
+    assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= close * np.abs(a).max()
+    assert one["verdict"] == other["verdict"]
+
+
+@cases(10, 0.05)
+@given(pads(), st.sampled_from(FORMATS))
+def test_exported_matrices_are_those_of_the_pad(scene, form):
+    file, folder = written(scene), path("matrices")
+    ended, *_ = run("eigenvalues", file)
+    assume(ended == 0)
+    ask("export", file, "--output", folder, "--format", form)
+    assert_same(ask("eigenvalues", file), ask("eigenvalues", folder / "system.yaml"))
+
+
+@cases(8, 0.05)
+@given(systems(), st.sampled_from(FORMATS))
+def test_a_system_and_its_export_have_the_same_thresholds(system, form):
+    file, folder = written(system), path("matrices")
+    ask("export", file, "--output", folder, "--format", form)
+    again = folder / "system.yaml"
+    assert yaml.safe_load(again.read_text())["parameter"] == "p"
+    one, other = (ask("critical-friction", x, "--max", 2)["crossings"] for x in (file, again))
+    for key in ("kind", "direction"):
+        assert [c[key] for c in one] == [c[key] for c in other]
+    assert np.allclose([c["mu"] for c in one], [c["mu"] for c in other], rtol=1e-9)
+    assert_same(ask("eigenvalues", file, "--at", 0.7), ask("eigenvalues", again, "--at", 0.7))
+
+
+@cases(8, 0.05)
+@given(pads(models=["B1", "B2"]))
+def test_a_linear_pad_as_a_system_has_the_pads_thresholds(scene):
+    """B3 is linear in mu: two exports are K0 and K1."""
+    numbers = dict(scene["parameters"])
+    for name in ("k3", "k4", "L1", "L2", "F_n", "y0"):
+        numbers.pop(name, None)
+    pad = {"model": "B3", "parameters": {"k_c": 1e7} | numbers}
+    if "damping" in scene:
+        pad["damping"] = scene["damping"]
+    at = [ask("eigenvalues", written(pad), "--set", f"mu={mu}") for mu in (0, 1)]
+    K0, K1 = (np.array(x["K"]) for x in at)
+    system = {"parameter": "mu", "M": at[0]["M"], "K0": at[0]["K"], "K1": (K1 - K0).tolist()}
+    if "damping" in scene:
+        system["C0"] = at[0]["C"]
+    one, other = (ask("critical-friction", written(x)) for x in (pad, system))
+    assert [c["kind"] for c in one["critical"]] == [c["kind"] for c in other["critical"]]
+    mus = ([c["mu"] for c in x["critical"]] for x in (one, other))
+    assert np.allclose(*mus, rtol=1e-8)
