@@ -94,8 +94,8 @@ def test_two_integrators_give_one_motion(scene):
     assert one["shares"] == pytest.approx(other["shares"], abs=1e-6)
     for name, ends in one["extrema"].items():
         assert ends == pytest.approx(other["extrema"][name], rel=1e-6, abs=1e-6), name
-    final = ([x["final"][n] for n in ("x", "y", "theta")] for x in (one, other))
-    assert np.allclose(*final, rtol=1e-6, atol=1e-10)
+    a, b = ([x["final"][n] for n in ("x", "y", "theta")] for x in (one, other))
+    assert np.allclose(a, b, rtol=1e-6, atol=1e-10)
 
 
 @cases(5, 0.02)

@@ -65,5 +65,5 @@ def test_a_linear_pad_as_a_system_has_the_pads_thresholds(scene):
         system["C0"] = at[0]["C"]
     one, other = (ask("critical-friction", written(x)) for x in (pad, system))
     assert [c["kind"] for c in one["critical"]] == [c["kind"] for c in other["critical"]]
-    mus = ([c["mu"] for c in x["critical"]] for x in (one, other))
-    assert np.allclose(*mus, rtol=1e-8)
+    a, b = ([c["mu"] for c in x["critical"]] for x in (one, other))
+    assert np.allclose(a, b, rtol=1e-8)
