@@ -5,18 +5,9 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 """
 
 from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.linear.cubic import VERDICTS
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
 from squeal.linear.gains import LoopThreshold
-from squeal.linear.growth import GROWING
-from squeal.linear.judgement import (
-    Judgement,
-    damped_verdicts,
-    judge,
-    sum_verdicts,
-    undamped_verdicts,
-    verdict,
-)
+from squeal.linear.invariants import VERDICTS
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
@@ -24,6 +15,15 @@ from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import critical_points, crossings, thresholds
 from squeal.linear.tracking import TrackedModes, track
 from squeal.linear.unstable import UnstableMode, unstable_modes
+from squeal.linear.verdict import (
+    GROWING,
+    Judgement,
+    damped_verdicts,
+    judge,
+    sum_verdicts,
+    undamped_verdicts,
+    verdict,
+)
 
 # fmt: off
 __all__ = [

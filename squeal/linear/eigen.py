@@ -1,14 +1,24 @@
-"""Complex eigenvalues of M q'' + C q' + K q = 0 with vectors, residuals and conditions."""
+"""Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding and residuals.
+
+How far rounding moves a root has one definition, `root_rounding`: its backward error times its
+condition number. The condition number grows without limit where roots coalesce; m roots that meet
+are moved by no more than the m-th root of the relative error. Every eigenvalue carries this
+number, and undamped roots lie exactly on the axes unless they are off them by more.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from squeal.errors import ComputationError
+from squeal.linear.invariants import cubic_of, unstable_roots
 from squeal.linear.matrices import (
+    BEYOND,
     Array,
     Reduced,
     first_order,
@@ -20,12 +30,12 @@ from squeal.linear.matrices import (
 )
 
 ComplexArray = NDArray[np.complex128]
+SMALL = 3  # rows up to which invariants tell what an undamped system does
 HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
 STIFF = (
     "one stiffness or damping is so much greater than others that rounding of it hides the slow "
     "modes; values that differ by fewer decades are required"
 )
-FAST = 1e70  # rad/s: fourth powers overflow
 MOST_SHOWN = 6  # frequencies in a representation
 
 
@@ -42,6 +52,17 @@ class Eigenvalue:
     condition: float = field(
         repr=False
     )  # 1/|y^H x| of the standard problem solved (in value^2 if undamped), or inf
+    rounding: float = field(default=0.0, repr=False)  # rad/s: how far rounding may move it
+
+    @property
+    def grows(self) -> bool:
+        """True if it grows by more than rounding."""
+        return self.value.real > self.rounding
+
+    @property
+    def oscillates(self) -> bool:
+        """True if it is one of a pair by more than rounding, and not real."""
+        return abs(self.value.imag) > self.rounding
 
     @property
     def frequency_hz(self) -> float:
@@ -94,6 +115,12 @@ class Spectrum:
         """The eigenvalue of largest real part (of several, the one of largest frequency)."""
         return max(self.eigenvalues, key=lambda e: (e.value.real, e.value.imag))
 
+    @property
+    def unstable(self) -> tuple[Eigenvalue, ...]:
+        """What grows by more than rounding, the fastest first; of a pair Im > 0."""
+        found = [e for e in self.eigenvalues if e.grows and e.value.imag > -e.rounding]
+        return tuple(sorted(found, key=lambda e: -e.growth_rate))
+
     def __len__(self) -> int:
         return len(self.eigenvalues)
 
@@ -114,6 +141,53 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
     return np.lexsort(keys, axis=-1)
 
 
+def root_rounding(
+    values: ComplexArray, condition: Array, error: float | Array, size: float | Array
+) -> Array:
+    """How far rounding moves eigenvalues.
+
+    Parameters
+    ----------
+    values : array (m,)
+        Eigenvalues of a matrix or pencil.
+    condition : array (m,)
+        Their condition numbers 1/|y^H x|.
+    error : float or array (m,)
+        Relative backward errors.
+    size : float or array (m,)
+        What the errors are relative to, such as the matrix's norm, in the unit of the values.
+
+    Returns
+    -------
+    array (m,)
+        size times the lesser of error times condition and the k-th root of the error, where k
+        roots lie close together; k is at least 2.
+
+    Examples
+    --------
+    >>> root_rounding(np.array([1.0, 2.0]), np.array([1.0, 1e20]), 1e-16, 1.0).tolist()
+    [1e-16, 1e-08]
+    """
+    near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)
+    close = np.sum(np.abs(values[:, None] - values) <= near[:, None], axis=1)
+    return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
+
+
+def axis_noise(A: Array, values: ComplexArray, condition: Array, rounding: float) -> Array:
+    """Kept until all use `root_rounding`."""
+    return root_rounding(values, condition, 2 * len(A) * rounding, float(np.linalg.norm(A, 2)))
+
+
+class Roots(NamedTuple):
+    """Eigenvalues (m,) with unit vectors as columns, condition numbers and `root_rounding`."""
+
+    values: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    condition: Array
+    rounding: Array
+
+
 def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Unit left eigenvectors as columns.
 
@@ -129,22 +203,19 @@ def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Comple
     return left / np.linalg.norm(left, axis=0)
 
 
-def standard_eigenvalues(
-    A: Array, rounding: float, stiffness: Array | None = None
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-    """Eigenvalues, unit right and left vectors, conditions 1/|y^H x| of a real matrix.
+def standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
+    """Eigenvalues of a real matrix (m, m) whose entries carry a relative error `rounding`.
 
     Zero roots counted by rank are set to exactly zero, with vectors from the null spaces; of a
     first-order matrix with a regular `stiffness` block there are none, however strong the damping.
     """
-    values, right = np.linalg.eig(A)
-    values, right = values.astype(complex), right.astype(complex)
+    values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = _left_vectors(A, values, right)
     regular = stiffness is not None and not zero_roots(stiffness, noise_of(stiffness, rounding))
     noise = noise_of(A, rounding)
     zeros = 0 if regular else zero_roots(A, noise)
+    where = np.argsort(np.abs(values))[:zeros]
     if zeros:
-        where = np.argsort(np.abs(values))[:zeros]
         values[where] = 0.0
         null, conull = null_spaces(A, noise)
         overlap = conull.T @ null
@@ -153,33 +224,153 @@ def standard_eigenvalues(
         pick = np.arange(zeros) % null.shape[1]  # a chain repeats its one vector
         right[:, where], left[:, where] = null[:, pick], conull[:, pick]
         left[:, where] /= np.linalg.norm(left[:, where], axis=0)
-    cosine = np.abs(np.sum(left.conj() * right, axis=0))
     with np.errstate(divide="ignore"):
-        return values, right, left, 1.0 / cosine
+        condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
+    size = float(np.linalg.norm(A, 2))
+    moved = root_rounding(values, condition, 2 * len(A) * rounding, size)
+    if stiffness is not None:
+        moved[where] = 0.0  # found by rank, hence exact
+    return Roots(values, right, left, condition, moved)
 
 
-def axis_noise(A: Array, values: ComplexArray, condition: Array, rounding: float) -> Array:
-    """How far from an axis an eigenvalue of A that lies on it may be computed, unit of A.
+def squared_frequencies(reduced: Reduced) -> Roots:
+    """The n roots s = -lambda^2 of an undamped system (rad^2/s^2).
 
-    Condition number times backward error; but no more than the m-th root of the relative error,
-    which is what m coalescing eigenvalues spread by (m: those found close together, at least 2).
+    A complex pair within its own rounding is a coalescence and is returned as a real double root.
+    Up to three rows the invariants decide that, which know the discriminant and the determinant to
+    full digits where roots coalesce or pass zero.
     """
-    error, norm = 2 * len(A) * rounding, float(np.linalg.norm(A, 2))
-    close = np.abs(values[:, None] - values[None, :]) <= 4 * error ** (1 / 3) * norm
-    cluster = np.maximum(2, close.sum(axis=1))
-    return np.asarray(norm * np.minimum(error * condition, error ** (1 / cluster)))
+    roots = standard_roots(reduced.A, reduced.rounding)
+    s, rounding = roots.values, roots.rounding
+    if reduced.n > SMALL or (cubic := cubic_of(reduced)).vague:
+        real = np.abs(s.imag) <= rounding
+        s[real] = s.real[real]
+        return roots
+    pairs, negative = unstable_roots(cubic)
+    reals = np.arange(reduced.n)
+    if pairs:
+        apart = np.abs(s[:, None] - s) + np.diag(np.full(reduced.n, np.inf))
+        pair = np.argsort(-np.abs(s.imag))[:2]
+        if not s[pair].imag.all():
+            pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
+        reals = np.setdiff1d(reals, pair)
+        if np.any(np.abs(s[pair].imag) <= rounding[pair]):
+            mean = s[pair].real.mean()
+            if abs(cubic.c.value) > cubic.c.bound:
+                half = np.sqrt(-cubic.discriminant.value) / 2 / abs(s[reals[0]] - mean) ** 2
+            else:
+                half = np.sqrt(-cubic.discriminant2.value) / 2
+            s[pair] = mean + np.array([1j, -1j]) * half
+        rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
+    s[reals] = s[reals].real
+    rising = reals[np.argsort(s[reals].real)]
+    for k in rising[:negative]:
+        if s[k].real >= 0.0 or rounding[k] >= -s[k].real:
+            others = float(np.prod(np.delete(s, k)).real)
+            product = (cubic.a, cubic.b, cubic.c)[reduced.n - 1].value
+            s[k] = -abs(product / others) if others else -rounding[k]
+        rounding[k] = min(rounding[k], abs(s[k]) / 2)
+    least = rising[negative:]
+    s[least] = np.maximum(s[least].real, 0.0)
+    return roots
 
 
-def squared_frequencies(reduced: Reduced) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-    """The n roots s = -lambda^2 of an undamped system; vectors and conditions as columns.
+def roots_of(reduced: Reduced) -> Roots:
+    """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
-    A complex pair whose imaginary part is within its own rounding error (condition times backward
-    error of A, both known) is a coalescence and is returned as a real double root.
+    Those that neither grow nor decay have a real part of at most their rounding, without damping
+    of exactly zero.
     """
-    values, right, left, condition = standard_eigenvalues(reduced.A, reduced.rounding)
-    real = np.abs(values.imag) <= axis_noise(reduced.A, values, condition, reduced.rounding)
-    values[real] = values.real[real]
-    return values, right, left, condition
+    if reduced.B is not None:
+        matrix, rate = first_order(reduced.A, reduced.B)
+        values, x, y, condition, moved = standard_roots(matrix, reduced.rounding, reduced.A)
+        n = reduced.n
+        return Roots(values * rate, x[:n], y[n:], condition, moved * rate)
+    s, x, y, condition, moved = squared_frequencies(reduced)
+    # the partner of s is its exact conjugate: one root serves both
+    half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
+    half = np.where(s.imag < 0, half.conj(), half)
+    half = np.where((s.imag == 0) & (s.real > 0), 1j * np.abs(half.imag), half)
+    size = np.abs(s)
+    below = size <= moved
+    moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
+    both = np.asarray(np.ravel([half, -half], order="F") + 0.0, dtype=complex)
+    x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
+    return Roots(both, x, y, np.repeat(condition, 2), np.repeat(moved, 2))
+
+
+def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
+    """All 2n eigenvalues of M q'' + C q' + K q = 0.
+
+    Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
+    parts, and divergent ones imaginary parts, of exactly zero.
+
+    Parameters
+    ----------
+    M : array (n, n)
+        Symmetric, positive definite.
+    C : array (n, n) or None
+    K : array (n, n)
+        Any consistent units.
+
+    Returns
+    -------
+    Spectrum
+        By rising frequency, in rad/s.
+
+    Raises
+    ------
+    InputError
+        For matrices that are not square, real, finite and of one size.
+    ComputationError
+        If roots are beyond double precision.
+
+    Examples
+    --------
+    >>> found = complex_eigenvalues([[2.0]], [[0.4]], [[50.0]])
+    >>> found.eigenvalues[0].frequency_hz.__round__(4), found.eigenvalues[0].damping_ratio
+    (0.7957, 0.02)
+    """
+    return spectrum_of(reduce(M, C, K))
+
+
+def spectrum_of(reduced: Reduced) -> Spectrum:
+    """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
+    roots = roots_of(reduced)
+    if not np.isfinite(roots.values).all():
+        raise ComputationError(BEYOND)
+    residuals = _residuals(reduced, roots.values, roots.right)
+    eigenvalues = tuple(
+        Eigenvalue(
+            complex(roots.values[k]),
+            _physical(reduced.T, roots.right[:, k]),
+            _physical(reduced.T, roots.left[:, k]),
+            float(residuals[k]),
+            float(roots.condition[k]),
+            float(roots.rounding[k]),
+        )
+        for k in ordered(roots.values)
+    )
+    zeros = int(np.sum(roots.values == 0))
+    return Spectrum(eigenvalues, reduced.B is None, zeros)
+
+
+def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> Array:
+    """Backward errors (m,) of roots with vectors (n, m)."""
+    A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
+    size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
+    rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
+    return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0)
+
+
+def _physical(T: Array, z: ComplexArray) -> ComplexArray:
+    """A unit mass-normalised vector in the caller's coordinates, its largest part positive."""
+    z = z / np.linalg.norm(z)
+    largest = z[np.argmax(np.abs(z))]
+    vector = T @ (z * (abs(largest) / largest))
+    vector.setflags(write=False)
+    return np.asarray(vector, dtype=complex)
 
 
 def scaled_rank(K: Array) -> int:
@@ -208,68 +399,3 @@ def hidden_share(reduced: Reduced, K: Array) -> float:
 def hidden(reduced: Reduced, K: Array) -> bool:
     """True if rounding leaves slow modes too few digits, see `hidden_share`."""
     return hidden_share(reduced, K) > HIDDEN
-
-
-def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> list[float]:
-    """Backward errors of roots (m,) with vectors (n, m)."""
-    A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
-    fastest = float(np.abs(values).max())
-    if fastest > FAST:
-        unit = math.frexp(fastest)[1]  # a power of two rounds nothing
-        A, B = np.ldexp(A, -2 * unit), np.ldexp(B, -unit)
-        values = values * 2.0**-unit
-    A_norm, B_norm = np.linalg.norm(A, 2), np.linalg.norm(B, 2)
-    length = np.abs(values)
-    size = (length**2 + length * B_norm + A_norm) * np.linalg.norm(x, axis=0)
-    rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
-    return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0).tolist()
-
-
-def _physical(T: Array, z: ComplexArray) -> ComplexArray:
-    """A unit mass-normalised vector in the caller's coordinates, its largest part positive."""
-    z = z / np.linalg.norm(z)
-    largest = z[np.argmax(np.abs(z))]
-    vector = T @ (z * (abs(largest) / largest))
-    vector.setflags(write=False)
-    return np.asarray(vector, dtype=complex)
-
-
-def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
-    """All 2n eigenvalues of M q'' + C q' + K q = 0.
-
-    M (n, n) symmetric positive definite, C (n, n) or None, K (n, n), any consistent units.
-    Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
-    parts, and divergent ones imaginary parts, of exactly zero. Raises InputError, and
-    OverflowError if roots are beyond double precision.
-    """
-    return spectrum_of(reduce(M, C, K))
-
-
-def spectrum_of(reduced: Reduced) -> Spectrum:
-    """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
-    rows: list[tuple[complex, ComplexArray, ComplexArray, float]] = []
-    if reduced.B is None:
-        squares, right, left, condition = squared_frequencies(reduced)
-        for k, s in enumerate(squares):
-            # the partner of s is its exact conjugate: one root serves both
-            root = np.sqrt(-complex(s.real, abs(s.imag)))
-            if s.imag < 0:
-                root = root.conjugate()
-            root = complex(0.0, abs(root.imag)) if s.imag == 0 and s.real > 0 else complex(root)
-            rows += [(v + 0.0, right[:, k], left[:, k], float(condition[k])) for v in (root, -root)]
-    else:
-        matrix, rate = first_order(reduced.A, reduced.B)
-        values, right, left, condition = standard_eigenvalues(matrix, reduced.rounding, reduced.A)
-        n = reduced.n
-        for k, v in enumerate(values * rate):
-            rows.append((complex(v), right[:n, k], left[n:, k], float(condition[k])))
-    order = ordered(np.array([row[0] for row in rows]))
-    rows = [rows[k] for k in order]
-    shapes = np.array([x for _, x, _, _ in rows]).T
-    residuals = _residuals(reduced, np.array([v for v, *_ in rows]), shapes)
-    eigenvalues = tuple(
-        Eigenvalue(v, _physical(reduced.T, x), _physical(reduced.T, y), r, c)
-        for (v, x, y, c), r in zip(rows, residuals, strict=True)
-    )
-    zeros = sum(e.value == 0 for e in eigenvalues)
-    return Spectrum(eigenvalues, reduced.B is None, zeros)

@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.eigen import ComplexArray
 from squeal.linear.matrices import (
     BEYOND,
     ILL,
@@ -18,8 +19,6 @@ from squeal.linear.matrices import (
     real_array,
 )
 from squeal.linear.system import Batched, System
-
-ComplexArray = NDArray[np.complex128]
 
 
 def sweep(system: System, mus: Iterable[float]) -> ComplexArray:

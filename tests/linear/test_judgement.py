@@ -13,7 +13,7 @@ from squeal.linear import (
     undamped_verdicts,
     verdict,
 )
-from squeal.linear.cubic import code, invariants
+from squeal.linear.invariants import code, invariants
 from squeal.linear.unstable import growing_eigenvalues
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
