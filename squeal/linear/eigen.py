@@ -118,7 +118,7 @@ class Spectrum:
     @property
     def unstable(self) -> tuple[Eigenvalue, ...]:
         """What grows by more than rounding, the fastest first; of a pair Im > 0."""
-        found = [e for e in self.eigenvalues if e.grows and e.value.imag > -e.rounding]
+        found = [e for e in self.eigenvalues if e.grows and e.value.imag >= -e.rounding]
         return tuple(sorted(found, key=lambda e: -e.growth_rate))
 
     def __len__(self) -> int:

@@ -162,12 +162,36 @@ def unit_diagonal(M: Any) -> Any:
     return M * np.outer(size, size)
 
 
+def check_regular(M: Any, C: Any, K: Any) -> None:
+    """Refuse matrices (n, n) for which every number is a root. Raises InputError.
+
+    Examples
+    --------
+    >>> check_regular(np.diag([1.0, 0.0]), None, np.diag([4.0, 0.0]))
+    Traceback (most recent call last):
+    squeal.errors.MatrixError: M, C and K: are singular together, so that every number is a root
+    """
+    sizes = [float(abs(X).max()) for X in (M, K)]
+    rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
+    for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
+        z = rate * turn
+        P = z * z * M + (0.0 if C is None else z * C) + K
+        for axis in (1, 0, 1):
+            size = np.abs(P).max(axis=axis, keepdims=True)
+            P = P / np.where(size > 0, size, 1.0)
+        if rank_of(np.linalg.svd(P, compute_uv=False)) == len(P):
+            return
+    raise MatrixError("M, C and K: are singular together, so that every number is a root")
+
+
 def light_motions(M: Array) -> tuple[Array, Array]:
     """Rising masses (n,), 0 where they are rounding, of motions, the columns of T: T' M T diagonal.
 
     Raises InputError unless M is symmetric, positive semidefinite.
     """
     size = np.sqrt(np.abs(np.diag(M)))
+    if not size.any():
+        raise MatrixError("M: has no mass on its diagonal; a mass is required")
     scale = 1.0 / np.where(size > 0, size, 1.0)
     masses, vectors = np.linalg.eigh(unit_diagonal(M))
     least = 4 * EPS * len(M) * masses[-1]

@@ -4,6 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems.roots import system_roots
 from squeal.errors import ComputationError, InputError
 from squeal.linear import (
     complex_eigenvalues,
@@ -13,7 +15,9 @@ from squeal.linear import (
     sweep,
     track,
 )
-from squeal.linear.matrices import reduce
+from squeal.linear.matrices import check_regular, reduce
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.formula import Formula
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
 
 
@@ -189,3 +193,37 @@ def test_a_cached_factor_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         reduce(M, None, M).T[:] = 0.0
     assert complex_eigenvalues(M, None, M).values == pytest.approx([1j, -1j] * 2)
+
+
+ONES = np.ones((2, 2))
+NO_ROW = np.array([[4.0, 0.0, 1.0], [0.0, 5.0, 1.0], [0.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("M", "C", "K"),
+    [
+        (np.diag([1.0, 0.0]), None, np.diag([4.0, 0.0])),
+        (ONES, 0.1 * ONES, 4.0 * ONES),
+        (np.diag([1.0, 1.0, 0.0]), np.diag([0.1, 0.1, 0.0]), NO_ROW),
+    ],
+)
+def test_matrices_of_which_every_number_is_a_root_are_refused(M, C, K):
+    """They were called marginal, with no root missing."""
+    with pytest.raises(InputError, match="every number is a root"):
+        check_regular(M, C, K)
+    system = TermSystem((Term(M),), () if C is None else (Term(C),), (Term(K),))
+    with pytest.raises(InputError):
+        system_roots(system)
+
+
+def test_a_massless_coordinate_alone_is_no_such_system():
+    check_regular(np.diag([1.0, 0.0]), None, np.diag([4.0, 1e12]))
+    check_regular(np.diag([1.0, 1e-20]), np.eye(2), np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("C", [(), (Term(np.eye(1)),)])
+def test_a_system_without_mass_is_refused_by_every_query(C):
+    system = TermSystem((Term(np.zeros((1, 1))),), C, (Term(np.array([[4.0]]), Formula("1 + mu")),))
+    for ask in (system_roots, lambda s: system_thresholds(s, 1.0)):
+        with pytest.raises(InputError, match="a mass is required"):
+            ask(system)
