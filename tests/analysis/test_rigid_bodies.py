@@ -57,7 +57,7 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, 
     found = system_roots(_system(chains, mass), wanted)
     values = np.array([e.value for e in found.eigenvalues])
     assert np.sum(values == 0) == min(2 * chains, len(values))
-    assert (found.verdict, found.certified) == ("marginal", True)
+    assert (found.verdict, found.certified) == (None, True)  # of some of the roots
     elastic = _elastic(chains, mass)
     assert values.imag[2 * chains :] == pytest.approx(elastic[: len(values) - 2 * chains], rel=1e-9)
     if wanted.modes:
@@ -82,7 +82,7 @@ def test_a_ground_damper_leaves_one_zero_root_and_one_that_decays():
     slow = sorted(e.value.real for e in found.eigenvalues if e.value.imag == 0.0)
     # the body moves as one: lambda^2 n m + lambda c = 0, but for c^2 of the chain's compliance
     assert slow == [pytest.approx(-c / N, rel=1e-3), 0.0]
-    assert (found.verdict, found.certified) == ("marginal", True)
+    assert (found.verdict, found.certified) == (None, True)  # of some of the roots
 
 
 def test_a_damper_that_does_no_work_on_the_left_null_vector_leaves_two_zero_roots():
@@ -99,7 +99,7 @@ def test_a_soft_ground_is_no_free_body(ground):
     found = system_roots(_system(more=(Term(_at(0, ground)),)), Wanted(band=(0.0, 60.0)))
     square = found.eigenvalues[0].value ** 2
     assert square.real == pytest.approx(-ground / N, rel=1e-3)
-    assert found.verdict == ("marginal" if ground > 0 else "divergence")
+    assert found.verdict == (None if ground > 0 else "divergence")
     assert found.certified
 
 
@@ -114,7 +114,7 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     assert (found.verdict, found.crossings, found.unconfirmed) == ("marginal", (), ())
     full = system_roots(system, Wanted(band=(0.0, 60.0)), {"mu": 1.0})
     assert sum(e.value == 0 for e in full.eigenvalues) == 2
-    assert (full.verdict, full.certified) == ("marginal", True)
+    assert (full.verdict, full.certified) == (None, True)
 
 
 @pytest.mark.parametrize(("drive", "verdict"), [(0.0, "marginal"), (0.2, "flutter")])
@@ -204,7 +204,7 @@ def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
     assert (small.crossings_outside, large.crossings_outside) == (1, None)
     for n, outside in ((10, 1), (N, None)):
         roots = system_roots(_two_pairs(n, c), wanted, {"mu": 0.4})
-        assert roots.verdict == ("stable" if c else "marginal")
+        assert roots.verdict is None  # the other pair grows, or is not known
         assert roots.growing_outside == outside
 
 
@@ -220,9 +220,8 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
     assert found.certified
 
 
-def test_a_rigid_body_outside_its_band_leaves_a_damped_mode_stable():
+def test_a_rigid_body_outside_the_band_leaves_a_small_system_marginal():
     pull = np.array([[1.0, -1.0], [-1.0, 1.0]])
     system = TermSystem((Term(np.eye(2)),), (Term(pull),), (Term(1e4 * pull),))
-    assert system_roots(system, Wanted(band=(10.0, 40.0))).verdict == "stable"
-    assert system_roots(system, Wanted(band=(0.0, 40.0))).verdict == "marginal"
-    assert system_roots(system).verdict == "marginal"
+    for band in ((10.0, 40.0), (0.0, 40.0), None):
+        assert system_roots(system, Wanted(band)).verdict == "marginal"

@@ -52,7 +52,7 @@ def test_it_squeals_with_friction_and_not_without(brake):
     wanted = Wanted(band=(500.0, 8000.0))
     still = system_roots(brake.system, wanted, {"mu": 0.0})
     loud = system_roots(brake.system, wanted, {"mu": 0.6})
-    assert (still.verdict, loud.verdict) == ("stable", "flutter")
+    assert (still.verdict, loud.verdict) == (None, "flutter")
     assert still.certified
     assert loud.certified
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.analysis.systems.band import BandRates, Placed, placed
-from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
@@ -110,7 +109,8 @@ def _in_band(frequency: float, wanted: Wanted) -> bool:
 
 def _small(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
     found = thresholds(system, high, mu_min=low)
-    verdict = system_roots(system, wanted, {system.parameter: low}).verdict
+    at_low = roots_of_all(system, wanted, {system.parameter: low})
+    verdict = verdict_of(at_low, noise_of(system))
     if wanted.rectangle is None:
         points, crossings = tuple(found.points), tuple(found.crossings)
         return SystemThresholds(low, high, verdict, points, crossings, found.certified)

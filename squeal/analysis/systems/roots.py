@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.linear import Judgement, UnstableMode
+from squeal.linear import GROWING, Judgement, UnstableMode
 from squeal.linear.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
 from squeal.linear.judgement import judge_reduced
 from squeal.linear.matrices import EPS, Reduced, first_order, reduce
@@ -39,19 +39,21 @@ SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamp
 
 @dataclass(frozen=True, eq=False)
 class SystemRoots:
-    """Roots of a system, by rising frequency, what proves them complete, and the verdict on them.
+    """Roots of a system, by rising frequency, what proves them complete, and the verdict on it.
 
-    `region` None is the whole plane; `count` None if the number could not be settled. `others` are
-    roots that were found and counted too, and that the verdict is on, beyond the lowest ones that
-    were asked for. Roots of a band that grow faster than `growth_limit` (1/s) were not looked for;
-    None if there are none. `growing_outside` pairs and real roots outside the region grow, None if
-    that is not known.
+    The verdict is of what was proven: where only some roots are known it is the kind of the
+    fastest growing one, None if none of them grows; `criterion` says what was looked at. A root
+    with a backward error above 1e-6 decides nothing. `region` None is the whole plane; `count` None
+    if the number could not be settled. `others` are roots that were found and counted too, and that
+    the verdict is on, beyond the lowest ones that were asked for. Roots of a band that grow faster
+    than `growth_limit` (1/s) were not looked for; None if there are none. `growing_outside` pairs
+    and real roots outside the region grow, None if that is not known.
     """
 
     eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
     region: Rectangle | Disc | None
     count: int | None
-    verdict: str
+    verdict: str | None
     criterion: str
     noise: NDArray[np.float64] = field(repr=False)
     others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
@@ -106,7 +108,8 @@ def system_roots(
         # the region mirrors itself: one of each conjugate pair is listed
         count = len(upper) if found.certified else None
     noise = noise_at(problem, upper)
-    roots = SystemRoots(upper, found.region, count, *judged(upper, noise), growth_limit=limit)
+    words = judged(upper, noise, complete=False)
+    roots = SystemRoots(upper, found.region, count, *words, growth_limit=limit)
     return roots.lowest(wanted.modes or MODES) if isinstance(found.region, Disc) else roots
 
 
@@ -126,14 +129,18 @@ def _band_modes(
 
 
 def judged(
-    values: tuple[Eigenvalue, ...], noise: NDArray[np.float64]
-) -> tuple[str, str, NDArray[np.float64]]:
-    """Verdict on some roots, what decided it, and the noise; a root within its noise of the axis
-    lies on it."""
-    if not values:
-        return NO_ROOT, f"{NO_ROOT} in the region", noise
-    found = decided(np.array([e.value for e in values]), noise)
-    return found.verdict, str(found), noise
+    values: tuple[Eigenvalue, ...], noise: NDArray[np.float64], complete: bool = True
+) -> tuple[str | None, str, NDArray[np.float64]]:
+    """Verdict on roots, what decided it, and the noise; a root within its noise of the axis lies
+    on it. Unless they are `complete` no verdict but that of a growing root is proven."""
+    solved = np.array([e.residual <= ACCEPTED for e in values], dtype=bool)
+    if not solved.any():
+        return None, f"{NO_ROOT} was found that solves the equations", noise
+    found = decided(np.array([e.value for e in values])[solved], noise[solved])
+    if found.verdict in GROWING or (complete and solved.all()):
+        return found.verdict, str(found), noise
+    rate = f"largest Re lambda = {found.value:.6g}"
+    return None, f"none of {int(solved.sum())} roots grows: {rate}; the others are not known", noise
 
 
 def decided(values: ComplexArray, noise: NDArray[np.float64]) -> Judgement:
@@ -178,7 +185,7 @@ def _of_all(
     from scipy.sparse import csc_array
 
     M, C, K = matrices
-    words = None
+    words: tuple[str | None, str, NDArray[np.float64]] | None = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
@@ -206,7 +213,10 @@ def _of_all(
     others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
     noise = words[2]
     outside = len(growing(SystemRoots(others, None, None, *judged(others, noise[~inside]))))
-    words = judged(kept, noise[inside])
+    # all roots are known: where none of the region grows the verdict is of all, unless one grows
+    # elsewhere
+    own = judged(kept, noise[inside], complete=False)
+    words = own if own[0] is not None or outside else (*words[:2], noise[inside])
     return SystemRoots(kept, rectangle, count, *words, growing_outside=outside)
 
 

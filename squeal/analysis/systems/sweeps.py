@@ -176,7 +176,7 @@ def full_rows(
         found = system_roots(system, wanted, {system.parameter: value}, progress)
         roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
         residuals = np.array([e.residual for e in found.eigenvalues])
-        yield SweepRow(value, roots, residuals, found.verdict)
+        yield SweepRow(value, roots, residuals, verdict_of(roots, noise_of(system)))
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
