@@ -18,8 +18,8 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.critical import CriticalFriction, critical_friction
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.thresholds import CriticalFriction, critical_friction
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -102,11 +102,11 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
 
 def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
     """Relative distance of a threshold from the nearest exact one of any kind that is possible."""
-    near = [p for p in path.points if abs(float(p.z[3]) - point.mu) <= AT_CHANGE * point.mu]
+    near = np.flatnonzero(np.abs(path.branch.z[3] - point.mu) <= AT_CHANGE * point.mu)
     mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
     z, state = path.at(mu)
-    exact, q = Exact(scene, state), path.branch.statics.to_si(z)
-    changed = [e for p in near for e in range(len(EDGE_NAMES)) if p.state[e] != state[e]]
+    exact, q = Exact(scene, state), path.statics.to_si(z)
+    changed = [e for i in near for e in range(len(EDGE_NAMES)) if path.states[i][e] != state[e]]
     if changed:
         conditions = [lambda q, _: exact.gaps(q)[changed[0]]]
     elif point.kind == "fold":
@@ -153,7 +153,7 @@ def _compare_branch(scene: Scene, pad: Pad) -> None:
     for mu in sorted(mus):
         z, state = path.at(mu)
         exact = Exact(scene, state)
-        q = exact.equilibrium(path.branch.statics.to_si(z), mu)
+        q = exact.equilibrium(path.statics.to_si(z), mu)
         told = exact_verdict(exact.squares(q, mu))
         matrices = path.linearisation(mu)
         pad.verdicts += 2

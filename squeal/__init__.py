@@ -20,11 +20,11 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
-    from squeal.analysis.critical import CriticalFriction, critical_friction
     from squeal.analysis.eigenvalues import (
         Analysis,
         analyse,
         article_linearisation,
+        growing_modes,
         judged_equilibria,
         sweep_mu,
     )
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from squeal.analysis.systems.roots import SystemRoots, system_roots
     from squeal.analysis.systems.state_space import system_state_space
     from squeal.analysis.systems.wanted import Wanted
-    from squeal.analysis.unstable import growing_modes
+    from squeal.analysis.thresholds import CriticalFriction, critical_friction
     from squeal.equilibrium import Equilibrium
     from squeal.errors import ComputationError, InputError
     from squeal.io.scene import Damping, Scene, read_scene

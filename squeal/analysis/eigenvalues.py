@@ -5,13 +5,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
-from squeal.linear import Judgement, Spectrum, System, judge
+from squeal.linear import (
+    Batched,
+    Judgement,
+    Matrices,
+    Spectrum,
+    System,
+    UnstableMode,
+    crossings,
+    judge,
+    unstable_modes,
+)
+from squeal.linear.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
+from squeal.linear.judgement import judge_reduced
+from squeal.linear.matrices import EPS, checked, reduce
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
@@ -20,6 +33,7 @@ from squeal.schema.arguments import Several, takes
 from squeal.schema.place import Place
 from squeal.schema.values import Number
 
+LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 _AT_ORIGIN = "about the origin, full contact"
 
 
@@ -157,3 +171,70 @@ def _with_taken(
 
     rest = [dataclasses.replace(e, beyond=taken.beyond) for e in others if apart(e) > 0.0]
     return sorted([*rest, taken], key=lambda e: e.potential)
+
+
+def roots_and_verdict(
+    M: ArrayLike, C: ArrayLike | None, K: ArrayLike
+) -> tuple[Spectrum, Judgement]:
+    """All eigenvalues of matrices (n, n) and the verdict on them.
+
+    Where the standard form hides slow roots they come from the pencil, each with the error that
+    rounding of M, C and K may bring. Raises ComputationError if that leaves one no digit, and
+    OverflowError where one is beyond double precision.
+    """
+    M, C, K = checked(M, C, K)
+    reduced = reduce(M, C, K)
+    squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
+    # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
+    free = squares.min() <= EPS**2 * squares.max()
+    if free or not hidden(reduced, K):
+        return spectrum_of(reduced), judge_reduced(reduced)
+    from squeal.analysis.systems.roots import ROUNDING, decided  # a tenth of a query's time
+    from squeal.sparse.spectrum import dense_spectrum
+
+    found = dense_spectrum(M, C, K)
+    if len(found) < 2 * len(M):  # a pad has no motion without mass
+        raise OverflowError("the eigenvalues are beyond double precision")
+    regular = scaled_rank(K) == len(K)  # else roots may be exactly zero
+    errors = [max(e.residual, ROUNDING) * e.condition if e.value or regular else 0.0 for e in found]
+    if not all(error <= LOST for error in errors):
+        raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    values = np.array([e.value for e in found])
+    order = ordered(values)
+    zeros = errors.count(0.0)
+    verdict = decided(values, np.abs(values) * np.array(errors))
+    return Spectrum(tuple(found[k] for k in order), C is None, zeros), verdict
+
+
+def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
+    """mu -> (M, C, K) about the equilibrium on the branch from mu = 0, and the branch's path.
+
+    B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
+    there is no equilibrium without friction.
+    """
+    model = damped_model(scene)
+    if model.linear:
+        return lambda mu: about_origin(model.replace(mu=mu)), None
+    path = Path.of(model, mu_max)
+    return Batched(path.linearisation, path.linearisations), path
+
+
+@takes_scene
+def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
+    """The modes of an analysed scene that grow, the fastest first.
+
+    An onset is None where the mode grows without friction, or where the equilibrium does not lie
+    on the branch that begins there, or lies beyond a fold of it.
+    """
+    own, mu = analysis.matrices, scene.pad.mu
+    grow = unstable_modes(lambda _: own, mu)
+    if not grow or mu == 0.0 or not analysis.on_branch:
+        return grow
+    system, path = branch_system(scene, mu)
+    if path is not None and path.mu_end < mu:
+        return grow
+
+    def along(at: float) -> Matrices:
+        return own if at == mu else system(at)
+
+    return unstable_modes(along, mu, crossings(along, mu, path.breakpoints if path else ()))

@@ -1,7 +1,7 @@
-"""Stability over (alpha1, alpha2), or over any two parameters of a scene.
+"""Maps over two parameters of a scene: verdicts, critical friction, growth, and random pads.
 
-B3 maps linearise about the origin. B1 and B2 maps find the sliding equilibrium of every point
-first, by continuation from mu = 0 of all points together.
+B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
+the branch from mu = 0 that a query follows; see `squeal.analysis.stack`.
 """
 
 import dataclasses
@@ -12,22 +12,34 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.points import Names, normalised, points_at
 from squeal.analysis.sensitivity import parameters
+from squeal.analysis.stack import Names, PadStack, Places, verdicts
 from squeal.equilibrium.admissible import LIMITED
+from squeal.errors import InputError
 from squeal.io.scene import Scene, takes_scene
-from squeal.linear import VERDICTS, damped_verdicts, sum_verdicts, undamped_verdicts
+from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel
 from squeal.model.linear import about_origin, spring_directions
-from squeal.model.pad import PARAMETERS, Pad
-from squeal.numerics.outline import Codes, Outline, outline
+from squeal.model.pad import PARAMETERS
+from squeal.numerics.outline import Outline, outline
 from squeal.schema.arguments import Instance, Several, takes
 from squeal.schema.place import Place
 from squeal.schema.values import Number, Whole
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
-NAMES = (*VERDICTS, "beyond a fold")
+UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
+NAMES = (*VERDICTS, "beyond a fold", "unknown")
+MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
+QUANTITIES = {
+    "critical-friction": ("critical friction", "1"),
+    "growth": ("growth rate of the most unstable mode", "1/s"),
+    "frequency": ("frequency of the most unstable mode", "Hz"),
+}
+"""What a field may show: its name in words, and its unit."""
 COUNT = Whole(1, 100_000)
+FIELD_POINTS = 2_000  # that are followed together
+BLOCK = 10_000  # random pads from one random stream, whatever the parts of a study
+BINS, PADS, SEED = Whole(1, 1000), Whole(1, 10**12), Whole(0, 2**63)
 PART = "two whole numbers, the first below the second, from 0 to n"
 
 
@@ -123,12 +135,15 @@ class StabilityMap:
     @property
     def admissible(self) -> np.ndarray:
         """Where there is an equilibrium that the model means (B3: everywhere), shape (n1, n2)."""
-        return (self.codes != BEYOND_FOLD) & ~self.beyond.any(axis=0)
+        return (self.codes < BEYOND_FOLD) & ~self.beyond.any(axis=0)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each reason why some of the points are not admissible."""
-        parts = [(self.codes == BEYOND_FOLD, "lie beyond a fold or the end of the branch")]
+        parts = [
+            (self.codes == BEYOND_FOLD, "lie beyond a fold or the end of the branch"),
+            (self.codes == UNKNOWN, "could not be decided"),
+        ]
         parts += [
             (part, f"exceed the limit of {name}")
             for part, name in zip(self.beyond, LIMITED, strict=True)
@@ -153,61 +168,52 @@ def _angle_rows(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
-def _verdicts(pad: Pad, K: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Codes of n pads with K (3, 3, n), and B (n, 3, 3) as `Points` holds it."""
-    mass = (pad.m, pad.m, pad.I)
-    if B is None:
-        return undamped_verdicts([K[i, j] / mass[i] for i in range(3) for j in range(3)])
-    A, damped = normalised(pad, K), B.any(axis=(1, 2))
-    codes = undamped_verdicts(list(A.reshape(-1, 9).T))
-    codes[damped] = damped_verdicts(A[damped], B[damped])
-    return codes
-
-
 class Found(NamedTuple):
     """What is found at n points of a map, arrays over them.
 
     `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
-    fold), `beyond` (3, n) says which limits of `AdmissibleLimits` the equilibrium exceeds. Except
-    for B3 `places` (4, n) hold the equilibrium in the map's own units and the sign of the
-    determinant of its balance; they let other points start from there.
+    fold), `beyond` (3, n) says which limits of `AdmissibleLimits` the equilibrium exceeds, `places`
+    (4, n) is the equilibrium in the units of the scene's own pad.
     """
 
     codes: np.ndarray
     contact: np.ndarray
     beyond: np.ndarray
-    places: np.ndarray | None = None
+    places: np.ndarray
 
 
-def codes_at(
-    scene: Scene, names: Names, values: np.ndarray, near: np.ndarray | None = None
-) -> Found:
-    """Verdicts with some parameters of the scene replaced, see `points_at`."""
-    at = points_at(scene, names, values, near)
-    codes = np.full(len(at.there), BEYOND_FOLD, dtype=np.int8)
-    codes[at.there] = _verdicts(at.pads, at.K, at.B)
-    states = scene.pad_model.states
-    contact = np.full(len(at.there), 1, dtype=np.int8)
-    for i, state in enumerate(states):
-        here = at.there & np.all(at.touching == np.array(state)[:, None], axis=0)
-        contact[here] = i
-    beyond = np.zeros((3, len(at.there)), dtype=bool)
-    beyond[:, at.there] = at.beyond
-    return Found(codes, contact, beyond, at.places)
+def codes_at(scene: Scene, names: Names, values: np.ndarray, places: Places | None = None) -> Found:
+    """Verdicts with some parameters of the scene replaced by the values (len(names), n).
+
+    They are those of the equilibria on the branches from mu = 0 (B3: about the origin), or of
+    others, `places`. Modal damping ratios refer to the modes without friction of each point's own
+    pad; raises ComputationError where such a mode is unstable.
+    """
+    stack = PadStack.of(scene, names, values)
+    unknown = np.zeros(stack.n, dtype=bool)
+    if places is None:
+        places, unknown = stack.at_mu()
+    codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
+    here = np.flatnonzero(places.there)
+    at = Places(*(part[..., here] for part in places))
+    codes[here] = verdicts(*stack.matrices(here, at.z, at.touching))
+    contact = np.full(stack.n, 1, dtype=np.int8)
+    for i, state in enumerate(scene.pad_model.states):
+        own = places.there & np.all(places.touching == np.array(state)[:, None], axis=0)
+        contact[own] = i
+    beyond = np.zeros((3, stack.n), dtype=bool)
+    beyond[:, here] = stack.beyond(here, at)
+    return Found(codes, contact, beyond, places.z)
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> Found:
-    """`codes_at` on the grid of x (n1,) and y (n2,), without places: each array (..., n1, n2)."""
-    codes, contact = (np.empty((len(x), len(y)), dtype=np.int8) for _ in range(2))
-    beyond = np.zeros((3, len(x), len(y)), dtype=bool)
-    rows = max(1, 20_000 // len(y))
+    """`codes_at` on the grid of x (n1,) and y (n2,): each array (..., n1, n2)."""
+    rows, parts = max(1, 20_000 // len(y)), []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
         found = codes_at(scene, names, np.array([values.ravel() for values in grid]))
-        for whole, part in zip((codes, contact), found[:2], strict=True):
-            whole[start : start + rows] = part.reshape(-1, len(y))
-        beyond[:, start : start + rows] = found.beyond.reshape(3, -1, len(y))
-    return Found(codes, contact, beyond)
+        parts.append([part.reshape(*part.shape[:-1], -1, len(y)) for part in found])
+    return Found(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
 
 
 def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
@@ -262,25 +268,155 @@ def traced_map(
         points = plain(points)
         return told(codes_at(scene, names, points), points)
 
-    def near(low: np.ndarray, high: np.ndarray) -> Codes:
-        one, other = (codes_at(scene, names, plain(end)) for end in (low, high))
-        assert one.places is not None
-        assert other.places is not None
-        places = np.where(one.codes == BEYOND_FOLD, other.places, one.places)
-
-        def close(points: np.ndarray) -> np.ndarray:
-            points = plain(points)
-            found = codes_at(scene, names, points, places)
-            here = found.codes != BEYOND_FOLD
-            assert found.places is not None
-            places[:, here] = found.places[:, here]  # ever closer to where the branch ends
-            return told(found, points)
-
-        return close
-
     x, y = (a.even(a.values) for a in axes)
-    quick = near if not scene.pad_model.linear else None
-    found = outline((axes[0].ends, axes[1].ends), x, y, codes, at, quick)
+    found = outline((axes[0].ends, axes[1].ends), x, y, codes, at)
     corners = (plain(np.moveaxis(part, -1, 0)) for part in (found.segments, found.polygons))
     segments, polygons = (np.moveaxis(part, 0, -1) for part in corners)
     return dataclasses.replace(found, segments=segments, polygons=polygons)
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A quantity over two parameters; values (n1, n2), NaN where there is none.
+
+    There is no critical friction where stability lasts up to mu_max, no growth rate where there
+    is no equilibrium, and no frequency where nothing grows. unknown (n1, n2): where the value could
+    not be decided, NaN too.
+    """
+
+    quantity: str
+    axes: tuple[Axis, Axis]
+    values: np.ndarray = field(repr=False)
+    unknown: np.ndarray = field(repr=False)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence if some values could not be decided."""
+        share = 100 * self.unknown.mean()
+        name, _ = QUANTITIES[self.quantity]
+        return (f"{name} could not be decided at {share:.3g} % of the points",) if share else ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values."""
+        return QUANTITIES[self.quantity][1]
+
+
+@takes_scene
+@takes(axes=AXES, mu_max=MU_MAX)
+def field_of(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float = 2.0) -> Field:
+    """One of `QUANTITIES` over two parameters, which replace the scene's.
+
+    Growth and frequency are taken at the scene's mu (or that of the axis), the critical friction
+    is the first loss of stability, or of the equilibrium, on the way from mu = 0 up to mu_max.
+    Raises InputError for another quantity, and for a critical friction over mu itself.
+    """
+    if quantity not in QUANTITIES:
+        raise InputError(
+            f"quantity: {quantity} is not allowed; it must be one of {', '.join(QUANTITIES)}"
+        )
+    names = (axes[0].name, axes[1].name)
+    if quantity == "critical-friction" and "mu" in names:
+        raise InputError(
+            "quantity: critical-friction is not allowed over mu; take another parameter, or the "
+            "map of verdicts"
+        )
+    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
+    values = np.array([part.ravel() for part in grid])
+    parts = [
+        _quantity(
+            PadStack.of(scene, names, values[:, start : start + FIELD_POINTS]), quantity, mu_max
+        )
+        for start in range(0, values.shape[1], FIELD_POINTS)
+    ]
+    found, unknown = (
+        np.concatenate(part).reshape(grid[0].shape) for part in zip(*parts, strict=True)
+    )
+    return Field(quantity, axes, found, unknown)
+
+
+def _quantity(stack: PadStack, quantity: str, mu_max: float) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n,) of a quantity, and where they are unknown."""
+    if quantity == "critical-friction":
+        return stack.first_losses(mu_max)
+    fastest, unknown = stack.fastest()
+    if quantity == "growth":
+        return fastest.real, unknown
+    grows = fastest.real > 0.0
+    return np.where(grows, np.abs(fastest.imag) / (2 * math.pi), np.nan), unknown
+
+
+@dataclass(frozen=True)
+class Range:
+    """The values that one parameter may take: evenly spread, or their logarithms.
+
+    Raises InputError for an unknown parameter or for values that no pad may have.
+    """
+
+    name: str
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def __post_init__(self) -> None:
+        check_axis(self.name, self.low, self.high, 2, Place("Range"), self.logarithmic)
+
+    def values(self, shares: np.ndarray) -> np.ndarray:
+        """Values at shares between 0 and 1 of the range."""
+        if self.logarithmic:
+            return self.low * (self.high / self.low) ** shares
+        return self.low + (self.high - self.low) * shares
+
+
+@dataclass(frozen=True)
+class RandomPads:
+    """`count` pads whose parameters in `ranges` are drawn, all others being the scene's.
+
+    They are counted in `bins` equal parts of the first range (of its logarithm, where that is
+    spread). Raises InputError for a parameter that the scene does not use.
+    """
+
+    scene: Scene
+    ranges: tuple[Range, ...]
+    count: int
+    bins: int = 20
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        at = Place("RandomPads")
+        check_names(self.scene, self.names, at / "ranges")
+        for kind, name in ((PADS, "count"), (BINS, "bins"), (SEED, "seed")):
+            kind.read(getattr(self, name), at / name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters that are drawn."""
+        return tuple(each.name for each in self.ranges)
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks, the last of which may be shorter."""
+        return -(-self.count // BLOCK)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges (bins + 1,) of the bins."""
+        return self.ranges[0].values(np.arange(self.bins + 1) / self.bins)
+
+    def draw(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Bins (n,) and values (len(ranges), n) of the pads of one block."""
+        n = min(BLOCK, self.count - block * BLOCK)
+        shares = np.random.default_rng([self.seed, block]).random((len(self.ranges), n))
+        values = [each.values(row) for each, row in zip(self.ranges, shares, strict=True)]
+        return (shares[0] * self.bins).astype(int), np.array(values)
+
+    def counts(self, start: int, stop: int) -> np.ndarray:
+        """Numbers (bins, len(NAMES)) of pads with each verdict, in the blocks from start to stop.
+
+        Raises ComputationError where damping ratios meet a mode that is unstable without friction.
+        """
+        found = np.zeros((self.bins, len(NAMES)), dtype=np.int64)
+        for block in range(start, stop):
+            bins, values = self.draw(block)
+            np.add.at(found, (bins, codes_at(self.scene, self.names, values).codes), 1)
+        return found

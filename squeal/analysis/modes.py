@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.analysis.critical import branch_system
-from squeal.analysis.eigenvalues import Analysis
+from squeal.analysis.eigenvalues import Analysis, branch_system
 from squeal.equilibrium import Path
 from squeal.errors import InputError
 from squeal.io.scene import Scene

@@ -4,10 +4,10 @@ from dataclasses import asdict, is_dataclass
 from typing import Any
 
 from squeal.analysis.advice import Advice
-from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.modes import ModeSweep
 from squeal.analysis.scatter import Scatter
+from squeal.analysis.thresholds import CriticalFriction
 from squeal.errors import InputError
 from squeal.linear import Spectrum
 from squeal.simulation import Simulation

@@ -171,7 +171,7 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
         q, state = np.zeros(3), scene.pad_model.full
     else:
         z, state = path.at(min(point.mu, path.mu_end))
-        q = path.branch.statics.to_si(z)
+        q = path.statics.to_si(z)
     model = scene.pad_model.replace(mu=point.mu)
     by = {name: change(model, q, state, name, held=path is None) for name in names}
     if path is not None and any(abs(b - point.mu) <= 1e-12 * point.mu for b in path.breakpoints):

@@ -1,7 +1,8 @@
 """What can be varied: a scene's pad or a system with named parameters, seen alike."""
 
-from squeal.analysis.critical import MU_MAX, CriticalFriction, critical_friction, critical_parameter
+from squeal.analysis.maps import MU_MAX
 from squeal.analysis.sensitivity import parameters
+from squeal.analysis.thresholds import CriticalFriction, critical_friction, critical_parameter
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import System, TermSystem

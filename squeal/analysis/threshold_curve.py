@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.analysis.maps import AXES, BEYOND_FOLD, Axis, Found, codes_at
+from squeal.analysis.stack import QUIET
 from squeal.analysis.threshold import Kind, Threshold
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError, InputError
@@ -22,7 +23,6 @@ from squeal.model.states import State
 from squeal.numerics.newton import newton
 from squeal.schema.arguments import takes
 
-QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
 HALVINGS = 20  # of the distance of two neighbouring points of the map, before Newton's method
 STEP, SHORTEST = 0.02, 1e-5  # of the curve, in shares of the map's sides
 COSINE = 0.97  # least, between the tangents of a step
@@ -180,7 +180,6 @@ def threshold_curves(
             local = Threshold(scene, axes, kind, state, point, 1.0)
             z = quiet[:, i].copy()
             if units is not None:
-                assert one.places is not None
                 z = np.append(units.to_si(one.places[:, i]) / local.size, z)
             try:
                 local = _with_pair(local, z)

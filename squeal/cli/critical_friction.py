@@ -6,8 +6,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from squeal.analysis.critical import CriticalFriction, critical_friction, critical_parameter
 from squeal.analysis.subject import upper_end_of
+from squeal.analysis.thresholds import CriticalFriction, critical_friction, critical_parameter
 from squeal.cli.base import Answer, Parser
 from squeal.cli.numbers import numbers
 from squeal.cli.outputs import file_options, option_of

@@ -5,10 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import Analysis, analyse, article_linearisation
+from squeal.analysis.eigenvalues import (
+    Analysis,
+    analyse,
+    article_linearisation,
+    growing_modes,
+    roots_and_verdict,
+)
 from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
-from squeal.analysis.slow_roots import roots_and_verdict
-from squeal.analysis.unstable import growing_modes
 from squeal.cli import sweep as sweeps
 from squeal.cli import unstable
 from squeal.cli.base import Answer, Parser

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from squeal.analysis.maps import BINS, NAMES, PADS, SEED, Axis, RandomPads, Range, stability_map
 from squeal.analysis.maps import COUNT as POINTS
-from squeal.analysis.maps import NAMES, Axis, stability_map
-from squeal.analysis.pads import BINS, COUNT, SEED, RandomPads, Range
 from squeal.cli.map import write_map
 from squeal.cli.numbers import band_of, spaced
 from squeal.cli.source import read_source
@@ -68,7 +67,7 @@ KINDS = {
         {
             "scene": _FILE,
             "ranges": Key("parameters that are drawn", _each(_SPREAD), required=True),
-            "count": Key("number of pads", COUNT, required=True),
+            "count": Key("number of pads", PADS, required=True),
             "bins": Key("parts of the first range", BINS),
             "seed": Key("seed of the random numbers", SEED),
         },

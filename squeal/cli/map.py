@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis import maps
-from squeal.analysis.fields import QUANTITIES, Field, field
+from squeal.analysis.maps import QUANTITIES, Field, field_of
 from squeal.analysis.threshold_curve import ThresholdCurve, threshold_curves
 from squeal.cli.base import Answer, Parser
 from squeal.cli.outputs import file_options
@@ -160,7 +160,7 @@ def run(given: argparse.Namespace) -> Answer:
     refuse_options(given, ("band",))
     scene = given.source.scene()
     wanted = axes(given, scene)
-    shown = None if given.quantity is None else field(scene, wanted, given.quantity)
+    shown = None if given.quantity is None else field_of(scene, wanted, given.quantity)
     found = maps.stability_map(scene, wanted, traced=given.figure is not None and shown is None)
     if given.table is not None:
         write_map(given.table, found, shown, not scene.pad_model.linear)

@@ -4,9 +4,9 @@ import cmath
 import math
 from typing import Any
 
-from squeal.analysis.critical import CriticalFriction
 from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+from squeal.analysis.thresholds import CriticalFriction
 from squeal.cli.tables import table
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS, Pad

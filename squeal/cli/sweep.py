@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import sweep_mu
+from squeal.analysis.eigenvalues import roots_and_verdict, sweep_mu
 from squeal.analysis.modes import ModeShape, mode_shapes, sweep_modes
-from squeal.analysis.slow_roots import roots_and_verdict
 from squeal.cli.tables import elided, number
 from squeal.io.scene import Scene
 from squeal.io.short_form import PlainSystem

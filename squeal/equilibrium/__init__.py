@@ -1,12 +1,11 @@
-"""Sliding equilibria of the nonlinear models: all of them, and the branch over mu."""
+"""Sliding equilibria of the nonlinear models: all of them, and their branches over mu."""
 
-from squeal.equilibrium.branch import Branch, follow
-from squeal.equilibrium.find import Equilibrium, find_all, sliding_equilibrium
+from squeal.equilibrium.branch import Branches, BranchOptions, follow
+from squeal.equilibrium.find import Equilibrium, find_all, rests, sliding_equilibrium
 from squeal.equilibrium.path import Path
-from squeal.equilibrium.settings import ContinuationSettings
 
 # fmt: off
 __all__ = [
-    "Branch", "ContinuationSettings", "Equilibrium", "Path", "find_all", "follow",
+    "BranchOptions", "Branches", "Equilibrium", "Path", "find_all", "follow", "rests",
     "sliding_equilibrium",
 ]

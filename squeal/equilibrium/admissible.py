@@ -1,12 +1,43 @@
 """Admissible or not: where an equilibrium leaves what the models mean."""
 
+import math
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.settings import LIMITS
 from squeal.equilibrium.statics import Statics
+from squeal.errors import InputError
 from squeal.model.mechanics import pose
+
+
+@dataclass(frozen=True)
+class AdmissibleLimits:
+    """How far an equilibrium may lie from where the pad is put and still be one of the model.
+
+    Pads at rest keep far within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths
+    and press with less than the load.
+    """
+
+    # rad: the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
+    tilt: float = 0.2
+    # of the shortest of half length and free lengths: the springs' far ends count as fixed beside
+    # it, and a displacement of that size against the surface is a penetration, no compression
+    travel: float = 0.5
+    # times the load: springs and friction, no more the brake, press the pad; it wedges itself
+    reaction: float = 10.0
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(
+                    f"AdmissibleLimits: {one.name}: {value!r} is not allowed; it must be a finite "
+                    "number above 0"
+                )
+
+
+LIMITS = AdmissibleLimits()
 
 
 class Excursion(NamedTuple):

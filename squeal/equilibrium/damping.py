@@ -9,7 +9,8 @@ import dataclasses
 
 import numpy as np
 
-from squeal.equilibrium.find import NO_START, least_at_zero
+from squeal.equilibrium.branch import NO_START
+from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene

@@ -1,4 +1,4 @@
-"""Folds and changes of contact on a branch, and how far rounding moves them.
+"""Folds and changes of contact on branches, and how far rounding moves them.
 
 They are zeros of extended systems, which are regular where the equilibrium alone is not.
 """
@@ -8,89 +8,118 @@ from typing import Any
 
 import numpy as np
 
-from squeal.equilibrium.statics import Point, Statics
+from squeal.equilibrium.statics import Statics, solve_stack
 from squeal.model.equations import net_loads
-from squeal.model.mechanics import Coefficients, Loads, pose
-from squeal.model.states import State
+from squeal.model.mechanics import Coefficients, pose
 from squeal.numerics import dual
 from squeal.numerics.dual import Dual
-from squeal.numerics.newton import STEP, newton, with_derivative
+from squeal.numerics.newton import STEP, with_derivative
 
 UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
 OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
+Conditions = Callable[[Statics, np.ndarray, Any], tuple[np.ndarray, np.ndarray]]
 
 
-def contact_change(statics: Statics, z: np.ndarray, state: State, point: int) -> Point | None:
-    """The place near z (4,) at which the gap of a contact point vanishes along the branch."""
+def contact_change(
+    statics: Statics, z: np.ndarray, touching: np.ndarray, point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The places near z (4, k) at which the gap of a contact point (k,) vanishes along each
+    branch, and where (k,) one was found."""
+    return _zero(_touching(statics, 1.0 * touching, point), z)
+
+
+def fold(statics: Statics, z: np.ndarray, touching: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The places near z (4, k) at which mu is stationary along each branch, and where (k,) one was
+    found."""
+    conditions, start = _turning(statics, 1.0 * touching, z)
+    found, good = _zero(conditions, np.concatenate([z, start]))
+    return found[:4], good
+
+
+def _touching(statics: Statics, on: np.ndarray, point: np.ndarray) -> Any:
+    """Balance and one gap, and their derivative by z (4, k)."""
 
     def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        f, J = statics.linearised(z, state)
-        gap, slope = statics.gaps(z)[point], statics.gap_derivative(z, point)
-        return np.append(f, gap), np.vstack([J, slope])
+        f, J = statics.linearised(z, on)
+        gap = statics.gaps(z)[point, np.arange(z.shape[1])]
+        slope = statics.gap_derivatives(z, point)
+        return np.concatenate([f, gap[None]]), np.concatenate([J, slope[None]])
 
-    def moved(c: Coefficients, place: Any, f: Loads) -> tuple[Any, ...]:
-        return *_in_lengths(statics, f), statics.model.law.gaps(c, pose(np, place))[point]
-
-    return _located(statics, z, state, conditions, moved)
+    return conditions
 
 
-def fold(statics: Statics, z: np.ndarray, state: State) -> Point | None:
-    """The place near z (4,) at which mu is stationary along the branch.
+def _turning(statics: Statics, on: np.ndarray, z: np.ndarray) -> tuple[Any, np.ndarray]:
+    """Conditions on z and v (7, k): the loads F vanish and F_q v = 0, v being normalised; and v at
+    the start."""
+    J = np.nan_to_num(np.moveaxis(statics.linearised(z, on, 3)[1], -1, 0))
+    start = np.linalg.svd(J)[2][:, 2].T
 
-    There the loads F vanish and F_q v = 0, v being normalised; unknowns are z and v.
-    """
-    start = np.linalg.svd(statics.linearised(z, state, 3)[1])[2][2]
-
-    def along(z: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def slopes(z: np.ndarray, v: np.ndarray) -> np.ndarray:
         """F_q v."""
         c = statics.model.c._replace(mu=z[3])
         q = tuple(map(Dual, statics.place(z), statics.place(v)))
-        f = _in_lengths(statics, net_loads(dual, c, statics.model.law, q, state))  # type: ignore[arg-type]
-        return np.array(np.broadcast_arrays(*(part.slope + 0.0 * z[0] for part in f)))
+        f = net_loads(dual, c, statics.model.law, q, on)  # type: ignore[arg-type]
+        each = (f.x, f.y, f.moment / statics.model.pad.w)
+        return np.array(np.broadcast_arrays(*(part.slope + 0.0 * z[0] for part in each)))
 
     def conditions(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z, v = u[:4], u[4:]
-        f, J = statics.linearised(z, state)
-        turned, bend = with_derivative(lambda z: along(z, v), z)
-        slope = np.block([[J, np.zeros((3, 3))], [bend, J[:, :3]], [np.zeros(4), start]])
-        return np.concatenate([f, turned, [start @ v - 1.0]]), slope
+        f, J = statics.linearised(z, on)
+        # shapes (4, 1, k) and (3, 1, k): all directions of the complex step at once
+        turned, bend = with_derivative(lambda z: slopes(z, v[:, None]), z)
+        slope = np.zeros((7, 7, z.shape[1]))
+        slope[:3, :4], slope[3:6, :4], slope[3:6, 4:] = J, bend, J[:, :3]
+        slope[6, 4:] = start
+        value = np.concatenate([f, turned, [(start * v).sum(axis=0) - 1.0]])
+        return value, slope
 
-    def moved(_: Coefficients, __: Any, f: Loads) -> tuple[Any, ...]:
-        return _in_lengths(statics, f)
-
-    return _located(statics, np.append(z, start), state, conditions, moved)
-
-
-def _in_lengths(statics: Statics, f: Loads) -> tuple[Any, ...]:
-    return f.x, f.y, f.moment / statics.model.pad.w
+    return conditions, start
 
 
-def _located(
-    statics: Statics,
-    start: np.ndarray,
-    state: State,
-    conditions: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    moved: Callable[[Coefficients, Any, Loads], tuple[Any, ...]],
-) -> Point | None:
-    """A zero of the conditions, z first; `moved` are those of them that coefficients move.
+def _zero(conditions: Any, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Zeros (m, k) of the conditions next to `start`, down to rounding; where (k,) one was met."""
+    x, last = start.copy(), np.full(start.shape[1], np.inf)
+    good = np.zeros(start.shape[1], dtype=bool)
+    for _ in range(15):
+        with np.errstate(all="ignore"):
+            value, slope = conditions(x)
+            step, regular = solve_stack(np.moveaxis(slope, -1, 0), value.T[:, :, None])
+            move = np.where(good, 0.0, step[:, :, 0].T)
+            x = x - move
+            size = np.max(np.abs(move), axis=0) / (1.0 + np.max(np.abs(x), axis=0))
+        good |= regular & ((size == 0.0) | ((size <= 1e-6) & (size >= last)))
+        last = size
+        if good.all():
+            break
+    return x, good & np.isfinite(x).all(axis=0)
 
-    Rounding of each coefficient moves all of them together, that of each load one by one.
+
+def position_error(statics: Statics, z: np.ndarray, touching: np.ndarray, point: int) -> float:
+    """How far rounding may move the mu of a contact change of one pad at z (4, 1), or with point
+    -1 of a fold.
+
+    Rounding of each coefficient moves all conditions together, that of each load one by one.
     """
-    found = newton(conditions, start, tolerance=0.0, steps=15, stalled=1e-6)  # down to rounding
-    if not found.converged:
-        return None
-    z = found.x[:4]
-    left, slope = conditions(found.x)
+    on = 1.0 * touching[:, None]
+    if point >= 0:
+        conditions, u = _touching(statics, on, np.array([point])), z
+    else:
+        conditions, v = _turning(statics, on, z)
+        u = np.concatenate([z, v])
+    left, slope = (part[..., 0] for part in conditions(u))
     try:
         by = np.linalg.inv(slope)[3]
     except np.linalg.LinAlgError:
-        return None
-    size = np.array(statics.model.c._replace(mu=z[3]), dtype=float)
+        return np.inf
+    size = np.array([float(np.ravel(v)[0]) for v in statics.model.c._replace(mu=z[3])])
     shifted = Coefficients(*(size[:, None] * (1.0 + 1j * STEP * np.eye(size.size))))
-    q = shifted.place(z[:, None].astype(complex))
-    rows = moved(shifted, q, net_loads(np, shifted, statics.model.law, q, state))
+    q = shifted.place(z.astype(complex))
+    f = net_loads(np, shifted, statics.model.law, q, 1.0 * touching)
+    rows: tuple[Any, ...] = (f.x, f.y, f.moment / np.ravel(statics.model.pad.w)[0])
+    if point >= 0:
+        rows += (statics.model.law.gaps(shifted, pose(np, q))[point],)
     rates = np.imag(np.broadcast_arrays(*rows)) / STEP
     loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
     by_rates = by[: len(rates)]
     shift = np.abs(by_rates @ rates).sum() + (np.abs(by_rates) @ np.abs(loads)).sum()
-    return Point(z, state, float(UNITS * shift + abs(by @ left) + np.spacing(z[3])))
+    return float(UNITS * shift + abs(by @ left) + np.spacing(z[3, 0]))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.law import Touching
-from squeal.model.mechanics import Pose, pose, springs
+from squeal.model.mechanics import Coefficients, Pose, pose, springs
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.numerics.newton import complex_step, newton, with_derivative
+from squeal.numerics.newton import complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
@@ -20,16 +21,24 @@ TINY = float(np.finfo(float).tiny)
 COARSE = 1e-6  # of a penetration: the last step of Newton's method; its square is then left
 
 
-@dataclass(frozen=True)
-class Point:
-    """A point of the branch in natural units: z = (x, y, w theta, mu), and the contact state.
+def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Solutions (k, m, j) of A x = b for A (k, m, m), b (k, m, j), and where (k,) there is one.
 
-    error: how far rounding may move mu at a fold or change of contact that was located.
+    Where A is singular or not finite the solution is b.
     """
-
-    z: np.ndarray
-    state: State
-    error: float = 0.0
+    try:
+        x = np.linalg.solve(A, b)
+        regular = np.asarray(np.isfinite(x).all(axis=(1, 2)))
+        if regular.all():
+            return x, regular
+    except np.linalg.LinAlgError:
+        pass
+    regular = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
+    A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
+    with np.errstate(all="ignore"):
+        regular &= np.abs(np.linalg.det(A)) > 0.0
+    A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
+    return np.linalg.solve(A, b), regular
 
 
 @dataclass(frozen=True)
@@ -48,6 +57,20 @@ class Statics:
         units = natural_units(model, (0.0,) * 6)
         return Statics(units.scaled(model), units)
 
+    def pick(self, index: np.ndarray, mu: np.ndarray | None = None) -> Statics:
+        """Of the pads those that `index` names, numbers or bools; with other friction mu (k,)."""
+        pad, model = copy.copy(self.model.pad), copy.copy(self.model)
+        for name, value in vars(pad).items():
+            if np.ndim(value):
+                object.__setattr__(pad, name, value[index])
+        c = Coefficients(*(value[index] if np.ndim(value) else value for value in self.model.c))
+        if mu is not None:
+            object.__setattr__(pad, "mu", mu)
+            c = c._replace(mu=mu)
+        object.__setattr__(model, "pad", pad)
+        model.__dict__["c"] = c  # neither checked nor computed again
+        return dataclasses.replace(self, model=model)
+
     def place(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in natural units."""
         return np.array(self.model.c.place(z))
@@ -57,8 +80,9 @@ class Statics:
         return np.asarray(self.model.pad.theta0 + self.place(z)[2])
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
-        """q = (x, y, theta) in SI units, shape (3,)."""
-        return self.units.to_si(np.append(np.real(z[:3]), np.zeros(3)))[:3]
+        """q = (x, y, theta) in SI units, shape (3, ...)."""
+        length = self.units.length
+        return np.array([z[0] * length, z[1] * length, z[2] / self.model.pad.w])
 
     def residual(self, z: np.ndarray, state: Touching) -> np.ndarray:
         """Net loads (Fx, Fy, M/w) of a contact state, shape (3, ...), real or complex."""
@@ -77,9 +101,15 @@ class Statics:
         """Gaps of the contact points, shape (points, ...)."""
         return self.model.gaps(self.place(z))
 
-    def gap_derivative(self, z: np.ndarray, point: int) -> np.ndarray:
-        """Derivative of one gap by z (4,), shape (4,)."""
-        return np.asarray(complex_step(self.gaps, z)[point])
+    def gap_derivatives(self, z: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Derivatives (4, k) of one gap of each pad by its place z (4, k); point (k,)."""
+        return np.asarray(complex_step(self.gaps, z)[point, :, np.arange(z.shape[1])].T)
+
+    def wrong(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        """Where the gaps at z (4, k) do not tell the state, beyond rounding, (points, k)."""
+        side = np.where(touching, 1.0, -1.0) * self.gaps(z)
+        found = side > 0.0
+        return found & (side > self.rounding(z)) if found.any() else found
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding may move each gap at z (4, ...), shape (points, ...).
@@ -93,7 +123,8 @@ class Statics:
         corners = {name: abs(getattr(c, name)) for name in ("rlx", "rly", "rtx", "rty")}
         sizes = c._replace(gap_l=put, gap_t=put, **corners)
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
-        return ROUNDING * np.array(self.model.law.gaps(sizes, at))
+        # and of Newton's method, in units in which the load displaces by about one
+        return ROUNDING * (np.array(self.model.law.gaps(sizes, at)) + 0.1)
 
     def deepest(self, z: np.ndarray) -> np.ndarray:
         """The greatest penetration at z (4, ...), shape (...); negative if it separated."""
@@ -131,22 +162,23 @@ class Statics:
         """
         c, at = self.model.c, pose(np, tuple(self.place(z)))
         one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
-        forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two)
+        forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two + 0.1)
         return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
-    def admits(self, z: np.ndarray, state: State) -> bool:
-        """True if the gaps at z (4,) tell the state, and the lower face faces the surface.
+    def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        """Where the gaps at z (4, k) tell the state touching (points, k), and the lower face faces
+        the surface.
 
         Where a gap is zero to rounding the loads of the state that the gaps tell must balance too:
         the line law of partial contact has a pole where both gaps vanish.
         """
-        rounding = self.rounding(z)
-        turned = abs(self.tilt(z)) < np.pi / 2
-        sides = np.where(list(state), 1.0, -1.0)
-        if not turned or np.any(sides * self.gaps(z) > rounding):
-            return False
-        told = self.model.state_at(self.place(z))
-        return bool(np.all(np.abs(self.residual(z, told)) <= 1e3 * np.max(rounding) + 1e-9))
+        told, error = 1.0 * (self.gaps(z) < 0.0), np.max(self.rounding(z), axis=0)
+        with np.errstate(all="ignore"):
+            left = np.max(np.abs(self.residual(z, told)), axis=0)
+        turned = np.abs(self.tilt(z)) < np.pi / 2
+        return np.asarray(
+            turned & ~self.wrong(z, touching).any(axis=0) & (left <= 1e3 * error + 1e-9)
+        )
 
     def potential(self, z: np.ndarray, state: State) -> float:
         """Potential energy; in partial contact that of the integral law in every formulation."""
@@ -159,33 +191,44 @@ class Statics:
             force, place = self.model.law.resultant(self.model.c, at, state)
         return float(force) * self.units.force, float(place) * self.units.length
 
-    def newton(self, z: np.ndarray, state: State) -> np.ndarray | None:
-        """Newton's method in (x, y, w theta) at fixed mu; None where it does not converge."""
-        mu = z[3:]
+    def settle(self, z: np.ndarray, touching: np.ndarray | None, passes: int) -> np.ndarray:
+        """Newton's method at fixed mu from z (4, k), which is moved, down to rounding.
 
-        def balance(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return self.linearised(np.append(q, mu), state, 3)
-
-        found = self.solve(balance, z[:3], mu, 1e-13, 1e-8)
-        return None if found is None else np.append(found, mu)
-
-    def solve(
-        self,
-        conditions: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-        start: np.ndarray,
-        rest: np.ndarray,
-        tolerance: float,
-        stalled: float,
-    ) -> np.ndarray | None:
-        """A zero of conditions on the first parts of z, the rest of z being known; None if Newton's
-        method finds none.
-
-        Where the tolerance means much beside the penetration it goes on down to rounding.
+        In the contact state touching (points, k), or without one in that of the gaps, a separated
+        pad as if in full contact, which pulls it back. Returns the signs (k,) of the balance's
+        determinant, 0 where none was found or where the pad has turned past 90 degrees.
         """
-        found = newton(conditions, start, tolerance, stalled=stalled)
-        if not found.converged:
-            return None
-        size = 1.0 + np.max(np.abs(found.x))
-        if tolerance * size > COARSE * self.deepest(np.append(found.x, rest)):
-            found = newton(conditions, found.x, 0.0, stalled=1e-6)
-        return found.x if found.converged else None
+        n, pad = z.shape[1], self.model.pad
+        sides, last, met = np.zeros(n), np.full(n, np.inf), np.zeros(n, dtype=bool)
+        part, going = self, np.arange(n)
+        reach = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
+        longest = np.array([np.broadcast_to(one, n) for one in reach])
+        for _ in range(passes):
+            at = z[:, going]
+            with np.errstate(all="ignore"):
+                if touching is None:
+                    gaps = part.gaps(at)
+                    on = (gaps < 0.0) + 1.0 * np.all(gaps >= 0.0, axis=0)
+                else:
+                    on = touching[:, going]
+                f, J = part.linearised(at, on, 3)
+                rows = np.moveaxis(J, -1, 0)
+                step, regular = solve_stack(rows, f.T[:, :, None])
+                side = np.where(regular, np.sign(np.linalg.det(rows)), 0.0)
+                move = step[:, :, 0].T
+                # no leap to a place that the start has nothing to do with
+                move = move / np.fmax(1.0, (np.abs(move) / longest[:, going]).max(axis=0))
+                at[:3] -= move
+                far = 1.0 + np.max(np.abs(at[:3]), axis=0)
+                deep = np.clip(part.deepest(at) / far, 1e-8, 1e-6)
+                change = np.where(side == 0.0, np.inf, np.max(np.abs(move), axis=0) / far)
+            z[:, going], sides[going] = at, side
+            # next to a fold rounding keeps steps from shrinking further
+            done = (change <= 1e-6 * deep) | ((change <= 1e-8) & (change >= last[going]))
+            last[going], met[going] = change, done | (change <= 1e-12)
+            if done.all():
+                break
+            if done.any():
+                part, going = part.pick(~done), going[~done]
+        turned = np.abs(self.tilt(z)) < np.pi / 2
+        return np.where(met & turned, sides, 0.0)

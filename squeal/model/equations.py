@@ -110,11 +110,11 @@ class PadModel:
         """Contact state at q (3,): a point touches where its gap is negative."""
         return State(*(self.gaps(q) < 0.0).tolist())
 
-    def jacobian(self, q: Any, state: State) -> np.ndarray:
+    def jacobian(self, q: Any, state: Touching) -> np.ndarray:
         """Derivative of the loads by q, shape (3, 3, ...), exact to rounding (complex step)."""
         return complex_step(lambda q: self.loads(q, state), q)
 
-    def rate_jacobian(self, q: Any, state: State) -> np.ndarray:
+    def rate_jacobian(self, q: Any, state: Touching) -> np.ndarray:
         """Derivative of the loads by the velocities about rest at q (3, ...), shape (3, 3, ...)."""
         if not self.terms:
             return np.zeros((3, *np.shape(q)))
@@ -160,7 +160,7 @@ class PadModel:
             values = self.law.signals(self.c, at, state)
         return np.array(np.broadcast_arrays(*values, at.y)[:-1])
 
-    def energy(self, q: Any, rates: Any, state: State) -> Number:
+    def energy(self, q: Any, rates: Any, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
         at = pose(np, tuple(q))
         kinetic = 0.5 * (self.c.m * (rates[0] ** 2 + rates[1] ** 2) + self.c.I * rates[2] ** 2)

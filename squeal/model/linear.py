@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.model.equations import PadModel
+from squeal.model.law import Touching
 from squeal.model.pad import Pad
 from squeal.model.states import State
 
@@ -17,7 +18,7 @@ class Linearisation(NamedTuple):
     K: np.ndarray
 
 
-def _matrices(model: PadModel, q: Any, state: State) -> Linearisation:
+def _matrices(model: PadModel, q: Any, state: Touching) -> Linearisation:
     """`linearise` about one place or several, as stacks (3, 3, n) but for M."""
     C, K = 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
     found = Linearisation(model.mass_matrix, C, K)
@@ -35,7 +36,7 @@ def linearise(model: PadModel, q: Any, state: State) -> Linearisation:
     return _matrices(model, q, state)
 
 
-def linearised_at(model: PadModel, q: np.ndarray, state: State) -> list[Linearisation]:
+def linearised_at(model: PadModel, q: np.ndarray, state: Touching) -> list[Linearisation]:
     """`linearise` about each of the places q (3, n); parameters of the pad may be arrays (n,)."""
     M, C, K = _matrices(model, q, state)
     return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(q.shape[1])]

@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.fields import QUANTITIES, Field
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, Axis, StabilityMap
+from squeal.analysis.maps import BEYOND_FOLD, NAMES, QUANTITIES, Axis, Field, StabilityMap
 from squeal.analysis.systems.chart import NAMES as CHART_NAMES
 from squeal.analysis.threshold_curve import ThresholdCurve
 from squeal.model.pad import PARAMETERS

@@ -13,8 +13,9 @@ from matplotlib.path import Path
 from squeal.numerics.outline import Outline
 from squeal.plots.style import Unit
 
-VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C")
-"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold."""
+VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#D9D9D9")
+"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold,
+unknown."""
 
 QUARTERS = [0.0, 0.25, 0.5, 0.75, 1.0]
 

@@ -8,9 +8,8 @@ import pytest
 
 from squeal.analysis.advice import Tolerance, advise
 from squeal.analysis.advice_text import advice_in_words
-from squeal.analysis.critical import critical_friction
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.unstable import growing_modes
+from squeal.analysis.eigenvalues import analyse, growing_modes
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.system import Term, TermSystem

@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.fields import field
-from squeal.analysis.maps import Axis
+from squeal.analysis.maps import Axis, field_of
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, read_scene
 from tests.conftest import SCENES
@@ -31,7 +30,7 @@ def scenes(stem, damping=None):
 @pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
 def test_critical_friction_is_the_first_loss_of_each_pad(stem):
     scene, axes, points = scenes(stem)
-    values = field(scene, axes, "critical-friction", 1.0).values
+    values = field_of(scene, axes, "critical-friction", 1.0).values
     met = 0
     for i, j, one in points:
         found = critical_friction(one, 1.0)
@@ -49,7 +48,7 @@ def test_critical_friction_is_the_first_loss_of_each_pad(stem):
 @pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
 def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping):
     scene, axes, points = scenes(stem, damping)
-    growth, frequency = (field(scene, axes, name).values for name in ("growth", "frequency"))
+    growth, frequency = (field_of(scene, axes, name).values for name in ("growth", "frequency"))
     for i, j, one in points:
         try:
             found = analyse(one)
@@ -70,6 +69,6 @@ def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping
 def test_refusals():
     scene = read_scene(SCENES / "b3.yaml")
     with pytest.raises(InputError, match="must be one of critical-friction, growth, frequency"):
-        field(scene, AXES, "colour")
+        field_of(scene, AXES, "colour")
     with pytest.raises(InputError, match="over mu"):
-        field(scene, (Axis("mu", 0.0, 1.0, 3), AXES[1]), "critical-friction")
+        field_of(scene, (Axis("mu", 0.0, 1.0, 3), AXES[1]), "critical-friction")

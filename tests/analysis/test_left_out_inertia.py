@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from squeal.analysis.advice import Tolerance, advise
-from squeal.analysis.critical import critical_friction
-from squeal.analysis.fields import field
-from squeal.analysis.maps import Axis
+from squeal.analysis.maps import Axis, field_of
 from squeal.analysis.scatter import Spread, scatter
+from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad
 from tests.conftest import only_levers
@@ -38,7 +37,7 @@ def held(**changes):
 def test_contours_and_levers(name, monkeypatch):
     only_levers(monkeypatch, name)
     low, high = 0.9 * PAD[name], 1.1 * PAD[name]
-    shown = field(
+    shown = field_of(
         SCENE, (Axis(name, low, high, 3), Axis("F_n", 4000.0, 5000.0, 1)), "critical-friction"
     )
     expected = [written_out(**{name: float(v), "F_n": 4500.0}) for v in shown.axes[0].values]

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.modes import mode_shapes, shapes_of_pad, sweep_modes
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import read_scene
 from squeal.linear import complex_eigenvalues

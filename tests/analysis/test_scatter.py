@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.scatter import Spread, scatter
 from squeal.analysis.spread_file import read_spreads
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad

@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
     parameters,
     threshold_sensitivities,
 )
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.damping import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

@@ -4,11 +4,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import branch_system, critical_friction, critical_parameter
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.slow_roots import roots_and_verdict
+from squeal.analysis.eigenvalues import analyse, branch_system, roots_and_verdict
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.cli.sweep import sweep
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

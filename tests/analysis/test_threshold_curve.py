@@ -8,11 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, codes_at, stability_map
 from squeal.analysis.sensitivity import change
-from squeal.analysis.threshold_curve import QUIET, threshold_curves
+from squeal.analysis.stack import QUIET
+from squeal.analysis.threshold_curve import threshold_curves
+from squeal.analysis.thresholds import critical_friction
 from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Damping, Scene, read_scene

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import branch_system, critical_friction
+from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.systems import wanted
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from squeal.analysis.advice_text import scene_in_words
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.analysis.growth import fit
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES, STEMS
 from squeal.article.figures import angle_maps, growth
 from squeal.article.precision.maps import matrices, named

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from squeal.analysis.critical import critical_friction
-from squeal.analysis.fields import field
-from squeal.analysis.maps import Axis
+from squeal.analysis.maps import Axis, field_of
+from squeal.analysis.thresholds import critical_friction
 from squeal.cli.main import main
 from squeal.io.scene import read_scene
 from squeal.plots.maps import contour_figure, settle, symbol, unit_of
@@ -58,7 +57,7 @@ def test_another_quantity_is_refused_in_one_sentence(capsys):
 def test_own_pad_and_its_level_are_drawn():
     scene = read_scene(B3)
     axes = (Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", 0.5 * scene.pad.k_c, 2 * scene.pad.k_c, 12))
-    found = field(scene, axes, "critical-friction")
+    found = field_of(scene, axes, "critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
     figure = contour_figure(found, own, float(np.nanmedian(found.values)))
     panel = figure.axes[0]

@@ -10,8 +10,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 import squeal
-from squeal.analysis.maps import NAMES
-from squeal.analysis.pads import BLOCK, RandomPads, Range
+from squeal.analysis.maps import BLOCK, NAMES, RandomPads, Range
 from squeal.cli.jobs import read_job
 from squeal.cli.main import main as query
 from squeal.cli.parts import main

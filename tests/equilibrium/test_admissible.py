@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.literal import frictionless, literal
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, judged_equilibria, sweep_mu
 from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.admissible import LIMITED, Excursion, excursion
-from squeal.equilibrium.settings import AdmissibleLimits
+from squeal.equilibrium.admissible import LIMITED, AdmissibleLimits, Excursion, excursion
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
@@ -82,7 +81,7 @@ def test_many_at_once_are_as_each_alone():
     found = codes_at(Scene("B2", pads[0]), tuple(names), values)
     for i, pad in enumerate(pads):
         e, _ = sliding_equilibrium(model.replace(**{n: getattr(pad, n) for n in names}))
-        if found.codes[i] != len(NAMES) - 1:
+        if found.codes[i] < NAMES.index("beyond a fold"):
             assert (not found.beyond[:, i].any()) == (not e.excesses), i
 
 
@@ -135,7 +134,7 @@ def test_a_branch_that_leaves_the_model_on_its_way():
 @pytest.mark.parametrize("seed", [237, 300])
 def test_of_several_places_of_rest_all_take_the_least_of_the_admissible_ones(seed):
     model = PadModel("B2", random_pad(seed, "B2"), Formulation(delta_moment="-"))
-    places = find_all(model.replace(mu=0.0), near=True)
+    places = find_all(model.replace(mu=0.0))
     assert not places[0].admissible  # of least potential energy, but far off
     best = next(e for e in places if e.admissible)
     # the equations written out once more

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import APART, examine
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
-from squeal.equilibrium import Path, find_all, follow, sliding_equilibrium
+from squeal.analysis.thresholds import critical_friction
+from squeal.equilibrium import Path, find_all, sliding_equilibrium
+from squeal.equilibrium.find import branch_of
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping
 from squeal.model.equations import PadModel
+from squeal.model.states import State
 from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
 
@@ -84,24 +86,20 @@ def test_equilibrium_along_the_branch_is_exact_on_both_sides_of_a_contact_change
     assert states[0] != states[1]
 
 
-def test_many_values_of_mu_together_are_those_of_one_by_one(monkeypatch):
+def test_many_values_of_mu_together_are_those_of_one_by_one():
     scene = scene_of("b2-a")
     path = Path.of(scene.pad_model, 1.0)
     (change,) = path.breakpoints
     mus = [0.0, 0.1, change * (1 - 1e-9), change, change * (1 + 1e-9), 0.7, 1.0]
-    places = path.all_at(mus)
-    assert len({state for _, state in places}) == 2
-    for mu, (z, state) in zip(mus, places, strict=True):
-        q = Exact(scene, state).equilibrium(path.branch.statics.to_si(z), mu)
-        place = path.branch.statics.to_si(z)
+    places, touching = path.places(mus)
+    states = [State(*on) for on in touching.T.tolist()]
+    assert len(set(states)) == 2
+    for mu, z, state in zip(mus, places.T, states, strict=True):
+        place = path.statics.to_si(z)
+        q = Exact(scene, state).equilibrium(place, mu)
         assert max(abs(a - b) for a, b in zip(q, place, strict=True)) < 1e-12 * scene.pad.w
-    # what is not found together is found alone
-    monkeypatch.setattr("squeal.equilibrium.path.solved", lambda _, __, z, *___: 0.0 * z[0])
-    for (z, state), (alone, own) in zip(places, path.all_at(mus), strict=True):
-        assert state == own
-        assert z == pytest.approx(alone, rel=1e-12)
     with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.1: mu = 1 is reached"):
-        path.all_at([0.5, 1.1])
+        path.places([0.5, 1.1])
 
 
 def test_matrices_of_many_values_of_mu_hold_damping_and_falling_friction():
@@ -120,10 +118,11 @@ def test_matrices_of_many_values_of_mu_hold_damping_and_falling_friction():
 def test_a_path_ends_at_its_fold_and_a_branch_goes_on():
     model = scene_of("b2-c").pad_model
     path = Path.of(model, 2.0)
-    start = path.points[0]
-    branch = follow(model, start.z, start.state, 2.0)
-    assert path.mu_end == path.fold == pytest.approx(branch.folds[0].z[3], rel=1e-12)
-    assert len(branch.points) > len(path.branch.points) + 10
+    branch = branch_of(model, 2.0, rising=False)
+    folds = branch.z[3, branch.turns]
+    assert path.mu_end == path.fold == pytest.approx(folds[0], rel=1e-12)
+    assert branch.z.shape[1] > path.branch.z.shape[1]
+    assert branch.z[3, -1] < folds[0]
     assert path.end == f"the branch from mu = 0 turns back in a fold at mu = {path.fold:.9g}"
 
 

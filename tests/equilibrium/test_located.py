@@ -1,14 +1,11 @@
 """Folds and changes of contact at 50 digits, and branches under stiff contact."""
 
-import dataclasses
-
 import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import Path, located
-from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.pad import Pad
 from tests.conftest import SCENES
@@ -42,20 +39,21 @@ SOFT_FACE = Scene(
 
 def exact_places(scene, path):
     """Each fold and change of contact with its mu at 50 digits."""
-    found = []
-    for before, point in zip(path.points, path.points[1:], strict=False):
-        exact = Exact(scene, before.state)
+    found, branch = [], path.branch
+    for node in np.flatnonzero(branch.kind):
+        before, state = path.states[node - 1], path.states[node]
+        z = branch.z[:, node]
+        exact = Exact(scene, before)
 
         def singular(q, mu, exact=exact):
             return mp.det(exact.stiffness(q, mu) / mp.mpf(scene.pad.k1))
 
-        def touching(q, mu, exact=exact, edge=int(before.state[0] == point.state[0])):
+        def touching(q, mu, exact=exact, edge=int(before[0] == state[0])):
             return exact.gaps(q)[edge]
 
-        condition = singular if before.state == point.state else touching
-        if condition is touching or point.z[3] == path.fold:
-            place = path.branch.statics.to_si(point.z)
-            found.append((point, exact.critical(condition, place, float(point.z[3]))[1]))
+        condition = singular if before == state else touching
+        place, mu = path.statics.to_si(z), float(z[3])
+        found.append((mu, exact.critical(condition, place, mu)[1]))
     return found
 
 
@@ -72,10 +70,9 @@ def exact_places(scene, path):
 def test_folds_and_changes_of_contact_lie_in_their_intervals(scene, kinds):
     path = Path.of(scene.pad_model, 2.0 if scene is not STIFF else 0.5)
     places = exact_places(scene, path)
-    assert ["change" if p.z[3] in path.breakpoints else "fold" for p, _ in places] == kinds
-    for point, mu in places:
-        assert abs(mu - point.z[3]) <= point.error <= 1e-12
-        assert path.error(float(point.z[3])) == point.error
+    assert ["change" if mu in path.breakpoints else "fold" for mu, _ in places] == kinds
+    for mu, exact in places:
+        assert abs(exact - mu) <= path.error(mu) <= 1e-12
     assert path.error(0.1) == 0.0
 
 
@@ -111,31 +108,6 @@ def test_no_threshold_depends_on_how_far_was_asked():
     (flutter,) = far.points
     assert flutter.kind == "flutter"
     assert flutter.mu == pytest.approx(1.009492867, abs=1e-9)  # at 50 digits
-
-
-def test_an_equilibrium_of_another_branch_is_refused(monkeypatch):
-    path = Path.of(read_scene(SCENES / "b2-a.yaml").pad_model, 1.0)
-    right = path.all_at([0.21, 0.7])
-
-    def elsewhere(statics, _, z, *__):
-        z[:3] += 100.0
-        return np.full(z.shape[1], path._side)
-
-    def across_a_fold(statics, _, z, *__):
-        return np.full(z.shape[1], -path._side)
-
-    for wrong in (elsewhere, across_a_fold):
-        monkeypatch.setattr("squeal.equilibrium.path.solved", wrong)
-        for (z, state), (own, same) in zip(path.all_at([0.21, 0.7]), right, strict=True):
-            assert state == same
-            assert z == pytest.approx(own, rel=1e-12)
-    cut = dataclasses.replace(path, points=path.points[:1] + path.points[-1:])
-    monkeypatch.setattr(
-        "squeal.equilibrium.path.follow",
-        lambda *_, **__: path.branch.__class__(path.branch.statics),
-    )
-    with pytest.raises(ComputationError, match=r"equilibrium at mu = 0\.7 could not be found"):
-        cut.at(0.7)
 
 
 def test_a_range_may_end_at_the_fold_itself():

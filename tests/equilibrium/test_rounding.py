@@ -4,9 +4,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse, judged_equilibria
 from squeal.analysis.maps import NAMES, codes_at
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import HIDDEN, Statics
 from squeal.errors import ComputationError
@@ -110,8 +110,8 @@ def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
     for ask in (analyse, judged_equilibria, critical_friction):
         with pytest.raises(ComputationError, match="which hides the contact; softer contact"):
             ask(scene)
-    with pytest.raises(ComputationError, match=r"at alpha1 = 2\.35619: rounding .* which hides"):
-        codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]]))
+    codes = codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]])).codes
+    assert NAMES[codes[0]] == "unknown"
 
 
 def unloaded(**changes):
@@ -124,18 +124,13 @@ def unloaded(**changes):
 @pytest.mark.parametrize("load", [1.0, 1e-12, 1e-17])
 def test_a_reaction_beyond_rounding_is_one(load):
     scene = unloaded(F_n=load)
-    (e,) = find_all(scene.pad_model, near=True)
+    e = find_all(scene.pad_model)[0]
     assert e.R_n == pytest.approx(float(exact_reaction(scene, e)), rel=1e-5)
     assert NAMES[codes_at(scene, ("h",), np.array([[scene.pad.h]])).codes[0]] == "marginal"
 
 
 def test_rounding_is_no_reaction_without_load():
     scene = unloaded()
-    assert find_all(scene.pad_model, near=True) == []
+    assert not any(e.admissible for e in find_all(scene.pad_model))
     codes = codes_at(scene, ("h",), np.array([[scene.pad.h]])).codes
     assert NAMES[codes[0]] != "marginal"  # at most one far off, which diverges
-    for own in (unloaded(F_n=1e-20), unloaded(k_c=1e28, y0=-2e-5, alpha1=1.0, alpha2=1.0)):
-        with pytest.raises(ComputationError, match="a greater load is required"):
-            find_all(own.pad_model, near=True)
-        with pytest.raises(ComputationError, match="a greater load is required"):
-            codes_at(own, ("h",), np.array([[own.pad.h]]))

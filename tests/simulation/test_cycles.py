@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError

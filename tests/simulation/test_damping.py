@@ -8,8 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.fields import most_unstable
-from squeal.analysis.points import points_at
+from squeal.analysis.stack import PadStack
 from squeal.analysis.work import contact_work
 from squeal.equilibrium.damping import damped_model, damping_matrix
 from squeal.errors import ComputationError
@@ -110,7 +109,7 @@ def test_rayleigh_damping_has_the_ratios_of_its_formula(name):
 def test_maps_damp_as_eigenvalues_do(name, damping):
     one = dataclasses.replace(read_scene(SCENES / f"{name}.yaml"), damping=damping)
     mus = np.array([0.1, 0.3])
-    fastest = most_unstable(points_at(one, ("mu",), mus[None]))
+    fastest = PadStack.of(one, ("mu",), mus[None]).fastest()[0]
     for mu, value in zip(mus, fastest, strict=True):
         mode = analyse(one.replace(mu=float(mu))).spectrum.dominant.value
         assert value.real == pytest.approx(mode.real, rel=1e-6)

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.fields import most_unstable
 from squeal.analysis.growth import fit
-from squeal.analysis.points import points_at
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+from squeal.analysis.stack import PadStack
+from squeal.analysis.thresholds import critical_friction
 from squeal.analysis.work import contact_work
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
@@ -223,9 +222,9 @@ def test_phase_space_swells_where_friction_falls():
 def test_maps_know_it(damping):
     one = scene("b2-d", damping=damping)
     V = np.array([3.0, 8.0, 30.0])
-    values = most_unstable(points_at(one, ("V",), V[None]))
+    values = PadStack.of(one, ("V",), V[None]).fastest()[0]
     scales = np.array([0.2, 0.4])
-    scaled = most_unstable(points_at(one, ("mu",), scales[None]))
+    scaled = PadStack.of(one, ("mu",), scales[None]).fastest()[0]
     for names, given, found in (("V", V, values), ("mu", scales, scaled)):
         for value, fastest in zip(given, found, strict=True):
             mode = analyse(one.replace(**{names: float(value)})).spectrum.dominant.value

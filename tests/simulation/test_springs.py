@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, stability_map
 from squeal.analysis.sensitivity import threshold_sensitivities
+from squeal.analysis.thresholds import critical_friction
 from squeal.analysis.work import contact_work
 from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.equations import quasi_static_map, stiffness
-from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -108,7 +107,7 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
-    reached = solved(statics, tuple(statics.model.pad.given()), z, passes=10) != 0.0
+    reached = statics.settle(z, None, 10) != 0.0
     q = statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)

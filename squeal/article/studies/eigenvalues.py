@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.critical import critical_friction
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles, Pole
 from squeal.errors import ComputationError
 from squeal.io.records import Missing

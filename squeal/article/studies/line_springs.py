@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.critical import branch_system, critical_friction
+from squeal.analysis.eigenvalues import branch_system
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.results import line_springs as results
 from squeal.article.studies._scenes import read_cases
 from squeal.article.studies.starts import grid, plane
@@ -86,7 +87,7 @@ def case(scene: Scene) -> results.Case:
         for count, run in runs.items()
     }
     _, path = branch_system(on_springs(scene, 0), MU_MAX)
-    partial = path is not None and not all(all(point.state) for point in path.points)
+    partial = path is not None and not all(map(all, path.states))
     return results.Case(
         _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
         tuple(one for one in found.values() if not isinstance(one, Simulation)),

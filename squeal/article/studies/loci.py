@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from squeal import linear
-from squeal.analysis.critical import branch_system, critical_friction
-from squeal.analysis.eigenvalues import analyse, held_system
+from squeal.analysis.eigenvalues import analyse, branch_system, held_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.results import loci as results
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError

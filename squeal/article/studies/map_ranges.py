@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
+from squeal.analysis.stack import Places
 from squeal.article.cases import CASES, SMALL_REGION
 from squeal.article.equations import bounds, stiffness
 from squeal.article.results import map_ranges as results
 from squeal.article.studies._scenes import read_scenes
-from squeal.equilibrium.many import solved
 from squeal.equilibrium.statics import Statics
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
@@ -187,9 +187,12 @@ def off_branch(scene: Scene, grid: int = GRID) -> results.OffBranch:
     angles, z = np.repeat(beyond, each, axis=1), np.tile(seeds, (1, points))
     names = ("alpha1", "alpha2")
     model = statics.model.replace(**dict(zip(names, angles, strict=True)))
-    side = solved(dataclasses.replace(statics, model=model), names, z, 40)
-    there = side != 0.0
-    found = codes_at(scene, names, angles[:, there], np.array([*z[:3], side])[:, there])
+    pads = dataclasses.replace(statics, model=model)
+    side = pads.settle(z, None, 40)
+    touching = pads.gaps(z) < 0.0
+    there = (side != 0.0) & touching.any(axis=0)
+    places = Places(*(part[..., there] for part in (z, touching, side, there)))
+    found = codes_at(scene, names, angles[:, there], places)
     who = np.repeat(np.arange(points), each)[there]
     exists, kept = found.codes != BEYOND_FOLD, np.isin(found.codes, KEPT)
     upright = kept & (np.abs(statics.tilt(z[:, there])) < UPRIGHT)

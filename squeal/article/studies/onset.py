@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.critical import branch_system, critical_friction
+from squeal.analysis.eigenvalues import branch_system
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents

@@ -1,20 +1,18 @@
 """Critical friction: where a pad's stability changes along its equilibrium branch."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
-from squeal.analysis.slow_roots import LOST, roots_and_verdict
+from squeal.analysis.eigenvalues import LOST, branch_system, roots_and_verdict
+from squeal.analysis.maps import MU_MAX
 from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
-from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import (
     GROWING,
-    Batched,
     CriticalPoint,
     Crossing,
     System,
@@ -23,12 +21,8 @@ from squeal.linear import (
 from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
 from squeal.linear.following.answer import TIGHT
 from squeal.linear.matrices import checked, reduce
-from squeal.model.linear import about_origin
-from squeal.model.states import State
 from squeal.schema.arguments import takes
-from squeal.schema.values import Number
 
-MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 MOST_SHOWN = 5  # thresholds in a representation
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
@@ -143,37 +137,24 @@ def critical_parameter(system: System, high: float, name: str = "mu") -> Critica
     return CriticalFriction(at_zero.verdict, *located, certified=found.certified)
 
 
-def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
-    """mu -> (M, C, K) about the equilibrium on the branch from mu = 0, and the branch's path.
-
-    B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
-    there is no equilibrium without friction.
-    """
-    model = damped_model(scene)
-    if model.linear:
-        return lambda mu: about_origin(model.replace(mu=mu)), None
-    path = Path.of(model, mu_max)
-    return Batched(path.linearisation, path.linearisations), path
-
-
 def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
     """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
-    statics = path.branch.statics
 
-    def beyond(places: Sequence[tuple[np.ndarray, State]]) -> list[bool]:
-        z = np.array([z for z, _ in places]).T
-        at = excursion(statics, z, np.array([state for _, state in places], dtype=float).T)
-        return (at.beyond().any(axis=0) & (np.asarray(at.reaction) > 0.0)).tolist()
+    def beyond(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        at = excursion(path.statics, z, touching)
+        return np.asarray(at.beyond().any(axis=0) & (np.asarray(at.reaction) > 0.0))
 
-    known = beyond([(point.z, point.state) for point in path.points])
-    if not any(known):
+    stop = path.branch.last[0] + 1
+    z, touching = path.branch.z[:, :stop], path.branch.touching[:, :stop]
+    known = beyond(z, touching)
+    if not known.any():
         return path.mu_end, ()
-    mus, first = [float(point.z[3]) for point in path.points], known.index(True)
-    low, high = mus[max(first - 1, 0)], mus[first]
+    first = int(np.argmax(known))
+    low, high = float(z[3, max(first - 1, 0)]), float(z[3, first])
     while high - low > 1e-9 * high:
-        tried = np.linspace(low, high, 17).tolist()
-        first = [*beyond(path.all_at(tried[1:-1])), True].index(True)
-        low, high = tried[first], tried[first + 1]
+        tried = np.linspace(low, high, 17)
+        first = int(np.argmax(np.append(beyond(*path.places(tried[1:-1].tolist())), True)))
+        low, high = float(tried[first]), float(tried[first + 1])
     at = path.equilibrium(high)
     assert at is not None
     return low, tuple(f"from mu = {high:.6g} on {words}" for words in at.excesses)

@@ -1,0 +1,364 @@
+"""Many pads at once that differ in a few parameters: equilibria, verdicts, critical friction.
+
+Maps, contours and studies of random pads rest on it. Equilibria are those of the branches that a
+query follows, verdicts those of the array kernels of `squeal.linear`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squeal.equilibrium.admissible import excursion
+from squeal.equilibrium.branch import CHANGE, NOWHERE, REACHED, UNKNOWN, Branches, follow
+from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
+from squeal.equilibrium.find import rests
+from squeal.equilibrium.statics import Statics
+from squeal.errors import ComputationError
+from squeal.io.scene import Scene
+from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
+from squeal.linear.matrices import first_order
+from squeal.model.pad import Pad
+from squeal.model.units import Units
+from squeal.numerics.newton import complex_step
+
+Names = tuple[str, ...]
+QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
+LEVELS = 64  # of mu, between 0 and its end, at which verdicts are taken at least
+HALVINGS = 44  # of the interval in which stability is lost: to rounding
+SHRINKS = 24  # of an interval in which a margin of stability has its least value
+NARROW = 0.5  # of a margin: what the least value may be below before an interval is looked into
+GOLDEN = (3.0 - 5.0**0.5) / 2.0
+
+
+class Places(NamedTuple):
+    """Equilibria of k pads: z (4, k), contact states touching (points, k), the signs (k,) of the
+    balance's determinant, and where (k,) there is one."""
+
+    z: np.ndarray
+    touching: np.ndarray
+    side: np.ndarray
+    there: np.ndarray
+
+
+class Losses(NamedTuple):
+    """Where n pads first lose stability or the equilibrium: mu (n,), NaN if they keep both, and
+    unknown (n,): where that could not be decided."""
+
+    mu: np.ndarray
+    unknown: np.ndarray
+
+
+def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
+    """Matrices X (3, 3, n) of pads in coordinates with a mass matrix of one, (n, 3, 3)."""
+    unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
+    return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class PadStack:
+    """The pads of a scene with the parameters `names` replaced by values (len(names), n).
+
+    statics: in units of the scene's own pad; B3, which is linearised about the origin, has no
+    branches.
+    """
+
+    scene: Scene
+    names: Names
+    values: np.ndarray
+    statics: Statics
+
+    @staticmethod
+    def of(scene: Scene, names: Names, values: np.ndarray) -> "PadStack":
+        """Raises InputError for values that a parameter may not take."""
+        changes: dict[str, Any] = dict(zip(names, values, strict=True))
+        model, linear = scene.pad_model.replace(**changes), scene.pad_model.linear
+        units = Units(1.0, 1.0, 1.0, 1.0) if linear else Statics.of(scene.pad_model).units
+        return PadStack(scene, names, values, Statics(units.scaled(model), units))
+
+    @property
+    def n(self) -> int:
+        """How many pads there are."""
+        return self.values.shape[1]
+
+    @property
+    def linear(self) -> bool:
+        """True if the pads are linearised about the origin."""
+        return self.scene.pad_model.linear
+
+    @property
+    def mu(self) -> np.ndarray:
+        """The friction (n,) of each pad."""
+        return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
+
+    def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
+        """The branches from mu = 0 to mu_max (n,), and the pads (n,) whose place of rest was
+        searched for everywhere."""
+        start = rests(self.statics, self.n)
+        found = follow(
+            self.statics, start.z, start.touching, mu_max, rising=True, there=start.there
+        )
+        return found, start.searched
+
+    def origin(self, mu: np.ndarray) -> Places:
+        """Full contact about the origin at frictions mu (k,)."""
+        z = np.zeros((4, mu.size))
+        z[3] = mu
+        on = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
+        return Places(z, on, np.ones(mu.size), np.ones(mu.size, dtype=bool))
+
+    def at_mu(self) -> tuple[Places, np.ndarray]:
+        """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
+        if self.linear:
+            return self.origin(self.mu), np.zeros(self.n, dtype=bool)
+        found, searched = self.branches(self.mu)
+        there = found.end == REACHED
+        node = np.minimum(found.first[1:] - 1, max(found.z.shape[1] - 1, 0))
+        z, on = np.zeros((4, self.n)), np.zeros((found.touching.shape[0], self.n), dtype=bool)
+        z[:, there], on[:, there] = found.z[:, node[there]], found.touching[:, node[there]]
+        z[3] = self.mu
+        hidden = np.zeros(self.n, dtype=bool)
+        hidden[there] = self.statics.pick(there).hidden(z[:, there])
+        sides = np.where(there, found.sides, 0.0)
+        unknown = np.isin(found.end, UNKNOWN) | hidden | (~searched & (found.end == NOWHERE))
+        return Places(z, on, sides, there & on.any(axis=0) & ~hidden), unknown
+
+    @cached_property
+    def damping(self) -> np.ndarray | None:
+        """Mass-normalised damping matrices (n, 3, 3) that the scene names, None without.
+
+        Ratios and Rayleigh damping refer to the modes without friction. Raises ComputationError
+        where a mode with a ratio is unstable.
+        """
+        damping, units = self.scene.damping, self.statics.units
+        if damping is None:
+            return None
+        pad = self.statics.model.pad
+        if damping.matrix is not None:
+            turn = np.array([1.0, 1.0, 1.0 / units.length])
+            C = np.array(damping.matrix) * np.outer(turn, turn) * units.time / units.mass
+            return normalised(pad, np.broadcast_to(C[:, :, None], (3, 3, self.n)))
+        z, on = np.zeros((4, self.n)), self.origin(np.zeros(self.n)).touching
+        if not self.linear:
+            start = rests(self.statics, self.n)
+            z, on = start.z, start.touching | ~start.there
+        A, _ = self._matrices(np.arange(self.n), z, on)
+        if damping.ratios is None:
+            assert damping.rayleigh is not None
+            alpha, beta = damping.rayleigh
+            return rayleigh_damping(A, (alpha * units.time, beta / units.time))
+        B, stable = modal_damping(A, damping.ratios)
+        stable |= False if self.linear else ~start.there
+        if not stable.all():
+            i = int(np.argmin(stable))
+            at = ", ".join(
+                f"{name} = {value:.6g}"
+                for name, value in zip(self.names, self.values[:, i], strict=True)
+            )
+            raise ComputationError(f"{UNSTABLE} at {at}")
+        return B
+
+    def _matrices(
+        self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
+        part = self.statics.pick(pad, z[3])
+        model, q, on = part.model, part.place(z), 1.0 * touching
+        K = -complex_step(partial(model.loads, state=on), q)
+        falling = None
+        if model.pad.mu_s is not None:
+            rates = -complex_step(partial(model.loads, q, on), np.zeros(q.shape))
+            falling = normalised(model.pad, rates)
+        return normalised(model.pad, K), falling
+
+    def matrices(
+        self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places z (4, k), the
+        damping None where no pad has any."""
+        A, B = self._matrices(pad, z, touching)
+        if self.damping is not None:
+            B = self.damping[pad] if B is None else B + self.damping[pad]
+        return A, B
+
+    def beyond(self, pad: np.ndarray, at: Places) -> np.ndarray:
+        """Which (3, k) of `AdmissibleLimits` equilibria of the pads exceed (B3 has none)."""
+        if self.linear:
+            return np.zeros((3, pad.size), dtype=bool)
+        with np.errstate(all="ignore"):
+            return excursion(self.statics.pick(pad), at.z, at.touching).beyond()
+
+    def fastest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of each pad at its own friction the eigenvalue (n,) of largest real part in rad/s, NaN
+        without an equilibrium, and where (n,) that is unknown."""
+        places, unknown = self.at_mu()
+        here = np.flatnonzero(places.there)
+        at = self.matrices(here, places.z[:, here], places.touching[:, here])
+        found = np.full(self.n, np.nan, dtype=complex)
+        found[here] = most_unstable(*at) / self.statics.units.time
+        return found, unknown
+
+    def first_losses(self, mu_max: float) -> Losses:
+        """Where each pad first loses stability or its equilibrium, on the way from 0 to mu_max.
+
+        Verdicts are taken at `LEVELS` values of mu or more between all nodes of the branch, in the
+        contact state there, and the first interval with a change is halved. An interval within
+        which a margin of stability comes close to zero is looked into; narrower windows may be
+        missed.
+        """
+        every = np.arange(self.n)
+        branches, at = None, self._held
+        starts = np.tile([0.0], self.n)
+        stops, owner, jumps = np.full(self.n, mu_max), every, np.zeros(self.n, dtype=bool)
+        end = np.full(self.n, np.nan)
+        unknown = np.zeros(self.n, dtype=bool)
+        if not self.linear:
+            branches, searched = self.branches(np.full(self.n, mu_max))
+            nowhere = branches.end == NOWHERE
+            unknown = np.isin(branches.end, UNKNOWN) | (~searched & nowhere)
+            end = np.where(nowhere, 0.0, branches.mu_end)
+            end = np.where(branches.end == REACHED, np.nan, end)
+            j = np.arange(len(branches.owner))
+            j = j[j < branches.last[branches.owner]]
+            owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
+            jumps = branches.kind[j] == CHANGE
+            at = partial(_on_branch, branches)
+        return self._lost(owner, starts, stops, jumps, mu_max, at, end, unknown)
+
+    def _held(self, pad: np.ndarray, mu: np.ndarray) -> Places:
+        return self.origin(mu)
+
+    def _lost(
+        self,
+        owner: np.ndarray,
+        starts: np.ndarray,
+        stops: np.ndarray,
+        jumps: np.ndarray,
+        mu_max: float,
+        at: Callable[[np.ndarray, np.ndarray], Places],
+        end: np.ndarray,
+        unknown: np.ndarray,
+    ) -> Losses:
+        """`first_losses` over intervals of mu that belong to pads `owner`."""
+        parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
+        piece = np.repeat(np.arange(len(parts)), parts)
+        k = np.arange(piece.size) - np.repeat(np.cumsum(parts) - parts, parts)
+        share = np.minimum(k / (parts[piece] - 1), 1.0 - 1e-9)  # the contact of the interval
+        pad = owner[piece]
+        mu = starts[piece] + share * (stops - starts)[piece]
+
+        def looked(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Where nothing grows, and the least of the margins of stability."""
+            places = at(pad, mu)
+            A, B = self.matrices(pad, places.z, places.touching)
+            return np.isin(verdicts(A, B), QUIET) & places.there, margins(A, B)
+
+        calm, margin = np.empty(pad.size, dtype=bool), np.empty((2, pad.size))
+        for first in range(0, pad.size, 50_000):
+            own = slice(first, first + 50_000)
+            calm[own], margin[:, own] = looked(pad[own], mu[own])
+        self._look_into(pad, mu, piece, calm, margin, looked)
+        lost = np.flatnonzero(~calm)
+        who, index = np.unique(pad[lost], return_index=True)
+        high_at = lost[index]
+        found = end.copy()
+        low, high = mu[np.maximum(high_at - 1, 0)], mu[high_at]
+        fresh = k[high_at] == 0
+        exact = fresh & (jumps[piece[high_at]] | (high == 0.0))
+        low = np.where(exact, high, low)
+        for _ in range(HALVINGS):
+            i = np.flatnonzero(high - low > 4e-16 * mu_max)
+            if not i.size:
+                break
+            middle = (low[i] + high[i]) / 2
+            quiet = looked(who[i], middle)[0]
+            low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
+        found[who] = high
+        unknown = unknown.copy()
+        unknown[who] = False
+        return Losses(np.where(unknown, np.nan, found), unknown)
+
+    def _look_into(
+        self,
+        pad: np.ndarray,
+        mu: np.ndarray,
+        piece: np.ndarray,
+        calm: np.ndarray,
+        margin: np.ndarray,
+        looked: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    ) -> None:
+        """Move values of mu (m,) between which a margin (2, m) has a low least value there, and
+        tell whether it is calm."""
+        i = np.arange(1, pad.size - 1)
+        same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
+        quiet = same & calm[i - 1] & calm[i] & calm[i + 1]
+        for which in range(2):
+            before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
+            bend = before - 2 * here + after
+            with np.errstate(all="ignore"):
+                least = here - (after - before) ** 2 / (8 * bend)
+            dips = quiet & (here < before) & (here < after) & (least < NARROW * here)
+            j = i[dips]
+            low, high = mu[j - 1].copy(), mu[j + 1].copy()
+            if not j.size:
+                continue
+            c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+            (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
+            for _ in range(SHRINKS):
+                left = np.where(~cc | ~cd, ~cc, fc[which] < fd[which])
+                low, high = np.where(left, low, c), np.where(left, d, high)
+                c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+                (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
+            grows = ~cc | ~cd
+            mu[j[grows]], calm[j[grows]] = np.where(~cc, c, d)[grows], False
+
+
+def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
+    return Places(*branches.at(pad, mu))
+
+
+def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    """Verdict codes (k,), indices into `VERDICTS`, of z'' + B z' + A z = 0, stacks (k, 3, 3)."""
+    if B is None or not B.any():
+        return undamped_verdicts(list(A.reshape(-1, 9).T))
+    codes, damped = np.empty(len(A), dtype=np.int8), B.any(axis=(1, 2))
+    codes[~damped] = undamped_verdicts(list(A[~damped].reshape(-1, 9).T))
+    codes[damped] = damped_verdicts(A[damped], B[damped])
+    return codes
+
+
+def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    """Two smooth numbers (2, k) that are positive where z'' + B z' + A z = 0 does not grow and of
+    which one vanishes where it begins to: by a pair, and by a real root.
+
+    Without damping the discriminant of the polynomial in lambda^2, else the product of the sums of
+    two roots (the last Hurwitz determinant but one); and the determinant of A.
+    """
+    det = np.linalg.det(A)
+    if B is None or not B.any():
+        s = np.linalg.eigvals(A)
+        gaps = (s[:, 0] - s[:, 1]) * (s[:, 0] - s[:, 2]) * (s[:, 1] - s[:, 2])
+        return np.array([(gaps * gaps).real, det])
+    roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
+    i, j = np.triu_indices(roots.shape[1], 1)
+    return np.array([-np.prod(roots[:, i] + roots[:, j], axis=1).real, det])
+
+
+def most_unstable(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    """Of each system z'' + B z' + A z = 0 the eigenvalue (k,) of largest real part.
+
+    Without damping, real parts of the size of rounding, next to a coalescence the square root of
+    it, are zero.
+    """
+    if B is None:
+        values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
+        values = np.where(values.real < 0.0, -values, values)
+        size = np.abs(values).max(axis=1, keepdims=True)
+        values.real[values.real <= 1e-8 * size] = 0.0
+    else:
+        values = np.linalg.eigvals(first_order(A, B, 1.0)[0]).astype(complex)
+    # of several that grow alike the one of largest frequency
+    best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
+    return np.asarray(values[np.arange(len(A)), best])
