@@ -20,13 +20,13 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import CriticalFriction, critical_friction
+from squeal.article.results.transitions import EDGE_NAMES
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
-from squeal.model.states import EDGE_NAMES
 from tests.conftest import random_pad
 from tests.exact import Exact, discriminant
 from tests.linear.conftest import exact_verdict

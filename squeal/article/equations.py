@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.results.quasi_static import Readings
-from squeal.model.linear import spring_directions, spring_stiffness
+from squeal.model.linear import spring_directions
 from squeal.model.pad import Pad
 
 
@@ -81,3 +81,29 @@ def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
     angles = math.pi * (np.arange(n) + 0.5) / n
     found = bounds(pad, tuple(np.meshgrid(angles, angles, indexing="ij")))
     return QuasiStaticMap(angles, np.asarray(found.as_printed), np.asarray(found.sign_aware))
+
+
+def spring_stiffness(pad: Pad, angles: Any = None) -> np.ndarray:
+    """K of the two inclined springs about the origin, Eq. (22), shape (3, 3, ...).
+
+    K = k1 a1 a1' + k2 a2 a2', so its rank is at most two.
+    """
+    a1, a2 = spring_directions(pad, angles)
+    K = pad.k1 * np.einsum("i...,j...->ij...", a1, a1)
+    return np.asarray(K + pad.k2 * np.einsum("i...,j...->ij...", a2, a2))
+
+
+def balanced(pad: Pad, K: np.ndarray) -> np.ndarray:
+    """K with rotation measured as w theta, so that all entries are stiffnesses in N/m."""
+    scale = np.array([1.0, 1.0, 1.0 / pad.w])
+    return np.asarray(scale[:, None] * K * scale[None, :])
+
+
+def rank(pad: Pad, K: np.ndarray) -> int:
+    """Rank of K with rotation measured as w theta.
+
+    Singular values below 1e-13 of the greatest are taken as zero: rounding in Eq. (22) leaves
+    some 1e-16, and a stiffness ratio that small means nothing for a pad.
+    """
+    values = np.linalg.svd(balanced(pad, K), compute_uv=False)
+    return int(np.sum(values > 1e-13 * values[0])) if values[0] > 0.0 else 0

@@ -327,9 +327,9 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
     Examples
     --------
-    >>> found = complex_eigenvalues([[2.0]], [[0.4]], [[50.0]])
-    >>> found.eigenvalues[0].frequency_hz.__round__(4), found.eigenvalues[0].damping_ratio
-    (0.7957, 0.02)
+    >>> mode = complex_eigenvalues([[2.0]], [[0.4]], [[50.0]]).eigenvalues[0]
+    >>> round(mode.frequency_hz, 4), round(mode.damping_ratio, 4)
+    (0.7956, 0.02)
     """
     return spectrum_of(reduce(M, C, K))
 

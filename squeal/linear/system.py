@@ -1,7 +1,7 @@
 """Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0: functions of p, or sums of terms.
 
-A system is any function of one parameter that gives M, C and K. `parametrised` makes one object of
-every kind, with dense, checked matrices and their derivatives.
+A system is any function of one parameter that gives M, C and K. `Parametrised` gives
+every kind one form, with dense, checked matrices and their derivatives.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,8 +26,8 @@ Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
 """A family of systems: p -> (M, C, K); C may be None (undamped)."""
 Dense = tuple[Array, Array | None, Array]
+Slopes = tuple[Array, Array, Array]
 
-STEP = 1e-6  # of the range: half the width of the difference that stands for a derivative
 SUPPORT = 1e10  # a diagonal entry of K so many times greater than all others is a support
 
 
@@ -247,107 +247,71 @@ class TermSystem:
             return total
 
 
-class Parametrised(Protocol):
-    """M, C, K as functions of one parameter, dense and checked."""
+@dataclass(frozen=True, eq=False)
+class Parametrised:
+    """One form of every kind of system: dense, checked matrices at values of one parameter.
 
-    @property
-    def n(self) -> int:
-        """Number of degrees of freedom."""
-
-    def at(self, p: float) -> Dense:
-        """M, C (None without damping) and K, arrays (n, n)."""
-
-    def derivative(self, p: float) -> tuple[Array, Array, Array]:
-        """Their derivatives by p, arrays (n, n)."""
-
-    def at_many(self, ps: Sequence[float]) -> list[Dense]:
-        """M, C, K at several values."""
-
-
-def parametrised(system: System, low: float, high: float) -> Parametrised:
-    """One form of every kind of system, between two values of its parameter.
-
-    Parameters
-    ----------
-    system : System
-        A TermSystem (exact derivatives), a `Batched` system or any function p -> (M, C, K), whose
-        derivatives are central differences, one-sided at the ends of the range.
-    low, high : float
-        The range of p.
+    Derivatives of a TermSystem are exact; of another function they are differences over
+    `difference` times the range from low to high, one-sided at its ends.
 
     Raises
     ------
     InputError
-        If `system` is no function, or gives no square, finite, real matrices of one size.
+        Where the system gives no square, finite, real matrices of one size.
 
     Examples
     --------
     >>> import numpy as np
-    >>> family = parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
-    >>> family.n, family.at(1.0)[2].item(), round(family.derivative(1.0)[2].item(), 6)
-    (1, 2.0, 2.0)
+    >>> family = Parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
+    >>> family.at(1.0)[2].item(), round(family.derivative(1.0)[2].item(), 6)
+    (2.0, 2.0)
     """
-    check_system(system, "system")
-    if isinstance(system, TermSystem):
-        return _AlongTerms(system.simplified())
-    return _AlongFunction(system, low, high)
 
-
-@dataclass(frozen=True, eq=False)
-class _AlongTerms:
-    system: TermSystem
-
-    @property
-    def n(self) -> int:
-        return self.system.n
-
-    def at(self, p: float) -> Dense:
-        return checked(*self.system.arrays({self.system.parameter: p}))
-
-    def derivative(self, p: float) -> tuple[Array, Array, Array]:
-        name, zero = self.system.parameter, np.zeros((self.n, self.n))
-        slopes = self.system.derivative(name, {name: p})
-        M, C, K = (zero if X is None else dense(X) for X in slopes)
-        return M, C, K
-
-    def at_many(self, ps: Sequence[float]) -> list[Dense]:
-        return [self.at(p) for p in ps]
-
-
-@dataclass(frozen=True, eq=False)
-class _AlongFunction:
     system: System
     low: float
     high: float
-
-    @property
-    def n(self) -> int:
-        return len(self.at(self.low)[0])
+    difference: float = 1e-6
 
     def at(self, p: float) -> Dense:
-        return _dense(matrices_at(self.system, p))
-
-    def derivative(self, p: float) -> tuple[Array, Array, Array]:
-        step = STEP * (self.high - self.low)
-        p = min(max(p, self.low), self.high)
-        a, b = max(self.low, p - step), min(self.high, p + step)
-        first, last = self.at_many([a, b])
-        zero = np.zeros_like(first[0])
-        M, C, K = (
-            ((zero if y is None else y) - (zero if x is None else x)) / (b - a)
-            for x, y in zip(first, last, strict=True)
-        )
-        return M, C, K
+        """M, C (None without damping) and K, arrays (n, n)."""
+        return self.at_many([p])[0]
 
     def at_many(self, ps: Sequence[float]) -> list[Dense]:
+        """M, C and K at each value."""
         if isinstance(self.system, Batched):
-            return [_dense(matrices) for matrices in self.system.many(list(ps))]
-        return [self.at(p) for p in ps]
+            given = list(self.system.many(list(ps)))
+        else:
+            given = [matrices_at(self.system, p) for p in ps]
+        return [checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given]
+
+    def derivative(self, p: float) -> Slopes:
+        """dM/dp, dC/dp and dK/dp, arrays (n, n)."""
+        return self.with_derivatives([p])[0][1]
+
+    def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Dense, Slopes]]:
+        """Matrices and derivatives at each value."""
+        if isinstance(self.system, TermSystem):
+            name = self.system.parameter
+            moved = [self.system.derivative(name, {name: p}) for p in ps]
+            found = self.at_many(ps)
+            return [(one, _slopes(one, by)) for one, by in zip(found, moved, strict=True)]
+        step = self.difference * (self.high - self.low)
+        inside = [min(max(p, self.low), self.high) for p in ps]
+        ends = [(max(self.low, p - step), min(self.high, p + step)) for p in inside]
+        flat = [value for p, pair in zip(ps, ends, strict=True) for value in (p, *pair)]
+        every = self.at_many(flat)
+        result = []
+        for k, (a, b) in enumerate(ends):
+            one, first, last = every[3 * k : 3 * k + 3]
+            ways = [_slopes(one, X) for X in (first, last)]
+            M, C, K = ((y - x) / (b - a) for x, y in zip(*ways, strict=True))
+            result.append((one, (M, C, K)))
+        return result
 
 
-def _dense(matrices: Matrices) -> Dense:
-    M, C, K = matrices
-    return checked(dense(M), None if C is None else dense(C), dense(K))
+def _slopes(like: Dense, matrices: Sequence[Any]) -> Slopes:
+    M, C, K = (np.zeros_like(like[0]) if X is None else dense(X) for X in matrices)
+    return M, C, K
 
 
 def supports(system: TermSystem) -> NDArray[np.intp]:

@@ -13,13 +13,14 @@ from matplotlib.colors import to_hex, to_rgb
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.figures import angle_maps, charts, histories, quasi_static, sketch
+from squeal.article.results.transitions import transitions
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.cli.main import command
 from squeal.io.results import read_run
 from squeal.io.scene import read_scene
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
-from squeal.model.states import FULL, LEAD, NONE, TRAIL, transitions
+from squeal.model.states import FULL, LEAD, NONE, TRAIL
 from squeal.plots import histories as traces
 from squeal.plots import maps, style
 from squeal.plots.parts import VERDICT_COLOURS

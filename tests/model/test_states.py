@@ -5,21 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
+from squeal.article.results.transitions import conditions, transitions
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
-from squeal.model.states import (
-    FULL,
-    LEAD,
-    LEADING,
-    NONE,
-    STATES,
-    TRAIL,
-    TRAILING,
-    State,
-    conditions,
-    states,
-    transitions,
-)
+from squeal.model.states import FULL, LEAD, LEADING, NONE, STATES, TRAIL, TRAILING, State, states
 from tests.conftest import random_pad
 
 # Table 1: condition, edges that reach zero elongation (3 leads, 4 trails), positive slope

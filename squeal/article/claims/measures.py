@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.article.equations import quasi_static_map, stiffness
+from squeal.article.equations import quasi_static_map, rank, stiffness
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.model.linear import rank
 from squeal.model.mechanics import pose
 from squeal.model.pad import Pad
 from squeal.model.states import STATES, State

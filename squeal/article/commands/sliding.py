@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import judged_equilibria
-from squeal.article.equations import bounds, stiffness
+from squeal.article.equations import bounds, rank, stiffness
 from squeal.cli.base import Answer, Parser
 from squeal.cli.outputs import file_options
 from squeal.cli.tables import number, table
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import picked, write_table
-from squeal.model.linear import rank
 
 COLUMNS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 COLUMNS |= dict.fromkeys(("contact", "verdict", "admissible"), "")

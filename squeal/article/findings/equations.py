@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.article.equations import stiffness
+from squeal.article.equations import balanced, stiffness
+from squeal.article.results.rounding import rounded_up
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, models_with
 from squeal.model.equations import PadModel
-from squeal.model.linear import balanced, linearise
+from squeal.model.linear import linearise
 from squeal.model.mechanics import coefficients, gaps, pose
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.states import FULL, LEAD, NONE
-from squeal.numerics.rounding import rounded_up
 
 PADS = 1000  # random pads for E2
 PATH = 64  # points of the closed path of E4

@@ -14,17 +14,16 @@ from squeal.analysis.work import contact_work
 from squeal.article.cases import stem, title
 from squeal.article.claims import Case, judge_claims, measure
 from squeal.article.claims.measures import linear_measures
-from squeal.article.equations import quasi_static_map, stiffness
+from squeal.article.equations import balanced, quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
+from squeal.article.results.rounding import rounded_up
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.line import LineForce
-from squeal.model.linear import balanced
 from squeal.model.states import NONE, STATES
-from squeal.numerics.rounding import rounded_up
 from squeal.simulation import Simulation, simulate
 
 GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria

@@ -1,0 +1,54 @@
+"""The transitions between contact states that the article counts (Tables 1 and 2, Figs. 3, 8)."""
+
+from typing import NamedTuple
+
+from squeal.model.states import FULL, LEADING, NONE, STATES, TRAILING, State, states
+
+EDGE_NAMES = ("leading", "trailing")
+
+
+class Transition(NamedTuple):
+    """One contact point changes: `rising` means that its gap passes zero upwards."""
+
+    source: State
+    target: State
+    point: int
+    rising: bool
+
+
+def transitions(points: int = 2) -> list[Transition]:
+    """The transitions that flip one contact point, out of each state in turn; eight of two."""
+    known = states(points)
+    return [
+        Transition(state, state.flip(point), point, rising=state[point])
+        for state in known
+        for point in range(points)
+        if state.flip(point) in known
+    ]
+
+
+class Condition(NamedTuple):
+    """A row group of Table 1: a named change of state and the edges that must pass at once."""
+
+    source: State
+    target: State
+    edges: tuple[tuple[int, bool], ...]
+
+    @property
+    def codimension(self) -> int:
+        """How many gaps must vanish together; two is not met by a generic motion."""
+        return len(self.edges)
+
+
+def conditions() -> list[Condition]:
+    """Table 1: the single transitions, and 1-2 and 2-1 in which both edges pass at once."""
+    both = [
+        Condition(a, b, tuple((edge, a[edge]) for edge in (LEADING, TRAILING)))
+        for a, b in ((FULL, NONE), (NONE, FULL))
+    ]
+    single = [Condition(t.source, t.target, ((t.point, t.rising),)) for t in transitions()]
+    number = STATES.index  # as the article counts them
+    return sorted(
+        both + single,
+        key=lambda c: (sorted((number(c.source), number(c.target))), number(c.source)),
+    )
