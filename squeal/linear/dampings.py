@@ -33,13 +33,18 @@ def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
     >>> structure_stiffness(system)[1]
     (0,)
     """
-    at = system.values(dict.fromkeys(_friction(system), 0.0))
+    at = frictionless(system)
     factors = [term.factor.value(at) for term in system.K]
     parts = [(i, f * t.matrix) for i, (f, t) in enumerate(zip(factors, system.K)) if f]  # noqa: B905
     K = sum(part for _, part in parts).real if parts else None
     if K is None or not abs(K).max():
         raise InputError("damping: K has no stiffness without friction; it must have some")
     return (K + K.T) / 2, tuple(i for i, _ in parts)
+
+
+def frictionless(system: TermSystem) -> dict[str, float]:
+    """The nominal parameters without friction, at which a structure's stiffness is taken."""
+    return dict(system.values(dict.fromkeys(_friction(system), 0.0)))
 
 
 def _friction(system: TermSystem) -> list[str]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.dampings import frictionless
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.threads import one_thread
@@ -273,8 +274,8 @@ def reduce_to_real_modes(
 ) -> Reduction:
     """Projection onto the lowest real modes of the structure, as commercial programs do it.
 
-    The modes are those of M and the symmetric part of K without damping, of the terms without
-    parameters; of as many modes as rows, or one less, all directions are kept. Raises InputError
+    The modes are those of M and the symmetric part of K at the nominal parameters without friction
+    and damping; of as many modes as rows, or one less, all directions are kept. Raises InputError
     for more modes than rows and ComputationError.
     """
     from scipy.sparse.linalg import ArpackError, eigsh
@@ -302,13 +303,12 @@ def reduce_to_real_modes(
 
 
 def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
+    at = frictionless(scaled.system)
     terms = zip(getattr(scaled.system, part), scaled.terms(part), strict=True)
-    constant = [t.factor.value({}) * A for t, A in terms if t.constant]
-    if not constant:
-        raise InputError(
-            f"{part}: all its terms depend on a parameter; real modes need one that does not"
-        )
-    return sum(constant[1:], constant[0])
+    found = sum(t.factor.value(at) * A for t, A in terms)
+    if not abs(found).max():
+        raise InputError(f"{part}: is zero without friction; real modes need a structure")
+    return found
 
 
 def _snapshots(
