@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from squeal.analysis.systems.chart import Side, system_chart
 from squeal.analysis.systems.sweeps import reduced_for, reduced_rows
 from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import InputError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
@@ -44,3 +46,8 @@ def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
     )
     inside = full[(full > 2 * np.pi) & (full < 80 * np.pi)]
     assert swept[1][0].imag == pytest.approx(inside, rel=1e-6)
+
+
+def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
+    with pytest.raises(InputError, match="kc"):
+        system_chart(disc_and_pad("plain"), (Side("mu", 0.0, 1.0, 2), Side("kc", 1e6, 2e6, 2)))

@@ -68,8 +68,15 @@ def system_chart(
     """
     wanted = wanted or Wanted()
     first, second = sides
+    terms = [term for part in (system.M, system.C, system.K) for term in part]
+    used = {name for term in terms for name in term.factor.names}
     for side in sides:
         system.values({side.name: 0.0})
+        if side.name not in used:
+            raise InputError(
+                f"{side.name}: is not allowed in a chart, no matrix depends on it; "
+                f"{', '.join(sorted(used)) or 'no parameter'} does"
+            )
     if first.name == second.name:
         raise InputError(f"{first.name}: is not allowed twice; a chart has two parameters")
     reduction, region = None, wanted.rectangle
