@@ -26,6 +26,11 @@ class Coordinates:
     directions: NDArray[np.intp] = field(repr=False)
     places: NDArray[np.float64] = field(repr=False)
 
+    def without(self, rows: NDArray[np.intp]) -> "Coordinates":
+        """The same nodes without some rows of the system."""
+        nodes, directions = np.delete(self.nodes, rows), np.delete(self.directions, rows)
+        return Coordinates(nodes, directions, self.places)
+
     def displacements(self, shape: NDArray) -> NDArray:
         """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
         moved = np.zeros((len(self.places), 3), dtype=np.asarray(shape).dtype)

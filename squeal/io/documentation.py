@@ -57,10 +57,16 @@ K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]
 damping: {rayleigh: [2.0, 1.0e-7]}
 ```
 
-A file stands beside the system file and is read by its suffix: Matrix Market `.mtx`, MATLAB `.mat`,
-NumPy `.npz`, Harwell-Boeing `.hb`, `.rua`, `.rsa`, Nastran `.op4` (with pyyeti), Abaqus text
-`.inp`, `.txt`. Of Abaqus text whose entries all lie on one side of the diagonal the other side is
-filled in, unless a line that begins with `*` says TYPE=UNSYMMETRIC. `--set mu=0.3` changes a named
+A file stands beside the system file. Its format is read from its content, and the suffix is a hint
+where that does not tell: Matrix Market, MATLAB, NumPy, Harwell-Boeing, Nastran OP4 (pyyeti) and
+the text that Abaqus and CalculiX write, `node,dof,node,dof,value` or `row column value`. Where all
+entries of such text stand on one side of the diagonal, a line that begins with `*` may say
+TYPE=SYMMETRIC or TYPE=UNSYMMETRIC, or the key `symmetric` beside the file; otherwise a matrix that
+only a symmetric one can be is completed with a warning, and any other is refused.
+
+Rows whose diagonal stands decades above all others are supports, as finite-element programs write
+them: they are left out, with a warning. Entries that stand twice are summed and rows that M or K
+alone have are united, both with a warning too. `--set mu=0.3` changes a named
 number. Up to 2000 rows may be written into the file itself.
 """
 _SHORT = """## The short form

@@ -1,84 +1,195 @@
-"""Matrices written as text: Matrix Market, Harwell-Boeing and Abaqus."""
+"""Matrices written as text: Matrix Market, Abaqus (and CalculiX), Harwell-Boeing.
+
+Matrix Market is read here and not by SciPy, which takes 2.0D+01 for 2 and may crash on a line that
+was cut off. Each reader returns a `Found` and raises ValueError.
+"""
 
 import io
-import mmap
+import math
 import re
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array, diags_array
 
-from squeal.io.memory import check_rows
+from squeal.errors import InputWarning
 
-_INTEGER = rb"-?\d++"
-_NUMBER = rb"-?(?:(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?+|(?i:nan|inf))"
-_FORTRAN = re.compile(r"\d\.?[dD][+-]?\d")
-_GAP = rb"[ \t]++"
-_HEAD = rb"[^\n]*+\n(?:[ \t]*+(?:%[^\n]*+|\r?)\n)*+[^\n]*+\n?"
-_VALUES = {  # of a line, by the field that the first line names, and in words
-    "real": ([_NUMBER], "a number such as -3.4e+05"),
-    "double": ([_NUMBER], "a number such as -3.4e+05"),
-    "integer": ([_INTEGER], "a whole number"),
-    "unsigned-integer": ([_INTEGER], "a whole number"),
-    "complex": ([_NUMBER, _NUMBER], "two numbers"),
-    "pattern": ([], ""),
-}
+MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
+SYMMETRIES = ("general", "symmetric", "skew-symmetric")
+_ALLOWED = ", ".join(SYMMETRIES)
+LABELS = 5  # columns of Abaqus text whose rows are named by node and degree of freedom
 
 
-def read_matrix_market(path: Path) -> Any:
-    """The matrix (COO, or dense) of a Matrix Market file. Raises ValueError.
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A matrix as it stands in a file.
 
-    SciPy reads a number as far as it understands it and leaves out what follows, so that 2.0D+01
-    is 2: the lines are checked before.
+    `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
+    true if the file does not say how many rows there are (the last may be empty). `symmetric` says
+    whether entries on one side of the diagonal stand for those on the other too, None if the file
+    does not say.
     """
-    from scipy.io import mminfo, mmread
 
-    size, _, entries, form, field, symmetry = mminfo(path)
-    check_rows(float(size))
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as text:
-        _check_lines(text, form == "coordinate", field)
-        # SciPy reads beyond a last line that ends in a blank
-        ended = text[-1:] not in b" \t\r"
-        matrix = mmread(path if ended else io.BytesIO(text[:] + b"\n"), spmatrix=False)
-    if form == "coordinate" and symmetry != "general":
-        rows, columns = (k[:entries] for k in matrix.coords)  # SciPy puts the mirrored ones behind
-        _check_triangle(symmetry, rows, columns)
-        if symmetry == "skew-symmetric" and np.any(matrix.diagonal()):
-            raise ValueError("a skew-symmetric file has no diagonal, and this has")
-    return matrix
+    matrix: Any = field(repr=False)
+    labels: tuple[tuple[int, int], ...] | None = field(default=None, repr=False)
+    open_ended: bool = False
+    symmetric: bool | None = False
 
 
-def _check_lines(text: mmap.mmap, placed: bool, field: str) -> None:
-    values, words = _VALUES[field]
-    line = _GAP.join([_INTEGER] * 2 * placed + values)
-    good = rb"%b(?:[ \t]*+(?:%b)?+[ \t\r]*+(?:\n|\Z))*+" % (_HEAD, line)
-    found = re.match(good, text)
-    end = found.end() if found else 0
-    if end < len(text):
-        number = text[:end].count(b"\n") + 1
-        wrong = text[end : end + 60].splitlines()[0].decode(errors="replace").strip()
-        allowed = ", ".join(["row", "column"] * placed + [words] * bool(words))
-        fortran = "; Fortran's exponent D is not read" if _FORTRAN.search(wrong) else ""
-        raise ValueError(f"line {number}, {wrong}: {allowed} is allowed{fortran}")
-
-
-def _one_sided(rows: Any, columns: Any) -> bool:
+def one_sided(matrix: Any) -> bool:
+    """True if no entry has another one on the other side of the diagonal."""
+    rows, columns = matrix.tocoo().coords
     return bool(np.all(rows >= columns) or np.all(rows <= columns))
 
 
-def _check_triangle(symmetry: str, rows: Any, columns: Any) -> None:
-    if not _one_sided(rows, columns):
-        raise ValueError(
-            f"a {symmetry} file holds one triangle, and this has entries on both sides of the "
-            "diagonal"
+def mirrored(matrix: Any, sign: float = 1.0) -> Any:
+    """A triangle with its mirror image added, the diagonal taken once."""
+    return csc_array(matrix + sign * matrix.T - diags_array(matrix.diagonal()))
+
+
+def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
+    """The table of numbers in some lines (rows, columns), (0, 0) if there are none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of no data
+        try:
+            table = np.loadtxt(lines, comments=comments, ndmin=2)
+        except ValueError as error:
+            raise ValueError(_about(str(error))) from None
+    return table if table.size else np.empty((0, 0))
+
+
+def _about(message: str) -> str:
+    found = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
+    if not found:
+        return message.partition(";")[0]
+    fortran = "; Fortran's exponent D is not read" if re.search(r"\d[dD][+-]?\d", found[1]) else ""
+    return f"entry {int(found[2]) + 1}: {found[1]} is no number{fortran}"
+
+
+def _assembled(path: Path, indices: NDArray, values: NDArray, n: tuple[int, int]) -> Any:
+    """The matrix of entries at (row, column) `indices` (2, entries); those that meet are summed."""
+    matrix = coo_array((values, tuple(indices)), shape=n).tocsc()
+    if matrix.nnz < len(values):
+        places, count = np.unique(indices, axis=1, return_counts=True)
+        row, column = places[:, np.argmax(count > 1)] + 1
+        warnings.warn(
+            f"{path}: {len(values) - matrix.nnz} entries stand where another one stands, the first "
+            f"at row {row}, column {column}; they are summed",
+            InputWarning,
+            stacklevel=2,
         )
+    return matrix
 
 
-def read_harwell_boeing(path: Path) -> Any:
-    """The matrix (CSC) of a Harwell-Boeing file: real, assembled, RUA or RSA.
+def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
+    if np.any(columns != np.round(columns)):
+        raise ValueError("rows and columns must be whole numbers")
+    if columns.min(initial=first) < first:
+        raise ValueError(f"rows and columns must count from {first}")
+    return columns.astype(np.intp)
 
-    A symmetric file holds the lower triangle; right-hand sides are left out. Raises ValueError.
+
+def read_matrix_market(path: Path) -> Found:
+    """The matrix of a Matrix Market file: coordinate or array, general, symmetric or skew."""
+    with path.open(encoding="utf-8") as stream:
+        words = stream.readline().lower().split()
+        if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
+            raise ValueError("the first line must be %%MatrixMarket matrix and three words")
+        form, entry, symmetry = words[2:]
+        size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
+        table = _numbers(stream, "%")
+    placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
+    if form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+        raise ValueError(f"{form} {symmetry}: coordinate or array, {_ALLOWED} are read")
+    numbers = [int(word) for word in size.split()]
+    if len(numbers) != 2 + placed:
+        raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
+    n = (numbers[0], numbers[1])
+    if max(n) > MOST_ROWS:
+        raise ValueError(f"{max(n):.6g} rows; at most {MOST_ROWS} are read")
+    count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
+    width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
+    shape = (numbers[2] if placed else count, width)
+    if len(table) != shape[0] or (shape[0] and table.shape != shape):
+        raise ValueError(
+            f"{len(table)} lines of {table.shape[1]} numbers; {shape[0]} of {shape[1]} are required"
+        )
+    table = table.reshape(shape)
+    if entry == "integer" and np.any(table != np.round(table)):
+        raise ValueError("entries must be whole numbers, as the first line says")
+    if placed:
+        where = _places(table[:, :2].T, 1) - 1
+    elif general:
+        where = np.array(np.unravel_index(np.arange(count), n, order="F"))
+    else:
+        where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
+    parts = table[:, 2 * placed :].T
+    values = sum(parts[1:], 0) * 1j + parts[0] if len(parts) else np.ones(shape[0])
+    matrix = _assembled(path, where, values, n)
+    if general:
+        return Found(matrix)
+    if not one_sided(matrix):
+        raise ValueError(_ONE_TRIANGLE.format(symmetry))
+    if skew and np.any(matrix.diagonal()):
+        raise ValueError("a skew-symmetric file has no diagonal, and this has")
+    return Found(mirrored(matrix, -1.0 if skew else 1.0))
+
+
+_ONE_TRIANGLE = "a {} file holds one triangle, and this has entries on both sides of the diagonal"
+
+
+def is_abaqus(head: bytes) -> bool:
+    """True if the first line that is no comment holds 3 or 5 numbers, the last a value."""
+    for line in head.decode("ascii", "replace").splitlines():
+        if line.strip() and line.lstrip()[0] not in "*#%":
+            words = line.replace(",", " ").split()
+            return len(words) in (3, LABELS) and all(word.isdecimal() for word in words[:-1])
+    return False
+
+
+def read_abaqus(path: Path) -> Found:
+    """The matrix of rows `row, column, value` or `node, dof, node, dof, value`.
+
+    Commas or blanks separate. A line that begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC.
     """
+    text = path.read_text(encoding="utf-8").replace(",", " ")
+    lines = text.splitlines()
+    heads = "".join(line for line in lines if line.startswith("*")).upper().replace(" ", "")
+    table = _numbers((s for s in lines if s.strip() and s.lstrip()[0] not in "*#%"), None)
+    if not table.size:
+        raise ValueError("no entries")
+    if table.shape[1] not in (3, LABELS):
+        raise ValueError(f"{table.shape[1]} columns; 3 or {LABELS} are read")
+    labels = None
+    if table.shape[1] == LABELS:
+        given = _places(table[:, :4], 0)
+        unique, index = np.unique(given.reshape(-1, 2), axis=0, return_inverse=True)
+        labels = tuple((int(node), int(dof)) for node, dof in unique)
+        where = index.reshape(-1, 2).T
+    else:
+        where = _places(table[:, :2].T, 1) - 1
+    n = int(where.max()) + 1
+    if n > MOST_ROWS:
+        raise ValueError(f"{n:.6g} rows; at most {MOST_ROWS} are read")
+    found = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
+    matrix = _assembled(path, where, table[:, -1], (n, n))
+    return Found(matrix, labels, labels is None, found[1] is None if found else None)
+
+
+def is_harwell_boeing(head: bytes) -> bool:
+    """True if the third line begins with a type such as RUA and the second counts lines."""
+    lines = head.splitlines()[:3]
+    counts = len(lines) == 3 and all(word.isdigit() for word in lines[1].split())
+    return counts and bool(re.match(rb"[RCPI][SUHZR][AE]\s", lines[2].upper()))
+
+
+def read_harwell_boeing(path: Path) -> Found:
+    """The matrix of a Harwell-Boeing file: real, assembled, RUA or RSA; no right-hand sides."""
     from scipy.io import hb_read
 
     lines = path.read_text(encoding="ascii").splitlines(keepends=True)
@@ -87,60 +198,12 @@ def read_harwell_boeing(path: Path) -> Any:
     kind = lines[2][:3].upper()
     if kind[0] not in "RI" or kind[1] not in "US" or kind[2] != "A":
         raise ValueError(f"type {kind}; RUA and RSA (real, assembled) are read")
-    lines[2] = f"{kind[0]}UA{lines[2][3:]}"
+    lines[2] = f"{kind[0]}UA{lines[2][3:]}"  # SciPy reads no symmetric ones
     if lines[1][56:72].strip() not in ("", "0"):  # right-hand sides come last: leave them out
         lines[1] = f"{lines[1][:56].ljust(56)}{'0':>14}\n"
         del lines[4]
     matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
     matrix.check_format(full_check=True)
-    if kind[1] == "U":
-        return matrix
-    _check_triangle("symmetric", *matrix.tocoo().coords)
-    return _mirrored(matrix)
-
-
-def _mirrored(matrix: Any) -> Any:
-    from scipy.sparse import diags_array
-
-    return matrix + matrix.T - diags_array(matrix.diagonal())
-
-
-def read_abaqus(path: Path) -> tuple[Any, tuple[tuple[int, int], ...] | None]:
-    """Matrix (CSC) and labels (node, degree of freedom) of its rows, None if it has none.
-
-    Rows `row, column, value` or `node, dof, node, dof, value`, separated by commas or blanks. A
-    file whose entries all lie on one side of the diagonal holds a symmetric matrix, unless its
-    head says TYPE=UNSYMMETRIC. Raises ValueError.
-    """
-    from scipy.sparse import coo_array
-
-    text = path.read_text(encoding="utf-8")
-    kept = [s for s in text.splitlines() if s.strip() and s.lstrip()[0] not in "*#%"]
-    heads = "".join(s for s in text.splitlines() if s.startswith("*")).upper().replace(" ", "")
-    if not kept:
-        raise ValueError("no entries")
-    table = np.loadtxt(io.StringIO("\n".join(kept).replace(",", " ")), ndmin=2)
-    if table.shape[1] not in (3, 5):
-        raise ValueError(f"{table.shape[1]} columns; 3 or 5 are read")
-    places, values = table[:, :-1], table[:, -1]
-    if np.any(places != np.round(places)):
-        raise ValueError("rows and columns must be whole numbers")
-    if places.shape[1] == 2:
-        k = int(np.argmax(places.max(axis=1)))
-        check_rows(float(places[k].max()), f"entry {' '.join(kept[k].split())}: ")
-    whole = places.astype(int)
-    labels = None
-    if whole.shape[1] == 4:
-        pairs = np.vstack([whole[:, :2], whole[:, 2:]])
-        unique, index = np.unique(pairs, axis=0, return_inverse=True)
-        labels = tuple((int(node), int(dof)) for node, dof in unique)
-        rows, columns = index.reshape(2, -1)
-    else:
-        if whole.min() < 1:
-            raise ValueError("rows and columns must count from 1")
-        rows, columns = whole[:, 0] - 1, whole[:, 1] - 1
-    n = int(max(rows.max(), columns.max())) + 1
-    matrix = coo_array((values, (rows, columns)), shape=(n, n)).tocsc()
-    if "TYPE=UNSYMMETRIC" not in heads and _one_sided(rows, columns):
-        matrix = _mirrored(matrix)
-    return matrix, labels
+    if kind[1] == "S" and not one_sided(matrix):
+        raise ValueError(_ONE_TRIANGLE.format("symmetric"))
+    return Found(mirrored(matrix) if kind[1] == "S" else matrix)

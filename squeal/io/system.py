@@ -12,6 +12,7 @@ coordinates: {file: nodes.csv}
 ```
 """
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,17 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.coordinates import Coordinates, read_coordinates
 from squeal.io.document import read_document
-from squeal.io.matrices import SUFFIXES, FileMatrix, aligned, read_matrix
-from squeal.linear.dampings import modal, rayleigh, structural
-from squeal.linear.system import Term, TermSystem
+from squeal.io.matrices import FORMATS, aligned, read_matrix
+from squeal.io.matrix_text import Found
+from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
+from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.formula import ALLOWED, Formula
 from squeal.schema.arguments import FILE, takes
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
-from squeal.schema.values import Kind, Named, Number, Numbers, Row, Square, Text
+from squeal.schema.values import Flag, Kind, Named, Number, Numbers, Row, Square, Text
 
 PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not
@@ -37,11 +39,17 @@ MOST_ROWS = 2000  # of a matrix written into the file
 FULL = 0.2  # share of entries above which a matrix from a file is kept dense
 FULL_ROWS = 2000
 
+SUFFIXES = ", ".join(suffix for one in FORMATS for suffix in one.suffixes)
 TERM = Group(
     {
-        "file": Key(f"matrix file beside this one ({', '.join(SUFFIXES)})", Text()),
+        "file": Key(f"matrix file beside this one ({SUFFIXES})", Text()),
         "key": Key("which matrix of a .mat, .npz or .op4 file", Text(), default="the only one"),
         "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
+        "symmetric": Key(
+            "whether entries on one side of the diagonal stand for the other side too",
+            Flag(),
+            default="what the file says",
+        ),
         "factor": Key(f"what it is multiplied with: {ALLOWED}", Text(), default="1"),
     }
 )
@@ -70,8 +78,9 @@ class Part(Kind):
         found = TERM.read(value, at)
         if ("file" in found) == ("matrix" in found):
             raise at.refuse("it must hold one of file and matrix")
-        if "key" in found and "file" not in found:
-            raise (at / "key").unused(found["key"], "a matrix without a file")
+        for name in ("key", "symmetric"):
+            if name in found and "file" not in found:
+                raise (at / name).unused(found[name], "a matrix without a file")
         return found
 
     def schema(self) -> dict[str, Any]:
@@ -179,6 +188,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     for part, here, term in _terms(given, at):
         places.append((part, here, term))
         matrices.append(_matrix(term, here, folder, seen))
+    _compare_labels(at, [(part, m) for (part, _, _), m in zip(places, matrices, strict=True)])
     try:
         common = aligned(matrices)
     except InputError as error:
@@ -209,20 +219,55 @@ def _complete(
     inputs: tuple[Path, ...],
 ) -> SystemFile:
     M, C, K = (tuple(parts[part]) for part in PARTS)
-    try:
-        own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
-        system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
-        system = _damped(system, given.get("damping", {}))
-    except InputError as error:
-        raise at.refuse(str(error)) from None
     coordinates = None
     if "coordinates" in given:
         path = folder / given["coordinates"]["file"]
-        coordinates, inputs = read_coordinates(path, system.n), (*inputs, path)
+        rows = M[0].matrix.shape[0]
+        coordinates, inputs = read_coordinates(path, rows), (*inputs, path)
+    try:
+        own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
+        system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
+        system, held = without_supports(system)
+        if held.size:
+            _warn(
+                at / "K",
+                f"{held.size} rows whose diagonal stands decades above all others are "
+                f"taken for supports and left out, the first is row {held[0] + 1}",
+            )
+            coordinates = coordinates and coordinates.without(held)
+        system = _damped(system, given.get("damping", {}), at)
+    except InputError as error:
+        raise at.refuse(str(error)) from None
     return SystemFile(system, given.get("reference", ""), origins, inputs, coordinates)
 
 
-def _damped(system: TermSystem, damping: dict[str, Any]) -> TermSystem:
+def _warn(at: Place, words: str) -> None:
+    warnings.warn(f"{at}: {words}", InputWarning, stacklevel=3)
+
+
+def _compare_labels(at: Place, named: Sequence[tuple[str, Found]]) -> None:
+    """Warn of rows (node, dof) that M or K alone have."""
+    found = {
+        part: {label for p, m in named if p == part for label in m.labels or ()} for part in "MK"
+    }
+    for part, other in ("MK", "KM"):
+        alone = sorted(found[part] - found[other])
+        if alone and found[other]:
+            node, dof = alone[0]
+            _warn(
+                at,
+                f"{len(alone)} rows stand in {part} and not in {other}, the first is degree "
+                f"of freedom {dof} of node {node}; their entries in {other} are taken as zero",
+            )
+
+
+def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSystem:
+    if not damping:
+        return system
+    varied = [i for i in structure_stiffness(system)[1] if not system.K[i].constant]
+    if varied:
+        terms = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
+        _warn(at / "damping", f"also damps {terms}, at the values of the parameters given here")
     if "rayleigh" in damping:
         system = rayleigh(system, *damping["rayleigh"])
     if "ratios" in damping:
@@ -255,14 +300,14 @@ def _formula(text: str, at: Place) -> Formula:
     return found
 
 
-def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, None]) -> FileMatrix:
+def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, None]) -> Found:
     if "matrix" in term:
         from scipy.sparse import csc_array
 
-        return FileMatrix(csc_array(np.array(term["matrix"])))
+        return Found(csc_array(np.array(term["matrix"])))
     path = folder / term["file"]
     try:
-        found = read_matrix(path, term.get("key"))
+        found = read_matrix(path, term.get("key"), term.get("symmetric"))
     except InputError as error:
         raise (at / "file").refuse(str(error)) from None
     seen[path] = None

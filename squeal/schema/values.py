@@ -228,6 +228,20 @@ class Text(Single):
 
 
 @dataclass(frozen=True)
+class Flag(Single):
+    """true or false."""
+
+    def allowed(self) -> str:
+        return "true or false"
+
+    def convert(self, value: Any) -> bool | None:
+        return value if isinstance(value, bool) else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "boolean"}
+
+
+@dataclass(frozen=True)
 class Named(Single):
     """A name: letters, digits and underscores, no digit first."""
 

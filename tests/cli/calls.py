@@ -27,9 +27,10 @@ def assert_warns(err, found):
 
 
 def assert_refused(capsys, *arguments, code=2):
-    """The one line of a refusal; nothing is printed on standard output."""
+    """The one line of a refusal, after warnings; nothing is printed on standard output."""
     ended, out, err = run(capsys, *arguments)
     assert (ended, out) == (code, "")
-    assert err.startswith("squeal: ")
-    assert err.count("\n") == 1
-    return err
+    *warnings, last = err.splitlines()
+    assert all(line.startswith("squeal: warning: ") for line in warnings)
+    assert last.startswith("squeal: ")
+    return last

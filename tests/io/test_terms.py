@@ -6,7 +6,7 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array, save_npz
 
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.document import read_document
 from squeal.io.documentation import system_schema
 from squeal.io.system import is_general, read_system
@@ -166,3 +166,53 @@ def test_which_form_a_file_has():
     assert is_general({"M": [[1]], "K": [[1]]})
     assert not is_general({"M": [[1]], "K0": [[1]]})
     assert not is_general({"model": "B1"})
+
+
+LABELLED = {
+    "m.txt": "1,1,1,1,1\n1,2,1,2,1\n2,1,2,1,1\n",
+    "k.txt": "1,1,1,1,9\n1,2,1,2,7\n3,1,3,1,5\n4,1,4,1,5\n",
+}
+
+
+def test_labels_that_m_or_k_alone_have_are_reported(tmp_path):
+    for name, text in LABELLED.items():
+        (tmp_path / name).write_text(text)
+    words = "1 rows stand in M and not in K, the first is degree of freedom 1 of node 2"
+    with (
+        pytest.warns(InputWarning, match=words),
+        pytest.warns(InputWarning, match="2 rows stand in K and not in M, .* 1 of node 3"),
+    ):
+        _read(tmp_path, "M: {file: m.txt}\nK: {file: k.txt}\n")
+    friction = LABELLED["m.txt"][: -len("2,1,2,1,1\n")]
+    (tmp_path / "f.txt").write_text(friction)
+    text = "M: {file: m.txt}\nK: [{file: m.txt}, {file: f.txt, factor: mu}]\n"
+    assert _read(tmp_path, text).system.n == 3  # a term of K may be of some rows only
+
+
+def test_one_sided_friction_stays_on_its_side(folder):
+    (folder / "f.txt").write_text("1,1,1,2,0.4\n1,1,1,1,0\n1,2,1,2,0\n2,1,2,1,0\n")
+    (folder / "m.txt").write_text("1,1,1,1,1\n1,2,1,2,1\n2,1,2,1,1\n")
+    text = "M: {file: m.txt}\nK: [{file: m.txt}, {file: f.txt, factor: mu SAID}]\n"
+    with pytest.raises(InputError, match=r"K\.2\.file: .*f\.txt: .*symmetric: true or"):
+        _read(folder, text.replace(" SAID", ""))
+    found = _read(folder, text.replace(" SAID", ", symmetric: false")).system
+    assert found.at({"mu": 1.0})[2].tolist() == [[1, 0.4, 0], [0, 1, 0], [0, 0, 1]]
+    with pytest.raises(InputError, match="must be true or false"):
+        _read(folder, text.replace(" SAID", ", symmetric: 3"))
+
+
+def test_supports_by_penalties_are_left_out_with_a_warning(folder):
+    (folder / "nodes.csv").write_text("node,dof,x,y,z\n7,x,0,0,0\n7,y,0,0,0\n9,z,1,2,3\n")
+    text = "M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nK: [[9, 0, -1], [0, 1.0e+30, 0], [-1, 0, 7]]\n"
+    with pytest.warns(InputWarning, match="1 rows .* supports and left out, the first is row 2"):
+        found = _read(folder, text + "coordinates: {file: nodes.csv}\n")
+    assert found.system.at()[2].tolist() == [[9, -1], [-1, 7]]
+    moved = found.coordinates.displacements(np.array([1.0, 2.0]))
+    assert moved.tolist() == [[1, 0, 0], [0, 0, 2]]
+
+
+def test_a_factor_of_one_leaves_damping_on_and_is_reported(folder):
+    text = "parameters: {lining: 1.0}\nM: {file: m.mtx}\nK: {file: k0.mtx, factor: lining}\n"
+    with pytest.warns(InputWarning, match=r"damping: also damps K\.1 \(lining\)"):
+        found = _read(folder, text + "damping: {structural: 0.1}\n")
+    assert np.allclose(found.system.at()[2], (1 + 0.1j) * K0)
