@@ -1,6 +1,7 @@
 """Matrix files: every format gives back every digit, and a wrong file one sentence."""
 
 import os
+from typing import Any
 
 import numpy as np
 import pytest
@@ -239,7 +240,7 @@ def test_a_wrong_file_gets_one_sentence(tmp_path, read, name, content, words):
 def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
     savemat(tmp_path / "K.mat", {"K": matrix.toarray()})
     (tmp_path / "K.mat").write_bytes((tmp_path / "K.mat").read_bytes()[:400])
-    arrays = {"data": [2.0, 3.0], "indices": [0, 6], "indptr": [0, 1, 2]}
+    arrays: Any = {"data": [2.0, 3.0], "indices": [0, 6], "indptr": [0, 1, 2]}
     np.savez(tmp_path / "K.npz", format=b"csc", shape=[2, 2], **arrays)
     os.mkfifo(tmp_path / "pipe.mtx")
     for name in ("K.mat", "K.npz", "pipe.mtx", "."):
