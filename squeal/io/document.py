@@ -1,7 +1,7 @@
 """One YAML document from a file: UTF-8, no doubled keys, numbers as YAML 1.2 writes them."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +9,28 @@ import yaml
 
 from squeal.schema.place import Place, shown
 
-DEEPEST = 50  # levels of brackets or indents; the loader takes long over many
+DEEPEST = 50  # levels of brackets or indents
+MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
+
+_WORDS = {"true": True, "false": False}
+# fmt: off
+_SCALARS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
+    ("bool", "true|True|TRUE|false|False|FALSE", "tTfF", lambda text: _WORDS[text.lower()]),
+    ("null", "~|null|Null|NULL|", "~nN", lambda _: None),
+    # a very long whole number is out of every range, and int() refuses it
+    ("int", "[-+]?[0-9]+", "-+0123456789", lambda text: (int if len(text) < 300 else float)(text)),
+    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", "-+.0123456789", float),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+.",
+     lambda text: float(text.replace(".", ""))),
+)
+# fmt: on
+_TAG = "tag:yaml.org,2002:"
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader with the plain YAML 1.2 scalars: 1.0e6 is a number, `on` and 1:30 are not.
+    """Finds the tags of plain YAML 1.2 scalars: 1.0e6 is a number, `on` and 1:30 are not.
 
-    It refuses what is nested too deeply as soon as it meets it.
+    It refuses what is nested too deeply as soon as it meets it; what it finds is never constructed.
     """
 
     def fetch_flow_collection_start(self, kind: Any) -> None:
@@ -28,55 +43,67 @@ class _Loader(yaml.SafeLoader):
 
     def _refuse_depth(self, depth: int) -> None:
         if depth >= DEEPEST:
-            raise yaml.scanner.ScannerError(
-                None, None, f"nested more than {DEEPEST} times", self.get_mark()
-            )
+            raise _refused(f"nested more than {DEEPEST} times", self.get_mark())
 
 
 _Loader.yaml_implicit_resolvers = {}
-for _tag, _pattern, _first in (
-    ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
-    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
-    ("int", r"[-+]?[0-9]+", "-+0123456789"),
-    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", "-+.0123456789"),
-    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+."),
-):
-    _Loader.add_implicit_resolver(
-        f"tag:yaml.org,2002:{_tag}", re.compile(rf"^(?:{_pattern})$"), list(_first)
-    )
+for _name, _pattern, _first, _ in _SCALARS:
+    _starts = [*_first, *([""] if _name == "null" else [])]
+    _Loader.add_implicit_resolver(_TAG + _name, re.compile(f"^(?:{_pattern})$"), _starts)
 
 
-def _decimal(loader: _Loader, node: yaml.ScalarNode) -> float | int:
-    text = str(node.value)
-    # very long integers would be refused by int(); they are out of every range anyway
-    return int(text) if len(text) < 300 else float(text)
+def _refused(problem: str, mark: Any) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(None, None, problem, mark)
 
 
-def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for key_node, value_node in node.value:
-        key = loader.construct_object(key_node, deep=True)
-        if not isinstance(key, str):
-            raise yaml.constructor.ConstructorError(
-                None, None, f"the key {shown(key)} is not a word", key_node.start_mark
-            )
-        if key in result:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"the key {key} stands there twice", key_node.start_mark
-            )
-        result[key] = loader.construct_object(value_node, deep=True)
-    return result
+class _Values:
+    """The values of a graph of nodes, at most so many: an alias counts as often as it is used."""
+
+    def __init__(self, most: int) -> None:
+        self.left = most
+
+    def of(self, node: yaml.Node, depth: int = 0) -> Any:
+        self.left -= 1
+        if self.left < 0 or depth > DEEPEST:
+            raise _refused("aliases make it too large", node.start_mark)
+        if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
+            return [self.of(one, depth + 1) for one in node.value]
+        if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
+            return self._mapping(node, depth)
+        if isinstance(node, yaml.ScalarNode):
+            text = str(node.value)
+            if node.tag in (_TAG + "str", "!"):
+                return text
+            for name, pattern, _, made in _SCALARS:
+                if node.tag == _TAG + name and re.fullmatch(pattern, text):
+                    return made(text)
+        raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
+
+    def _mapping(self, node: yaml.MappingNode, depth: int) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            key = self.of(key_node, depth + 1)
+            if not isinstance(key, str):
+                raise _refused(f"the key {shown(key)} is not a word", key_node.start_mark)
+            if key in found:
+                raise _refused(f"the key {key} stands there twice", key_node.start_mark)
+            found[key] = self.of(value_node, depth + 1)
+        return found
 
 
-_Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
-_Loader.add_constructor("tag:yaml.org,2002:int", _decimal)
+def _value(text: str) -> Any:
+    """The value of YAML text. Raises yaml.YAMLError or ValueError."""
+    node = yaml.compose(text, Loader=_Loader)
+    if node is None:
+        raise _refused("there is none", None)
+    return _Values(max(len(text), MOST)).of(node)
 
 
 def scalar(text: str) -> Any:
     """The value of a plain YAML scalar, such as the value of an option; the text itself if not."""
     try:
-        return yaml.load(text, Loader=_Loader)
-    except yaml.YAMLError:
+        return _value(text) if text.strip() else None
+    except (yaml.YAMLError, ValueError):
         return text
 
 
@@ -105,33 +132,25 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
     Raises InputError if it is not one UTF-8 YAML mapping.
     """
     try:
-        text = content.decode("utf-8")
+        found = _value(content.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise at.refuse(f"byte {error.start} is not UTF-8; only UTF-8 text is allowed") from None
-    try:
-        documents = list(yaml.load_all(text, Loader=_Loader))
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
+    except (yaml.YAMLError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
+        reason = getattr(error, "problem", None) or str(error).partition("\n")[0]
+        raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed") from None
+    if not isinstance(found, dict):
         raise at.refuse(
-            f"{line}{error.problem or error.context}; one YAML mapping is allowed"
-        ) from None
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else "nested too deeply"
-        raise at.refuse(f"{reason}; one YAML mapping is allowed") from None
-    if len(documents) != 1:
-        raise at.refuse(f"{len(documents)} documents; exactly one is allowed")
-    if not isinstance(documents[0], dict):
-        raise at.refuse(
-            f"the content {shown(documents[0])} is not allowed; it must be a mapping of keys to "
-            "values"
+            f"the content {shown(found)} is not allowed; it must be a mapping of keys to values"
         )
-    return documents[0]
+    return found
 
 
-def named_files(said: Any) -> Iterator[str]:
+def named_files(document: Any) -> Iterator[str]:
     """The files that a document, or a part of it, names as `file: NAME`."""
-    for key, entry in said.items() if isinstance(said, dict) else enumerate(said):
+    entries = document.items() if isinstance(document, dict) else enumerate(document)
+    for key, entry in entries:
         if key == "file" and isinstance(entry, str):
             yield entry
         elif isinstance(entry, dict | list):
@@ -139,9 +158,6 @@ def named_files(said: Any) -> Iterator[str]:
 
 
 def with_named_files(path: Path) -> list[str]:
-    """A document's file and those that it names, which lie beside it.
-
-    Raises InputError if the document cannot be read.
-    """
+    """A document's file and those that it names, which lie beside it. Raises InputError."""
     beside = (str(path.parent / name) for name in named_files(read_document(path)))
     return list(dict.fromkeys([str(path), *beside]))

@@ -49,7 +49,7 @@ def one_sided(matrix: Any) -> bool:
 
 def mirrored(matrix: Any, sign: float = 1.0) -> Any:
     """A triangle with its mirror image added, the diagonal taken once."""
-    return csc_array(matrix + sign * matrix.T - diags_array(matrix.diagonal()))
+    return csc_array(matrix + sign * (matrix - diags_array(matrix.diagonal())).T)
 
 
 def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
@@ -129,7 +129,9 @@ def read_matrix_market(path: Path) -> Found:
     else:
         where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
     parts = table[:, 2 * placed :].T
-    values = sum(parts[1:], 0) * 1j + parts[0] if len(parts) else np.ones(shape[0])
+    values = np.ones(shape[0]) if entry == "pattern" else parts[0]
+    if entry == "complex":
+        values = values + 1j * parts[1]
     matrix = _assembled(path, where, values, n)
     if general:
         return Found(matrix)

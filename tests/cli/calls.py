@@ -33,4 +33,4 @@ def assert_refused(capsys, *arguments, code=2):
     *warnings, last = err.splitlines()
     assert all(line.startswith("squeal: warning: ") for line in warnings)
     assert last.startswith("squeal: ")
-    return last
+    return f"{last}\n"

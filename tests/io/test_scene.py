@@ -6,10 +6,11 @@ import pytest
 import yaml
 
 from squeal.errors import InputError
-from squeal.io.document import DEEPEST, read_document
+from squeal.io.document import DEEPEST, named_files, parse_document, read_document, scalar
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
+from squeal.schema.place import Place
 
 VALUES = {
     "m": "1.0",
@@ -157,7 +158,7 @@ def test_only_plain_decimal_numbers(read, given):
         ("formulation: {line_force: mean}\n", ("formulation", "B1")),
         ("damping: {ratios: [0.1, 0.1]}\n", ("damping.ratios", "3 finite numbers")),
         ("damping: {}\n", ("damping", "one of")),
-        ("---\nmodel: B1\n", ("2 documents", "one")),
+        ("---\nmodel: B1\n", ("another document", "one")),
         ("x: [1\n", ("line",)),
         ("1: 2\n", ("1", "not a word")),
     ],
@@ -276,7 +277,12 @@ def test_an_alias_stands_for_its_anchor(read):
         (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), ("<<", "unknown key")),
         (text(more="tolerance: !!python/name:os.system x\n"), ("line",)),
         (text(more='tolerance: !!int "0x10"\n'), ("0x10",)),
-        (text(more="tolerance: !!timestamp 2001-01-01\n"), ("tolerance", "2001-01-01")),
+        (text(more="tolerance: !!timestamp 2001-01-01\n"), ("line", "2001-01-01")),
+        (text(more="tolerance: !!timestamp x\n"), ("line", "x", "is no timestamp")),
+        (text(more="tolerance: !!bool x\n"), ("line", "is no bool")),
+        (text(more="tolerance: !!float x\n"), ("line", "is no float")),
+        (text(more="tolerance: !!map x\n"), ("line", "is no map")),
+        (text(more="tolerance: &a [*a]\n"), ("line", "aliases make it too large")),
         (text(more='"a\\nb": 1\n'), (r"a\nb", "unknown key")),
         (text(more='"a\\x1b[31m": 1\n'), (r"\x1b", "unknown key")),
         (text(more="? [a, b]\n: 1\n"), ("not a word",)),
@@ -288,7 +294,7 @@ def test_an_alias_stands_for_its_anchor(read):
         (text(more="initial:\n"), ("initial", "mapping")),
         (text(more="outputs:\n"), ("outputs", "list")),
         (text(more="initial: {theta_dot: 0.1*pi}\n"), ("initial.theta_dot", "finite number")),
-        ("# a comment\n", ("0 documents",)),
+        ("# a comment\n", ("there is none",)),
     ],
 )
 def test_refused_forms(read, content, parts):
@@ -316,5 +322,16 @@ def test_aliases_of_aliases_are_refused_at_once(read):
     rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
     rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
     assert_refused(
-        read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "outputs", "must be one of"
+        read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "aliases make it too large"
     )
+    at = Place("x")
+    bomb = "\n".join(["M: {file: m}", *(f"a{i}: {row}" for i, row in enumerate(rows))])
+    with pytest.raises(InputError, match="aliases"):
+        list(named_files(parse_document(bomb.encode(), at)))
+    many = "[" + "1, " * 200_000 + "1]"  # what is written out may be of any size
+    assert len(parse_document(f"a: {many}".encode(), at)["a"]) == 200_001
+
+
+@pytest.mark.parametrize("text", ["!!float x", "!!bool x", "!!timestamp x", "[1", "a\0", "&a [*a]"])
+def test_an_option_that_is_no_yaml_is_the_text_itself(text):
+    assert scalar(text) == text
