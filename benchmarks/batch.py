@@ -27,7 +27,7 @@ from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.model.pad import Model, Pad
 from squeal.model.units import natural_units
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.ensemble import DONE, simulate_many, stack
 from squeal.simulation.reference import reference
 
 STOP, TOLERANCE, TIGHT = 100.0, 1e-10, 1e-15

@@ -26,9 +26,10 @@ import numpy as np
 from squeal.article.precision.paths import ours
 from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import PadModel
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.ensemble import DONE, simulate_many, stack
+from squeal.simulation.hybrid import first_state
 from squeal.simulation.reference import Reference, error_against, reference
-from squeal.simulation.run import first_state, in_natural_units
+from squeal.simulation.run import in_natural_units
 
 HERE = Path(__file__).resolve().parent
 SCENES = HERE.parent / "workflow" / "scenes"

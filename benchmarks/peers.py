@@ -13,7 +13,8 @@ from squeal.io.scene import Scene
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import pose
 from squeal.model.states import State
-from squeal.simulation.run import first_state, in_natural_units
+from squeal.simulation.hybrid import first_state
+from squeal.simulation.run import in_natural_units
 
 MOST_STEPS = 100_000
 

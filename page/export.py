@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,21 +22,17 @@ from squeal.model.contact import (
     contact_law,
     contact_model,
 )
+from squeal.model.equations import term_count
 from squeal.model.law import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states
-from squeal.simulation.integrators.symbols import (
-    FAINT,
-    NAMES,
-    OWN_CODE,
-    equations,
-    state_parameters,
-)
-from squeal.simulation.integrators.taylor import compiled
+from squeal.simulation.symbols import FAINT, NAMES, equations, rising, state_parameters
 
 SHOWN = ("B1", "B2", "BN")  # models on the page
 SPRINGS = (4, 8, 16, 32)  # of model BN; each number is code of its own
+# Up to so many contact points each state has code of its own; with more one code serves all.
+OWN_CODE = 2
 DAMPED = ("damping",)
 VARIABLES = hy.make_vars("x", "y", "s", "u", "v", "r")  # those of `equations`
 # The steps of a law are small in heyoka's compact mode: 15 kB instead of 60 kB; clang optimises.
@@ -94,8 +91,17 @@ def _symbols() -> Coefficients:
     return Coefficients(**{n: hy.par[i] for i, n in enumerate(NAMES)})
 
 
+@cache
 def integrator(law: ContactLaw, contact: State | None, terms: tuple[str, ...] = ()) -> Any:
-    return compiled(law, contact, DEFAULT_TOLERANCE, float, terms, **PLAIN)
+    """The integrator of one contact state, or of any (None) that its parameters then tell."""
+    on = _touching(law, contact)
+    system, heights, limits = equations(law, on, terms)
+    upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+    events = [hy.t_event(e, direction=upwards) for e in rising(heights, on)]
+    events += [hy.t_event(limit, direction=downwards) for limit in limits]
+    pars = [1.0] * (len(NAMES) + law.points + term_count(terms))
+    how: Any = {"tol": DEFAULT_TOLERANCE, "t_events": events} | PLAIN
+    return hy.taylor_adaptive(system, [0.0] * 6, pars=pars, **how)
 
 
 def _touching(law: ContactLaw, contact: State | None) -> Touching:

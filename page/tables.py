@@ -8,6 +8,7 @@ from typing import Any
 
 from page.export import (
     DAMPED,
+    OWN_CODE,
     SHOWN,
     bits,
     gaps_name,
@@ -27,8 +28,8 @@ from squeal.model.pad import PARAMETERS
 from squeal.model.springs import Springs
 from squeal.model.states import STATES
 from squeal.schema.values import Number, Row
-from squeal.simulation.integrators.symbols import NAMES, OWN_CODE
-from squeal.simulation.legs import LIMITS
+from squeal.simulation.hybrid import LIMITS
+from squeal.simulation.symbols import NAMES
 
 OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
 

@@ -225,7 +225,7 @@ export function firstContact(engine, body, state) {
 }
 
 /** Turn a level pad on the surface, whose contact length would be 0/0, to the side that touches,
- * by less than rounding (squeal.simulation.run.off_level; compared with it in the tests). */
+ * by less than rounding (squeal.simulation.hybrid.off_level; compared with it in the tests). */
 function offLevel(engine, body, state, contact) {
   if (!body.own || (contact !== 1 && contact !== 2)) return;
   const gaps = gapsAt(engine, body, state);

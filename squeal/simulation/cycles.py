@@ -12,8 +12,8 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel
 from squeal.model.units import Units
-from squeal.simulation.observers import Observer
-from squeal.simulation.run import integrate, make_integrator, state_rates
+from squeal.simulation.hybrid import Observer, integrate, state_rates
+from squeal.simulation.run import make_integrator
 from squeal.simulation.variations import Variations
 
 TOLERANCE = 1e-12  # of the integration

@@ -1,7 +1,11 @@
-"""What is watched along a run. Each observer sees the legs and changes as they come and keeps no
-more than its own result, so memory does not grow with the length of the run."""
+"""What is watched along a run. Each observer sees the courses as they come and keeps no more than
+its own result, so memory does not grow with the length of the run.
+
+`Grid` and `intervals` serve single motions and ensembles alike.
+"""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,48 +13,189 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.io.scene_keys import COORDINATES
 from squeal.model.equations import PadModel
+from squeal.model.law import ContactLaw
+from squeal.model.mechanics import Coefficients, pose
 from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.simulation.legs import Leg
+from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
 
-HALVINGS = 60  # of a step: to the last digit of a time in it
+Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
+"""A signal (...) from coefficients, states (6, ...) and contact (points, ...)."""
 
 
-class Observer:
-    """Sees every leg and contact change; `dense` tells that it needs the motion in between."""
+@lru_cache(maxsize=8)
+def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Shares (count,) of a step, both ends included, and weights of Lobatto's quadrature there."""
+    basis = np.polynomial.Legendre.basis(count - 1)
+    places = np.concatenate([[-1.0], np.sort(basis.deriv().roots().real), [1.0]])
+    weights = 1.0 / (count * (count - 1) * basis(places) ** 2)
+    found = (places + 1.0) / 2.0, weights
+    for array in found:
+        array.setflags(write=False)
+    return found
 
-    dense = False
 
-    def leg(self, leg: Leg) -> None:
-        """A leg of smooth motion, in natural units."""
+class Intervals(NamedTuple):
+    """Times of one contact state: motion (i,), begin and end (i,), contact (points, i)."""
 
-    def change(self, t: float, source: State, target: State) -> None:
-        """A contact change at natural time t."""
+    lane: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    on: np.ndarray
 
-    def result(self) -> dict[str, Any]:
-        """Fields of `Simulation` that this observer fills."""
-        return {}
+
+def intervals(course: Course) -> Intervals:
+    """The times between the contact changes of n motions, in order of motion and time."""
+    n = len(course.t0)
+    lane = np.concatenate([np.arange(n), course.lane])
+    order = np.argsort(lane, kind="stable")
+    lane, begin = lane[order], np.concatenate([course.t0, course.t])[order]
+    end = np.append(begin[1:], 0.0)
+    final = np.append(lane[1:] != lane[:-1], True)
+    end[final] = course.t1
+    on = np.concatenate([course.first, course.on], axis=1)[:, order]
+    return Intervals(lane, begin, end, on)
+
+
+class Grid:
+    """Motions read at the same places of all their steps.
+
+    count: places in each; shares (k,) of a step, weights (k,) of quadrature over it; states
+    (6, k, s); t (k, s): times.
+    """
+
+    def __init__(self, course: Course, count: int) -> None:
+        self.steps = steps = course.dense
+        self.shares, self.weights = lobatto(count)
+        powers = self.shares[:, None] ** np.arange(len(steps.series))
+        self.states = np.tensordot(powers, steps.series, 1).swapaxes(0, 1)
+        self.t = steps.t + steps.h * self.shares[:, None]
+        self.c = course.coefficients(steps.lane)
+        self.first = np.searchsorted(steps.lane, np.arange(len(course.t0)))  # of each motion
+        self._course = course
+
+    def read(self, signal: Read) -> np.ndarray:
+        """A signal (..., k, s) at all places."""
+        return signal(self.c, self.states, self.steps.on[:, None])
+
+    def peaks(
+        self, signal: Read, values: np.ndarray, enough: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Maxima between the samples (k, s) of a signal, as far as they may be `enough` (s,).
+
+        Returns their steps (m,), shares (m,) of them, and values (m,), exact to rounding.
+        """
+        high = np.fmax.reduce(values)
+        some = np.flatnonzero(high + 2.0 * (high - np.fmin.reduce(values)) > enough)
+        shares, values, enough = self.shares[:, None], values[:, some], enough[some]
+        # parabolas through three samples each
+        left = np.diff(values, axis=0) / np.diff(shares, axis=0)
+        bend = np.diff(left, axis=0) / (shares[2:] - shares[:-2])
+        middle = (shares[1:] + shares[:-1]) / 2.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = middle[:-1] - left[:-1] / (2.0 * bend)
+            rise = -bend * (top - shares[1:-1]) ** 2
+        low, high = middle[:-1].copy(), middle[1:].copy()
+        low[0], high[-1] = 0.0, 1.0
+        near = (bend < 0.0) & (top >= low) & (top <= high)
+        i, which = np.nonzero(near & (values[1:-1] + 2.0 * rise > enough))
+        step, at, low, high = some[which], top[i, which], self.shares[i], self.shares[i + 2]
+        if not step.size:
+            return step, at, at
+        steps, apart = self.steps.some(step), 1e-3 * (high - low)
+        c = self._course.coefficients(steps.lane)
+
+        def value(share: np.ndarray) -> np.ndarray:
+            return signal(c, steps.states(share), steps.on)
+
+        for _ in range(2):  # Newton's method on differences
+            before, here, after = value(at - apart), value(at), value(at + apart)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                moved = apart * (after - before) / (2.0 * (2.0 * here - before - after))
+            at = np.clip(at + np.where(np.isfinite(moved), moved, 0.0), low, high)
+        return step, at, np.fmax(value(at), here)
+
+    def ranges(
+        self, signal: Read, values: np.ndarray | None = None, since: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Least and greatest value (n, 2) of a signal in each of n motions.
+
+        values (k, s): the signal at all places, if it is known; since (n,): times before which
+        samples do not count. inf and -inf stand for a signal that a motion nowhere has.
+        """
+        if values is None:
+            values = self.read(signal)
+        # a peak beside the first sample that counts does so too
+        whole, begin = values, None if since is None else since[self.steps.lane]
+        if begin is not None:
+            counts = self.t >= begin - 1e-12 * np.abs(begin)
+            values, whole = (np.where(c, values, np.nan) for c in (counts, counts.any(axis=0)))
+        found = []
+        for sign in (-1.0, 1.0):
+            each = np.fmax.reduce(sign * values)
+            best = np.fmax.reduceat(np.where(np.isnan(each), -np.inf, each), self.first)
+            step, share, tops = self.peaks(
+                lambda *where, s=sign: s * signal(*where), sign * whole, best[self.steps.lane]
+            )
+            if begin is not None:
+                reach = np.minimum(share + np.diff(self.shares).max(), 1.0)
+                late = self.steps.t[step] + self.steps.h[step] * reach >= begin[step]
+                step, tops = step[late], tops[late]
+            np.fmax.at(best, self.steps.lane[step], tops)
+            found.append(sign * best)
+        return np.array(found).T
+
+
+def plotted(law: ContactLaw) -> Read:
+    """The plotted signals (signals, ...) of a law, each over its scale (F_n or w)."""
+
+    def read(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
+            values = law.signals(c, pose(np, c.place(states)), on)
+        found = np.empty((len(law.plotted), *states.shape[1:]))
+        for row, value, signal in zip(found, values, law.plotted, strict=True):
+            np.divide(value, getattr(c, signal.over), out=row)
+            if signal.is_force:  # a located contact change leaves some rounding below zero
+                np.maximum(row, 0.0, out=row)
+        return found
+
+    return read
+
+
+def one_of(signals: Read, which: int) -> Read:
+    """One of several signals."""
+    return lambda *where: signals(*where)[which]
 
 
 class Change(NamedTuple):
-    """A contact change at natural time t."""
+    """A contact change at natural time t, and the state (6,) then."""
 
     t: float
     source: State
     target: State
+    state: np.ndarray
 
 
 class Events(Observer):
     """The list of contact changes."""
 
     def __init__(self) -> None:
-        self._changes: list[Change] = []
+        self.changes: list[Change] = []
 
-    def change(self, t: float, source: State, target: State) -> None:
-        self._changes.append(Change(t, source, target))
+    def see(self, course: Course) -> None:
+        contact = state_of(course.first[:, 0])
+        for point, t, state in zip(course.point.tolist(), course.t, course.state.T, strict=True):
+            target = contact.flip(point)
+            self.changes.append(Change(float(t), contact, target, state))
+            contact = target
+
+    @property
+    def times(self) -> np.ndarray:
+        """Natural times (n,) of the changes."""
+        return np.array([change.t for change in self.changes])
 
     def result(self) -> dict[str, Any]:
-        return {"events": self._changes}
+        return {"events": self.changes}
 
 
 class Shares(Observer):
@@ -60,43 +205,13 @@ class Shares(Observer):
         self._model, self._stop = model, stop
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
-    def leg(self, leg: Leg) -> None:
-        self._time[self._model.state_name(leg.contact)] += leg.t1 - leg.t0
+    def see(self, course: Course) -> None:
+        seen = intervals(course)
+        for spent, on in zip((seen.end - seen.begin).tolist(), seen.on.T, strict=True):
+            self._time[self._model.state_name(state_of(on))] += spent
 
     def result(self) -> dict[str, Any]:
         return {"shares": {state: spent / self._stop for state, spent in self._time.items()}}
-
-
-Signal = Callable[[np.ndarray], np.ndarray]
-
-
-def _sampled(nodes: np.ndarray) -> np.ndarray:
-    """Times at 12 places of each step, and the last one."""
-    grid = np.linspace(0.0, 1.0, 12, endpoint=False)
-    return np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * grid).ravel(), nodes[-1])
-
-
-def _peak(signal: Signal, times: np.ndarray, i: int, best: float) -> tuple[float, float]:
-    """Time and value of the maximum next to sample i, whose value is `best`.
-
-    Its bracket is sampled anew four times, which leaves the value exact to rounding.
-    """
-    at = float(times[i])
-    for _ in range(4):
-        times = np.linspace(times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)], 41)
-        values = signal(times)
-        if np.isnan(values).all():
-            break
-        i = int(np.nanargmax(values))
-        if values[i] > best:
-            at, best = float(times[i]), float(values[i])
-    return at, best
-
-
-def _beyond(values: np.ndarray, i: int) -> float:
-    """A bound on the maximum next to the greatest sample i: a peak between two samples rises above
-    the higher one by less than that one rises above the lower."""
-    return float(2.0 * values[i] - np.nanmin(values[max(i - 1, 0) : i + 2]))
 
 
 class Extrema(Observer):
@@ -104,55 +219,23 @@ class Extrema(Observer):
 
     dense = True
 
-    def __init__(self, model: PadModel) -> None:
-        self._model = model
-        self._forces = np.array([signal.is_force for signal in model.law.plotted])
-        # greatest values of each signal and of its negative
-        self._tops = np.full((2, len(self._forces)), -np.inf)
+    def __init__(self, model: PadModel, options: Options = DEFAULT) -> None:
+        self._law, self._count = model.law, options.samples
+        self._ranges = np.array([[np.inf, -np.inf]] * len(model.law.plotted))
 
-    def leg(self, leg: Leg) -> None:
-        if not any(leg.contact):
-            self._tops[:, self._forces] = np.maximum(self._tops[:, self._forces], 0.0)
-            return
-        t = _sampled(leg.nodes)  # type: ignore[arg-type]
-        values = signals(self._model, leg, t)
-        for way, sign in enumerate((1.0, -1.0)):
-            for which in range(len(values)):
-                rising = sign * values[which]
-                if np.isnan(rising).all():  # a touch too short and light to tell where it acts
-                    continue
-                i, top = int(np.nanargmax(rising)), self._tops[way, which]
-                if _beyond(rising, i) > top:
-
-                    def one(at: np.ndarray, n: int = which, s: float = sign) -> np.ndarray:
-                        return s * signals(self._model, leg, at)[n]
-
-                    _, peak = _peak(one, t, i, float(rising[i]))
-                    self._tops[way, which] = max(top, peak)
+    def see(self, course: Course) -> None:
+        grid, signals = Grid(course, self._count), plotted(self._law)
+        for which, values in enumerate(grid.read(signals)):
+            ((low, high),) = grid.ranges(one_of(signals, which), values)
+            known = self._ranges[which]
+            known[:] = min(known[0], low), max(known[1], high)
 
     def result(self) -> dict[str, Any]:
-        ranges = zip(self._model.law.plotted, *self._tops, strict=True)
         found = {
-            signal.name: (float(-low), float(high)) if np.isfinite(high) else None
-            for signal, high, low in ranges
+            plotted.name: (float(low), float(high)) if np.isfinite(high) else None
+            for plotted, (low, high) in zip(self._law.plotted, self._ranges, strict=True)
         }
         return {"extrema": found}
-
-
-def signals(model: PadModel, leg: Leg, t: np.ndarray) -> np.ndarray:
-    """The normalised signals at times t within a leg, shape (signals, len(t))."""
-    states = leg.dense(t)  # type: ignore[misc]
-    return normalised(model, states, leg.contact)
-
-
-def normalised(model: PadModel, states: np.ndarray, contact: State) -> np.ndarray:
-    """The plotted signals of scaled states (n, 6), each over its scale (F_n or w)."""
-    values = model.signals(model.c.place(states.T), contact)
-    for value, signal in zip(values, model.law.plotted, strict=True):
-        if signal.is_force:  # a located contact change leaves some rounding below zero
-            np.maximum(value, 0.0, out=value)
-        value /= getattr(model.pad, signal.over)
-    return values
 
 
 class Samples(Observer):
@@ -163,11 +246,11 @@ class Samples(Observer):
     def __init__(self, times: np.ndarray) -> None:
         self.times, self.states = times, np.full((len(times), 6), np.nan)
 
-    def leg(self, leg: Leg) -> None:
-        i = np.searchsorted(self.times, leg.t0)
-        j = np.searchsorted(self.times, leg.t1, side="right")
+    def see(self, course: Course) -> None:
+        i = np.searchsorted(self.times, course.t0[0])
+        j = np.searchsorted(self.times, course.t1[0], side="right")
         if j > i:
-            self.states[i:j] = leg.dense(self.times[i:j])  # type: ignore[misc]
+            self.states[i:j], _ = course.at(self.times[i:j])
 
 
 class History(Observer):
@@ -184,23 +267,26 @@ class History(Observer):
         self._signals = np.empty((len(model.law.plotted), samples))
         self._contact = np.empty(samples, dtype="<U2")
 
-    def leg(self, leg: Leg) -> None:
-        last = int(np.searchsorted(self._t, leg.t1, side="right"))
+    def see(self, course: Course) -> None:
+        last = int(np.searchsorted(self._t, course.t1[0], side="right"))
+        if last <= self._next:
+            return
         part = slice(self._next, last)
-        if last > self._next:
-            states = leg.dense(self._t[part])  # type: ignore[misc]
-            self._states[part] = states
-            self._signals[:, part] = normalised(self._model, states, leg.contact)
-            self._contact[part] = self._model.state_name(leg.contact)
-            self._next = last
+        states, on = course.at(self._t[part])
+        self._states[part] = states
+        self._signals[:, part] = plotted(course.law)(course.c, states.T, on)
+        kinds, which_kind = np.unique(on, axis=1, return_inverse=True)
+        names = [self._model.state_name(state_of(kind)) for kind in kinds.T]
+        self._contact[part] = np.array(names)[which_kind]
+        self._next = last
 
     def result(self) -> dict[str, Any]:
         columns = {"t": self._seconds}
         si = self._units.to_si(self._states)
         columns |= dict(zip(COORDINATES, si.T, strict=True))
         columns["state"] = self._contact
-        for signal, values in zip(self._model.law.plotted, self._signals, strict=True):
-            columns[signal.name] = values
+        for plotted, values in zip(self._model.law.plotted, self._signals, strict=True):
+            columns[plotted.name] = values
         return {"history": columns}
 
 
@@ -209,37 +295,28 @@ class Sliding(Observer):
 
     dense = True
 
-    def __init__(self, units: Units, speed: float) -> None:
-        self._units, self._speed = units, speed / units.velocity
+    def __init__(self, units: Units, speed: float, options: Options = DEFAULT) -> None:
+        self._units, self._speed, self._count = units, speed / units.velocity, options.samples
         self._lost: float | None = None
 
-    def leg(self, leg: Leg) -> None:
+    def see(self, course: Course) -> None:
         if self._lost is not None:
             return
+        grid, steps = Grid(course, self._count), course.dense
+        excess, t = grid.states[3] - self._speed, grid.t
 
-        def excess(at: np.ndarray) -> np.ndarray:
-            return leg.dense(at)[:, 3] - self._speed  # type: ignore[misc]
+        def read(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+            return np.asarray(states[3] - self._speed)
 
-        t = _sampled(leg.nodes)  # type: ignore[arg-type]
-        e = excess(t)
-        # a peak between two samples rises above the higher one by less than that over the lower
-        inner, aside = e[1:-1], np.minimum(e[:-2], e[2:])
-        peaks = (inner >= np.maximum(e[:-2], e[2:])) & (inner < 0.0) & (2.0 * inner >= aside)
-        tops = [_peak(excess, t, int(i), float(e[i]))[0] for i in np.flatnonzero(peaks) + 1]
-        t = np.sort(np.append(t, tops))
-        late = excess(t) >= 0.0
-        if late.any():
-            self._lost = self._first(excess, t, int(np.argmax(late)))
-
-    @staticmethod
-    def _first(excess: Signal, t: np.ndarray, i: int) -> float:
-        if i == 0:
-            return float(t[0])
-        low, high = t[i - 1], t[i]
-        for _ in range(HALVINGS):
-            middle = low + (high - low) / 2
-            low, high = (low, middle) if excess(np.array([middle]))[0] >= 0.0 else (middle, high)
-        return float(high)
+        step, at, value = grid.peaks(read, excess, np.zeros(len(steps.t)))
+        late = np.append(t[excess >= 0.0], (steps.t[step] + steps.h[step] * at)[value >= 0.0])
+        if late.size:
+            high = late.min()
+            low = max(t[t < high].max(initial=-np.inf), course.t0[0])
+            while low < (middle := low + (high - low) / 2) < high:
+                lost = course.at(np.array([middle]))[0][0, 3] >= self._speed
+                low, high = (low, middle) if lost else (middle, high)
+            self._lost = float(high)
 
     def result(self) -> dict[str, Any]:
         return {
@@ -254,11 +331,11 @@ class Progress(Observer):
     def __init__(self, stop: float, tell: Callable[[float], None]) -> None:
         self._stop, self._tell, self._told = stop, tell, 0
 
-    def leg(self, leg: Leg) -> None:
-        done = int(100 * leg.t1 / self._stop)
+    def see(self, course: Course) -> None:
+        done = int(100 * course.t1[0] / self._stop)
         if done > self._told:
             self._told = done
-            self._tell(leg.t1 / self._stop)
+            self._tell(float(course.t1[0]) / self._stop)
 
 
 def observers_for(
@@ -267,21 +344,22 @@ def observers_for(
     units: Units,
     stop: float,
     progress: Callable[[float], None] | None,
+    options: Options = DEFAULT,
 ) -> list[Observer]:
-    """Just the observers that the scene's outputs need."""
+    """Just the observers that the scene's outputs need, but for the response."""
     observers: list[Observer] = []
     if scene.wants("events"):
         observers.append(Events())
     if scene.wants("shares"):
         observers.append(Shares(model, stop))
     if scene.wants("extrema"):
-        observers.append(Extrema(model))
+        observers.append(Extrema(model, options))
     if scene.wants("history"):
         assert scene.samples is not None
         assert scene.stop is not None
         observers.append(History(model, units, scene.stop, scene.samples))
     if scene.pad.V is not None:
-        observers.append(Sliding(units, scene.pad.V))
+        observers.append(Sliding(units, scene.pad.V, options))
     if progress is not None:
         observers.append(Progress(stop, progress))
     return observers

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from squeal.model.equations import PadModel
-from squeal.model.states import State
 from squeal.model.units import Units
 from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
-from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Observer, Samples
+from squeal.simulation.hybrid import Course, Observer
+from squeal.simulation.observers import Samples
 
 PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
 LAST = 0.25  # share of the run that is its last part
@@ -77,12 +76,10 @@ class Watch(Observer):
         self._samples = tuple(Samples(times) for times in (first, last, spread))
         self._changed = np.inf
 
-    def leg(self, leg: Leg) -> None:
+    def see(self, course: Course) -> None:
         for samples in self._samples:
-            samples.leg(leg)
-
-    def change(self, t: float, source: State, target: State) -> None:
-        self._changed = min(self._changed, t)
+            samples.see(course)
+        self._changed = min([self._changed, *course.t[:1].tolist()])
 
     def result(self) -> dict[str, Any]:
         return {"response": self._response()}

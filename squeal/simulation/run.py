@@ -1,4 +1,4 @@
-"""The hybrid run: legs of smooth motion joined at the contact changes (Table 1, Fig. 3, Fig. 8)."""
+"""A scene simulated: its motion in natural units, what is wanted of it in SI units."""
 
 import math
 import time as clock
@@ -10,18 +10,14 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, check_simulation, takes_scene
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import pose
-from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.numerics.newton import complex_step
 from squeal.schema.place import Place
 from squeal.schema.values import Word
-from squeal.simulation.legs import Integrator, Leg
-from squeal.simulation.observers import Observer, observers_for
+from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
+from squeal.simulation.observers import observers_for
 from squeal.simulation.response import Response, Watch
 
 Backend = Literal["auto", "heyoka", "scipy"]
-LEAST_TURN = 1e-15  # rad
 BACKENDS = Word(("auto", "heyoka", "scipy"))
 
 
@@ -60,169 +56,23 @@ class Simulation:
     sliding_lost_at: float | None = None
 
 
-def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Integrator:
+def make_integrator(
+    model: PadModel, tolerance: float, backend: Backend, options: Options = DEFAULT
+) -> Integrator:
     """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
     if backend != "scipy":
         try:
-            from squeal.simulation.integrators.taylor import TaylorIntegrator
+            from squeal.simulation.taylor import TaylorIntegrator
         except ImportError:
             if backend == "heyoka":
                 raise ComputationError(
                     "heyoka is not installed on this machine; use the integrator scipy"
                 ) from None
         else:
-            return TaylorIntegrator(model, tolerance)
-    from squeal.simulation.integrators.with_scipy import SciPyIntegrator
+            return TaylorIntegrator(model, tolerance, options=options)
+    from squeal.simulation.scipy_solver import SciPyIntegrator
 
-    return SciPyIntegrator(model, tolerance)
-
-
-def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Rates of the scaled velocities with the contact that the gaps tell."""
-    loads = model.physical_loads(_place(model, q), _place(model, v))
-    pad = model.pad
-    return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
-
-
-def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    """Rates (6,) of a scaled state with the contact that the gaps tell."""
-    return np.concatenate([state[3:], _accelerations(model, state[:3], state[3:])])
-
-
-def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
-    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
-
-
-def first_state(model: PadModel, state: np.ndarray) -> State:
-    """Contact state of the first motion from a scaled state.
-
-    A point that starts on the switching surface, to rounding, belongs to the side to which the
-    first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
-    """
-    heights = model.gaps(_place(model, state))
-    pad = model.pad
-    rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
-    if np.all(np.abs(heights) > rounding):
-        return State(*(bool(g < 0.0) for g in heights))
-    step = 1e-3
-    q, v = state[:3], state[3:]
-    a1 = _accelerations(model, q, v)
-    a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
-    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
-    moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
-    # the change of the gap, not the gap: an offset of rounding size must not decide
-    change = model.gaps(_place(model, moved)) - heights
-    told = np.where(np.abs(heights) > rounding, heights, change)
-    return State(*(bool(g < 0.0) for g in told))
-
-
-def off_level(model: PadModel, state: np.ndarray, contact: State) -> np.ndarray:
-    """A scaled state from which partial contact can go on.
-
-    A level pad exactly on the surface that turns leaves the contact length 0/0: it is turned by
-    less than anything that is computed from it is rounded by.
-    """
-    if model.law.points > 2 or sum(contact) != 1:
-        return state
-    gaps = _heights(model, state)
-    if abs(gaps[0] - gaps[1]) >= LEAST_TURN * model.pad.w:
-        return state
-    turned = [np.array(state), np.array(state)]
-    for way, one in zip((1, -1), turned, strict=True):
-        one[2] += way * LEAST_TURN
-    touching = contact.index(True)
-    first, second = (_heights(model, one)[touching] for one in turned)
-    return turned[0] if first < second else turned[1]
-
-
-def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
-    """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
-    y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
-    return model.law.gaps(model.c, pose(math, model.c.place((0.0, y, turn))))
-
-
-def _late(
-    model: PadModel, state: np.ndarray, contact: State, point: int, heights: tuple[float, ...]
-) -> list[int]:
-    """The other points that have passed their switching surface in the same instant as `point`.
-
-    Such a crossing lies behind the located one by rounding and would not be seen again: its gap
-    is as far beyond zero as that of the located point, which rounding may leave just before it.
-    """
-    beyond = [gap if touches else -gap for touches, gap in zip(contact, heights, strict=True)]
-    limit = min(beyond[point], 0.0)
-    near = [i for i, height in enumerate(beyond) if i != point and height >= limit]
-    if not near:
-        return []
-    rates = complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
-    return [i for i in near if (rates[i] if contact[i] else -rates[i]) > 0.0]
-
-
-def _check(leg: Leg, heights: tuple[float, ...], units: Units) -> None:
-    """Refuse a leg that ends at a limit of the model or has missed a contact change."""
-    margin = 1e-6
-    for point, (touches, gap) in enumerate(zip(leg.contact, heights, strict=True)):
-        if point != leg.point and (gap > margin if touches else gap < -margin):
-            raise ComputationError(
-                f"a contact change was missed before t = {float(leg.t1) * units.time:.9g} s; "
-                "ask for a smaller tolerance"
-            )
-    if leg.limit is not None:
-        raise ComputationError(
-            f"{leg.limit} at t = {float(leg.t1) * units.time:.9g} s; the model ends there"
-        )
-
-
-def integrate(
-    model: PadModel,
-    integrator: Integrator,
-    units: Units,
-    state: np.ndarray,
-    stop: float,
-    observers: list[Observer],
-) -> tuple[float, np.ndarray, int, int]:
-    """Run a scaled pad to `stop` (natural units), showing each leg and change to the observers.
-
-    Returns the final time and state, the number of steps and the number of contact changes.
-    """
-    dense = any(o.dense for o in observers)
-    contact = first_state(model, np.asarray(state, dtype=float))
-    state = off_level(model, state, contact)
-    t, steps, changes = 0.0, 0, 0
-
-    def change(point: int | None) -> None:
-        nonlocal contact, changes
-        assert point is not None
-        target = contact.flip(point)
-        for o in observers:
-            o.change(t, contact, target)
-        contact, changes = target, changes + 1
-
-    while t < stop:
-        legs, begun = integrator.legs(contact, t, state, stop, dense), t
-        steps += sum(leg.steps for leg in legs)
-        for leg in legs[:-1]:
-            for o in observers:
-                o.leg(leg)
-            t = leg.t1
-            change(leg.point)
-        leg = legs[-1]
-        heights = _heights(model, leg.end)
-        _check(leg, heights, units)
-        if leg.point is None and leg.t1 < stop and leg.t1 - begun < 1e-9 * stop:
-            raise ComputationError(
-                f"no progress beyond t = {float(leg.t1) * units.time:.9g} s; a spring may have "
-                "collapsed to zero length there"
-            )
-        for o in observers:
-            o.leg(leg)
-        t, state = leg.t1, leg.end
-        if leg.point is not None and t < stop:
-            late = _late(model, state, contact, leg.point, heights)
-            for point in (leg.point, *late):
-                change(point)
-            state = off_level(model, state, contact)
-    return t, state, steps, changes
+    return SciPyIntegrator(model, tolerance, options)
 
 
 def first_place(scene: Scene) -> tuple[float, ...]:
@@ -261,22 +111,53 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
 
 
 @takes_scene
-def simulate(scene: Scene, backend: Backend = "auto", progress: Any = None) -> Simulation:
-    """Simulate a scene; only what its outputs name is computed.
+def simulate(
+    scene: Scene, backend: Backend = "auto", progress: Any = None, options: Options = DEFAULT
+) -> Simulation:
+    """Simulate a scene through its contact changes; only what its outputs name is computed.
 
-    `progress(share)` is called now and then on long runs. Raises ComputationError with the time
-    where the model ends (rotation past 90 degrees, a spring collapsed), InputError for a scene that
-    cannot be simulated or an unknown backend.
+    Parameters
+    ----------
+    scene : Scene
+        A scene of a nonlinear model, with a time.
+    backend : "auto", "heyoka" or "scipy"
+        The integrator; "auto" takes heyoka where it is installed.
+    progress : callable, optional
+        Called with the share of the time that is done, now and then on long runs.
+    options : Options
+        How motions are integrated and looked at, beside the scene's tolerance.
+
+    Returns
+    -------
+    Simulation
+        In SI units.
+
+    Raises
+    ------
+    ComputationError
+        With the time where the model ends: rotation past 90 degrees, a spring collapsed.
+    InputError
+        For a scene that cannot be simulated or an unknown backend.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+    ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.4, F_n=4500.0)
+    >>> scene = squeal.Scene("B1", pad, initial=(0.0, -1e-4, 0.0, 0.0, 0.0, 0.0), stop=1e-3,
+    ...                      samples=2)
+    >>> squeal.simulate(scene).shares["1"]
+    1.0
     """
     BACKENDS.read(backend, Place("simulate") / "backend")
     check_simulation(scene, Place(str(scene.source or "Scene")))
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
-    observers = observers_for(scene, model, units, stop, progress)
+    observers = observers_for(scene, model, units, stop, progress, options)
     if scene.wants("response"):
         observers.append(Watch(model, units, stop))
-    integrator = make_integrator(model, scene.tolerance, backend)
-    t, state, steps, changes = integrate(model, integrator, units, start, stop, observers)
+    integrator = make_integrator(model, scene.tolerance, backend, options)
+    t, state, steps, changes = integrate(model, integrator, units, start, stop, observers, options)
     results: dict[str, Any] = {}
     for o in observers:
         results |= o.result()

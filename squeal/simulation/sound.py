@@ -10,8 +10,9 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import write_whole
+from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Samples
-from squeal.simulation.run import Backend, in_natural_units, integrate, make_integrator
+from squeal.simulation.run import Backend, in_natural_units, make_integrator
 
 RATE = 44_100  # samples a second
 FINER = 4  # times as many samples are taken first, so that what is too high to hear is filtered out

@@ -14,9 +14,8 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.numerics.newton import complex_step
-from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Observer
-from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from squeal.simulation.hybrid import Course, Observer, Steps, integrate
+from squeal.simulation.run import in_natural_units, make_integrator
 
 PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
 
@@ -32,17 +31,16 @@ class Variations(Observer):
         self.logarithm = 0.0  # of the factor taken out of the matrix
         self.t = 0.0
 
-    def _rates(self, leg: Leg, t: np.ndarray) -> np.ndarray:
-        """The matrices A (n, 6, 6) of the linear equations at some times."""
-        assert leg.dense is not None
+    def _rates(self, steps: Steps, share: float) -> np.ndarray:
+        """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
         pad = self._model.pad
         lever = np.array([1.0, 1.0, pad.w])
-        states = leg.dense(t).T
+        states = steps.states(np.full(len(steps.t), share))
         q, rates = (np.array(self._model.c.place(part)) for part in (states[:3], states[3:]))
-        loads = partial(self._model.loads, state=leg.contact)
+        loads = partial(self._model.loads, state=steps.on)
         slopes = np.moveaxis(complex_step(partial(loads, rates=rates), q), -1, 0)
         mass = np.array([pad.m, pad.m, pad.I])
-        A = np.zeros((len(t), 6, 6))
+        A = np.zeros((len(steps.t), 6, 6))
         A[:, :3, 3:] = np.eye(3)
         A[:, 3:, :3] = slopes * (lever / mass)[:, None] / lever
         if self._model.terms:
@@ -50,23 +48,24 @@ class Variations(Observer):
             A[:, 3:, 3:] = damping * (lever / mass)[:, None] / lever
         return A
 
-    def leg(self, leg: Leg) -> None:
-        assert leg.nodes is not None
-        size = np.repeat(np.diff(leg.nodes) / PARTS, PARTS)
-        begin = leg.nodes[0] + np.concatenate([[0.0], np.cumsum(size)])
-        A = self._rates(leg, np.append(begin, begin[:-1] + size / 2))
-        at, between = A[: len(begin)], A[len(begin) :]
-        h, one = size[:, None, None], np.eye(6)
-        k1 = at[:-1]
-        k2 = between @ (one + h / 2 * k1)
-        k3 = between @ (one + h / 2 * k2)
-        k4 = at[1:] @ (one + h * k3)
-        for step in one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4):
-            self.matrix = step @ self.matrix
-        factor = float(np.linalg.norm(self.matrix, 2))
-        self.matrix /= factor
-        self.logarithm += math.log(factor)
-        self.t = leg.t1
+    def see(self, course: Course) -> None:
+        steps, one = course.dense, np.eye(6)
+        h = steps.h[:, None, None] / PARTS
+        matrices = np.broadcast_to(one, (len(h), 6, 6))
+        end = self._rates(steps, 0.0)
+        for part in range(PARTS):  # of all steps at once
+            k1, middle = end, self._rates(steps, (part + 0.5) / PARTS)
+            end = self._rates(steps, (part + 1.0) / PARTS)
+            k2 = middle @ (one + h / 2 * k1)
+            k3 = middle @ (one + h / 2 * k2)
+            k4 = end @ (one + h * k3)
+            matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
+        for matrix in matrices:
+            self.matrix = matrix @ self.matrix
+            factor = float(np.abs(self.matrix).max())
+            self.matrix /= factor
+            self.logarithm += math.log(factor)
+        self.t = float(course.t1[0])
 
     @property
     def exponent(self) -> float:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.work import contact_work
+from squeal.article.findings.work import contact_work
 from squeal.article.report.works import energy_table
 from squeal.article.results.energy import Energy, Motion, Span, Stay
 from squeal.article.studies import energy as energy_study

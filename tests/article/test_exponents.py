@@ -11,8 +11,8 @@ from squeal.article.report.onset import exponents_table, generated
 from squeal.article.results import onset as results
 from squeal.article.studies import _attractors as attractors
 from squeal.article.studies._damped import RATIO
+from squeal.article.studies._neighbours import growth
 from squeal.io.records import Missing
-from squeal.simulation.batch.neighbours import growth
 from tests.article.onset import SILENT, made
 
 

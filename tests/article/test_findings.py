@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.work import contact_work
 from squeal.article.findings import FINDINGS, measure_findings
 from squeal.article.findings.equations import energy_gained
 from squeal.article.findings.motion import Study
+from squeal.article.findings.work import contact_work
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.line import LineForce

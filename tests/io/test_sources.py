@@ -35,7 +35,7 @@ def test_queries_do_not_depend_on_what_they_do_not_import():
 
 
 def test_imports_in_functions_are_seen():
-    assert "squeal/simulation/integrators/taylor.py" in sources("squeal.cli.simulate")
+    assert "squeal/simulation/taylor.py" in sources("squeal.cli.simulate")
 
 
 def test_unknown_module_is_refused():

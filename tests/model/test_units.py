@@ -10,7 +10,7 @@ import pytest
 from squeal.errors import InputError
 from squeal.model.equations import PadModel
 from squeal.model.units import Units, natural_units
-from squeal.simulation.batch.many import stack
+from squeal.simulation.ensemble import stack
 from tests.conftest import random_pad
 
 

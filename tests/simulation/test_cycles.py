@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from squeal.analysis.thresholds import critical_friction
+from squeal.article.studies._neighbours import directions, growth, neighbours
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.linear import linearise
-from squeal.simulation.batch.neighbours import directions, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units

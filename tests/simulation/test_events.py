@@ -12,9 +12,10 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
 from squeal.simulation import simulate
-from squeal.simulation.integrators.with_scipy import SciPyIntegrator
+from squeal.simulation.hybrid import Options, integrate
 from squeal.simulation.observers import Events, observers_for
-from squeal.simulation.run import in_natural_units, integrate
+from squeal.simulation.run import in_natural_units
+from squeal.simulation.scipy_solver import SciPyIntegrator
 from tests.conftest import BACKENDS, HEYOKA, needs_heyoka, random_pad
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce
@@ -22,7 +23,7 @@ from tests.simulation.test_simulation import bounce
 if HEYOKA:
     import heyoka as hy
 
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
+    from squeal.simulation.taylor import TaylorIntegrator
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -164,8 +165,7 @@ def test_events_of_random_pads_against_scipy_with_short_steps(seed):
     start = (0.0, r.uniform(-0.02, 0.01), r.uniform(-0.01, 0.01), 0.0, 0.0, 0.0)
     scene = Scene(model_name, pad, initial=start, stop=15.0, samples=2)
     units, model, first, stop = in_natural_units(scene)
-    theirs = SciPyIntegrator(model, 1e-13)
-    theirs._max_step = 0.05
+    theirs = SciPyIntegrator(model, 1e-13, Options(scipy_step=0.05))
     found = []
     for integrator in (TaylorIntegrator(model, 1e-15), theirs):
         events = Events()

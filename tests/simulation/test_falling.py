@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.growth import fit
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.analysis.stack import PadStack
 from squeal.analysis.thresholds import critical_friction
-from squeal.analysis.work import contact_work
+from squeal.article.claims.motions import measure_alone, measures
+from squeal.article.findings.work import contact_work
+from squeal.article.studies._growth import fit
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
 from squeal.simulation import simulate
-from squeal.simulation.batch.alone import measure_alone
-from squeal.simulation.batch.many import DONE, simulate_many, stack
-from squeal.simulation.legs import LIMITS
+from squeal.simulation.ensemble import DONE, simulate_many, stack
+from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.variations import variations
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
@@ -164,7 +164,7 @@ def test_batches_and_single_runs_agree(name):
         np.tile(one.initial, (3, 1)),
         one.stop or 0.0,
         one.tolerance,
-        measured=True,
+        measure=measures,
         damping=np.array(rows),
     )
     assert (found["outcome"] == DONE).all()

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,7 @@ import pytest
 from squeal.analysis.eigenvalues import analyse
 from squeal.cli.main import main
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.model.states import FULL
 from squeal.simulation import simulate
-from squeal.simulation.legs import Leg
 from squeal.simulation.response import Response, Watch, _settled
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES
@@ -165,7 +164,9 @@ def watched(dense):
     """What is told of a motion in full contact, and its units."""
     units, model, _, _ = in_natural_units(bounce(0.1))
     watch = Watch(model, units, 4000.0)
-    watch.leg(Leg(FULL, 0.0, 4000.0, np.zeros(6), None, 1, dense=dense))
+    whole = {"t0": [0.0], "t1": [4000.0], "t": np.empty(0)}
+    course: Any = SimpleNamespace(at=lambda t: (dense(t), None), **whole)
+    watch.see(course)
     return watch.result()["response"], units
 
 

@@ -11,15 +11,15 @@ from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE
 from squeal.simulation import simulate
-from squeal.simulation.observers import Observer
-from squeal.simulation.run import first_state, in_natural_units, integrate
+from squeal.simulation.hybrid import Observer, first_state, integrate, state_of
+from squeal.simulation.run import in_natural_units
 from tests.conftest import HEYOKA, SCENES, needs_heyoka, random_pad
 from tests.simulation.closed import bouncing, upright
 
 if HEYOKA:
     import heyoka as hy
 
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
+    from squeal.simulation.taylor import TaylorIntegrator
 
 CASES = [f"{model}-{case}" for model in ("b1", "b2") for case in "abcd"]
 
@@ -109,14 +109,15 @@ def test_scipy_and_quad_precision_agree(stem):
 
 
 class Energy(Observer):
-    """Energy at the end of every leg."""
+    """Energy at the end of every course."""
 
     def __init__(self, model):
         self.model, self.values = model, []
 
-    def leg(self, leg):
-        lever = np.array([1.0, 1.0, 1.0 / self.model.pad.w])
-        self.values.append(self.model.energy(leg.end[:3] * lever, leg.end[3:] * lever, leg.contact))
+    def see(self, course):
+        lever, end = np.array([1.0, 1.0, 1.0 / self.model.pad.w]), course.end[:, 0]
+        contact = state_of(course.last[:, 0])
+        self.values.append(self.model.energy(end[:3] * lever, end[3:] * lever, contact))
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c"])

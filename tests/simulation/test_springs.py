@@ -11,7 +11,8 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, stability_map
 from squeal.analysis.sensitivity import threshold_sensitivities
 from squeal.analysis.thresholds import critical_friction
-from squeal.analysis.work import contact_work
+from squeal.article.claims.motions import measures
+from squeal.article.findings.work import contact_work
 from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
@@ -20,9 +21,11 @@ from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.model.springs import PointContact, Spring
 from squeal.simulation import simulate
-from squeal.simulation.batch.many import simulate_many, stack
-from squeal.simulation.reference import ChangeTimes, reference
-from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from squeal.simulation.ensemble import simulate_many, stack
+from squeal.simulation.hybrid import integrate
+from squeal.simulation.observers import Events
+from squeal.simulation.reference import reference
+from squeal.simulation.run import in_natural_units, make_integrator
 from tests.conftest import SCENES, needs_heyoka, random_pad
 from tests.simulation.closed import bouncing, upright
 
@@ -57,7 +60,7 @@ def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
     other = PadModel("halves", model.pad.replace(k3=None, k4=None, k_c=k))
     ends, times = [], []
     for one in (model, other):
-        watch = ChangeTimes()
+        watch = Events()
         integrator = make_integrator(one, scene.tolerance, "heyoka")
         _, state, *_ = integrate(one, integrator, units, start, stop, [watch])
         ends.append(state)
@@ -170,8 +173,10 @@ def test_quad_precision_and_batches_tell_the_same_motion():
 
 @needs_heyoka
 def test_measures_of_edges_are_refused():
-    with pytest.raises(InputError, match="measured: not allowed with model BN"):
-        simulate_many("BN", stack([upright(**SPRUNG)]), np.zeros((1, 6)), 1.0, measured=True)
+    with pytest.raises(InputError, match="two edges"):
+        simulate_many(
+            "BN", stack([upright(**SPRUNG)]), np.full((1, 6), -1e-3), 1e-3, measure=measures
+        )
 
 
 def test_the_normal_reaction_gives_back_what_it_took():

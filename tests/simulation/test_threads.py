@@ -7,12 +7,11 @@ import pytest
 
 from squeal.io.scene import Scene
 from squeal.simulation import simulate
-from squeal.simulation.batch.many import simulate_many, stack
-from squeal.simulation.run import first_state, in_natural_units
+from squeal.simulation.ensemble import simulate_many, stack
 from tests.conftest import HEYOKA, needs_heyoka, random_pad
 
 if HEYOKA:
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
+    pass
 
 THREADS, COUNT = 4, 12
 
@@ -38,23 +37,6 @@ def test_simulations_in_threads_are_those_one_by_one(model):
     tasks = scenes(model) * 3
     alone = [run(scene) for scene in tasks]
     assert in_threads(run, tasks) == alone
-
-
-@needs_heyoka
-def test_simulations_in_turns_are_those_one_by_one():
-    def legs(scene, count):
-        _, model, state, stop = in_natural_units(scene)
-        integrator = TaylorIntegrator(model, 1e-12)
-        t, contact = 0.0, first_state(model, state)
-        for _ in range(count):
-            leg = integrator.advance(contact, t, state, min(t + 0.3, stop), dense=False)
-            t, state = leg.t1, leg.end
-            contact = contact if leg.point is None else contact.flip(leg.point)
-            yield state
-
-    both = [list(legs(scene, 12)) for scene in scenes("B1")[:2]]
-    turns = zip(*(legs(scene, 12) for scene in scenes("B1")[:2]), strict=True)
-    assert np.array_equal(both, list(zip(*turns, strict=True)))
 
 
 @pytest.mark.parametrize("model", ["B1", "B2"])

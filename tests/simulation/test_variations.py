@@ -8,7 +8,8 @@ import pytest
 
 from squeal.article.studies.accuracy import accuracy
 from squeal.io.scene import Scene, read_scene
-from squeal.simulation.run import in_natural_units, integrate
+from squeal.simulation.hybrid import integrate
+from squeal.simulation.run import in_natural_units
 from squeal.simulation.variations import variations
 from tests.conftest import HEYOKA, SCENES, needs_heyoka
 from tests.simulation.closed import upright
@@ -16,7 +17,7 @@ from tests.simulation.closed import upright
 if HEYOKA:
     import heyoka as hy
 
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
+    from squeal.simulation.taylor import TaylorIntegrator
 
 
 def test_linear_motion_in_closed_form():

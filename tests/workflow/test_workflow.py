@@ -205,7 +205,7 @@ def test_a_change_in_one_figure_s_module_draws_its_figures_and_sets_the_pdf(reru
 
 
 def test_a_change_in_the_integrator_redraws_no_map(rerun):
-    found = rerun("squeal/simulation/integrators/taylor.py")
+    found = rerun("squeal/simulation/taylor.py")
     outputs = {output for _, output in found}
     assert counts(found)["simulate"] == 8
     assert not outputs & MAPS

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squeal.article.claims.motions import measure_alone
 from squeal.article.equations import quasi_static_map, rank, stiffness
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
@@ -17,7 +18,6 @@ from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
 from squeal.model.pad import Pad
 from squeal.model.states import STATES, State
-from squeal.simulation.batch.alone import measure_alone
 
 
 @dataclass(frozen=True)

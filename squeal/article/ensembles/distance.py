@@ -3,18 +3,20 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
+from squeal.article.claims.motions import PLACES, measures
 from squeal.article.ensembles.space import Numbers, speed_limit, starts
 from squeal.article.identify.objective import MAP_POINTS, SEARCH_TOLERANCE
 from squeal.article.identify.space import STOP, pad_of, stacked
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
-from squeal.simulation.batch.many import DONE, Arrays, simulate_many
+from squeal.simulation.ensemble import DONE, Arrays, simulate_many
 
 ORDER: tuple[tuple[Model, str], ...] = (
     ("B2", "c"), ("B2", "d"), ("B2", "a"), ("B2", "b"),
@@ -22,7 +24,6 @@ ORDER: tuple[tuple[Model, str], ...] = (
 )  # fmt: skip
 """The scenes from the one that rejects most pads to the one that rejects fewest."""
 STEPS = len(ORDER) + 1  # of the judging: each scene, and model B3
-PHASE = 0.8  # rad between samples of the motion, whose peaks a parabola finds
 LEFT_OUT = ("B2-only-c", "B3-singular", "B3-none")
 PARTS = ("B2-a-contact", "B2-b-contact", "B2-c-loss", "B2-d-contact")
 FOLLOWING = ("B2-b-tilt", "B2-c-hammer", "B2-b-raised", "B12-sliding")
@@ -74,11 +75,12 @@ class _Judging:
         formulation: Formulation,
         counted: Counted,
         stop: float | np.ndarray,
-        phase: float,
+        places: int,
     ) -> None:
         self.numbers, self.formulation, self.counted = numbers, formulation, counted
         count = len(numbers["h"])
-        self.stop, self.phase = np.broadcast_to(stop, count), phase
+        self.stop = np.broadcast_to(stop, count)
+        self.measure = partial(measures, places=places, calm=False)
         self.margins = np.full((count, len(CLAIMS)), np.nan)
         self.prices = np.zeros((count, len(CLAIMS)))
         self.measured: list[dict[str, Case | Linear]] = [{} for _ in range(count)]
@@ -120,9 +122,7 @@ class _Judging:
             return
         stop = np.tile(self.stop[pads], len(cases))[able]
         motions = (stacks[0].pad.replace(**columns), first[able], stop, SEARCH_TOLERANCE)
-        found = simulate_many(
-            model, *motions, self.formulation, measured=True, phase=self.phase, calm=False
-        )
+        found = simulate_many(model, *motions, self.formulation, measure=self.measure)
         of, ids = np.divmod(np.flatnonzero(able), len(pads))
         for i, case in enumerate(cases):
             own = {name: values[of == i] for name, values in found.items()}
@@ -171,16 +171,17 @@ def judge(
     levels: np.ndarray = NO_LEVELS,
     models: tuple[Model, ...] = ("B1", "B2"),
     stop: float | np.ndarray = STOP,
-    phase: float = PHASE,
+    places: int = PLACES,
 ) -> Judgement:
     """Judge n pads over a horizon; a pad is left as soon as a partial sum exceeds its level.
 
-    levels (STEPS,): for the partial sums; stop: the horizon, of all or of each (n,); phase: between
-    samples. With one model only, its scenes alone are simulated and its claims counted.
+    levels (STEPS,): for the partial sums; stop: the horizon, of all or of each (n,); places: those
+    in each step at which signals are read. With one model only, its scenes alone are simulated and
+    its claims counted.
     """
     names = {stem(*pair) for pair in ORDER if pair[0] in models}
     counted = tuple(c for c in COUNTED if names.issuperset({*c.scenes} - {"b3"}))
-    judging = _Judging(numbers, formulation, counted, stop, phase)
+    judging = _Judging(numbers, formulation, counted, stop, places)
     early = bool(np.isfinite(levels).any())
     alive = np.arange(len(numbers["h"]))
     partial = np.full((len(alive), STEPS), np.nan)

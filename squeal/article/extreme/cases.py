@@ -10,7 +10,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
 from squeal.simulation import Simulation
-from squeal.simulation.legs import COLLAPSED
+from squeal.simulation.hybrid import COLLAPSED
 
 Truth = Literal["quad", "scaled", "energy", "closed form", "refusal", "warning"]
 PERIODS = 10_000  # of the long run in each build; `--long` takes a hundred times as many

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
-from squeal.analysis.work import contact_work
 from squeal.article.cases import stem, title
 from squeal.article.claims import Case, judge_claims, measure
 from squeal.article.claims.measures import linear_measures
 from squeal.article.equations import balanced, quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
+from squeal.article.findings.work import contact_work
 from squeal.article.results.rounding import rounded_up
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError

@@ -9,6 +9,7 @@ import numpy as np
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of, judge_claims, judge_scenes
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
+from squeal.article.claims.motions import measures
 from squeal.article.identify.space import (
     MODELS,
     SPEED_LIMIT,
@@ -22,7 +23,7 @@ from squeal.article.identify.space import (
 )
 from squeal.article.results.claims import JudgedClaim
 from squeal.model.contact import Formulation
-from squeal.simulation.batch.many import DONE, PHASE, simulate_many
+from squeal.simulation.ensemble import DONE, simulate_many
 
 SEARCH_TOLERANCE = 1e-8
 MAP_POINTS = 40  # a side, for the share of the map in the search
@@ -47,11 +48,10 @@ def judge_many(
     stop: float = STOP,
     workers: int = 1,
     speed: float = SPEED_LIMIT,
-    phase: float = PHASE,
 ) -> list[Outcome | None]:
     """Judge all claims on each of the dimensionless pads; None where a motion leaves the model.
 
-    speed: of the surface (w sqrt(k1/m)); phase: between samples, see `simulate_many`.
+    speed: of the surface (w sqrt(k1/m)).
     """
     if not many:
         return []
@@ -65,7 +65,7 @@ def judge_many(
         first[:, 1] = heights
         given = (pad_of(repeated, model, (alpha1, alpha2)), first, stop, SEARCH_TOLERANCE)
         results[model] = simulate_many(
-            model, *given, formulation, measured=True, workers=workers, phase=phase
+            model, *given, formulation, measure=measures, workers=workers
         )
     raised = friction_raises(stacked(numbers, "B2", "b", formulation))
     outcomes: list[Outcome | None] = []

@@ -15,8 +15,9 @@ from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
 from squeal.model.states import State
-from squeal.simulation.reference import ChangeTimes
-from squeal.simulation.run import first_state, in_natural_units, integrate
+from squeal.simulation.hybrid import first_state, integrate
+from squeal.simulation.observers import Events
+from squeal.simulation.run import in_natural_units
 
 SEVERAL = 256  # pads of a batch, whose time is given for each
 
@@ -35,18 +36,18 @@ Path = Callable[[Scene, float], Run]
 
 def ours(scene: Scene, tolerance: float) -> Run:
     """The default path."""
-    from squeal.simulation.integrators.taylor import TaylorIntegrator
+    from squeal.simulation.taylor import TaylorIntegrator
 
     units, model, start, stop = in_natural_units(scene)
-    changes = ChangeTimes()
+    changes = Events()
     integrator = TaylorIntegrator(model, tolerance)
     _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes])
-    return Run(state[:3], np.array(changes.times), steps)
+    return Run(state[:3], changes.times, steps)
 
 
 def batch(scene: Scene, tolerance: float) -> Run:
     """`SEVERAL` equal pads in the lanes of the processor; one of them is returned."""
-    from squeal.simulation.batch.many import simulate_starts
+    from squeal.simulation.ensemble import simulate_starts
 
     starts = np.tile(scene.initial, (SEVERAL, 1))
     found = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
@@ -60,8 +61,7 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
     import heyoka as hy
 
-    from squeal.simulation.integrators.kept import kept
-    from squeal.simulation.integrators.symbols import NAMES, equations
+    from squeal.simulation.symbols import NAMES, equations
 
     system, heights, _ = equations(law, contact)
     variables = [variable for variable, _ in system]
@@ -69,15 +69,14 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     def function(outputs: list[Any]) -> tuple[Any, int]:
         read = hy.get_params(outputs)
         highest = max(i for i in range(-1, len(NAMES)) if i < 0 or hy.par[i] in read)
-        made = kept(outputs, ("cfunc", variables), lambda: hy.cfunc(outputs, variables))
-        return made, highest + 1
+        return hy.cfunc(outputs, variables), highest + 1
 
     return function([f for _, f in system]), function(heights)
 
 
 def functions(model: PadModel, contact: State) -> tuple[Any, Any]:
     """rhs(state) -> (6,) and gaps(state) -> (2,) of a scaled pad within a contact state."""
-    from squeal.simulation.integrators.symbols import NAMES
+    from squeal.simulation.symbols import NAMES
 
     numbers = np.array([float(getattr(model.c, name)) for name in NAMES])
     rates, gaps = compiled(model.law, contact)

@@ -8,16 +8,14 @@ import numpy as np
 
 from squeal.article.results.onset import CyclePoint, Cycles, Exponent
 from squeal.article.studies._damped import RATIO, damped, window
+from squeal.article.studies._neighbours import SETTLING, growth, neighbours
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.records import Missing
 from squeal.io.scene import Scene
-from squeal.model.states import State
 from squeal.model.units import natural_units
-from squeal.simulation.batch.neighbours import SETTLING, growth, neighbours
 from squeal.simulation.cycles import Cycle, Shooting
-from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Events, Extrema, Observer
+from squeal.simulation.observers import Change, Events, Extrema
 
 LASTING = 600  # windows over which neighbours are compared
 STRETCH = 5  # windows from one comparison to the next
@@ -34,38 +32,21 @@ BRANCH_STEP = 0.2  # of it, in natural units, periods and mu
 NEAR = 1e-6  # of their size: returns that near are the same
 
 
-class Returns(Observer):
-    """States (6,) and times at which the leading edge separates."""
-
-    def __init__(self) -> None:
-        self.states: list[np.ndarray] = []
-        self.times: list[float] = []
-        self._end = np.zeros(6)
-
-    def leg(self, leg: Leg) -> None:
-        self._end = leg.end
-
-    def change(self, t: float, source: State, target: State) -> None:
-        if source.leading and not target.leading:
-            self.states.append(np.array(self._end))
-            self.times.append(t)
-
-
 def shooting(scene: Scene, ratio: float) -> Shooting:
     """The scene's damped pad in units of its own start."""
     units = natural_units(scene.pad_model, scene.initial)
     return Shooting(units.scaled(damped_model(damped(scene, ratio))), units)
 
 
-def returns(scene: Scene, state: np.ndarray, windows: float) -> Returns:
-    """Where a motion from a state (SI) passes the section of its leading edge, while it lasts."""
+def returns(scene: Scene, state: np.ndarray, windows: float) -> list[Change]:
+    """The separations of the leading edge of a motion from a state (SI), while it lasts."""
     assert scene.stop is not None
     pad = shooting(scene, RATIO)
-    watch = Returns()
+    watch = Events()
     start, stop = pad.units.to_scaled(state), windows * scene.stop / pad.units.time
     with contextlib.suppress(ComputationError):
         pad.motion(start, stop, scene.pad.mu, [watch])
-    return watch
+    return [c for c in watch.changes if c.source.leading and not c.target.leading]
 
 
 def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
@@ -73,7 +54,7 @@ def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
     pad.motion(cycle.state, cycle.period, cycle.mu, [watch, changes])
     peak = watch.result()["extrema"][pad.model.law.plotted[0].name]
     period, multiplier = 1e3 * cycle.period * pad.units.time, np.abs(cycle.multipliers[0])
-    told = (len(changes.result()["events"]), peak[1] if peak else 0.0)
+    told = (len(changes.changes), peak[1] if peak else 0.0)
     return CyclePoint(float(cycle.mu), float(period), *told, float(multiplier))
 
 
@@ -95,15 +76,15 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
 
 def cycles(name: str, scene: Scene, state: np.ndarray) -> Cycles | Missing:
     """The periodic motion that a state (SI) has settled to, followed in mu."""
-    watch, pad = returns(scene, state, 2), shooting(scene, RATIO)
-    states = np.array(watch.states)
+    passed, pad = returns(scene, state, 2), shooting(scene, RATIO)
+    states = np.array([change.state for change in passed])
     size = np.abs(states).max() if len(states) else 0.0
     for turn in range(1, min(9, len(states))):
         if np.abs(states[turn] - states[0]).max() < NEAR * size:
             break
     else:
         return Missing("the motion does not return to itself")
-    period = watch.times[turn] - watch.times[0]
+    period = passed[turn].t - passed[0].t
     try:
         # from between two changes, so that none falls on an end
         begin = pad.motion(states[0], 0.01 * period, scene.pad.mu)

@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.claims.measures import Case, case_of
+from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import by_turns, hammers
 from squeal.article.results.onset import TOLERANCE, Settled
+from squeal.article.studies._neighbours import damping_of
 from squeal.io.scene import Damping, Scene
 from squeal.model.equations import PadModel
-from squeal.simulation.batch.many import DONE, simulate_many, stack
-from squeal.simulation.batch.neighbours import damping_of
+from squeal.simulation.ensemble import DONE, simulate_many, stack
 
 RATIO = 0.005
 
@@ -33,12 +34,8 @@ def many(motions: Sequence[Motion], stop: float | np.ndarray, measured: bool = F
     """Motions of one model and formulation, with the times of their contact changes."""
     models, one = [each.model for each in motions], motions[0].model
     pads, starts = stack([model.pad for model in models]), np.array([m.state for m in motions])
-    how: Any = {
-        "measured": measured,
-        "events": not measured,
-        "damping": damping_of(models),
-        "calm": False,
-    }
+    how: Any = {"measure": measures} if measured else {"events": True}
+    how["damping"] = damping_of(models)
     return simulate_many(one.name, pads, starts, stop, TOLERANCE, one.formulation, **how)
 
 

@@ -15,7 +15,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.records import Missing
 from squeal.io.scene import Scene
-from squeal.simulation.batch.many import DONE
+from squeal.simulation.ensemble import DONE
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 LATE, SEEN = 40, 2  # windows until a motion is looked at, and for how long

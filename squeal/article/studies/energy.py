@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.work import Works, contact_work
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import measure
+from squeal.article.findings.work import Works, contact_work
 from squeal.article.results.energy import LAWS, Energy, Motion, Span, Stay
 from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError

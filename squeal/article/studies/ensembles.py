@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.claims import CLAIMS
+from squeal.article.claims.motions import PLACES
 from squeal.article.ensembles import choosing, gather
 from squeal.article.ensembles.comparison import (
     by_choice,
@@ -16,7 +17,7 @@ from squeal.article.ensembles.comparison import (
     sampled_distances,
     together,
 )
-from squeal.article.ensembles.distance import FOLLOWING, INDEX, PHASE, judge
+from squeal.article.ensembles.distance import FOLLOWING, INDEX, judge
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, LOAD, SPEED, decode, standing
 from squeal.article.identify.space import STOP
 from squeal.article.results import ensembles as results
@@ -229,7 +230,7 @@ def check(kept: gather.Kept) -> results.Check:
         if other.any():
             fine = np.full(again.shape, np.nan)
             pads = np.flatnonzero(other.any(axis=1))
-            fine[pads] = judge(decode(flat[some[pads]]), f, phase=PHASE / DENSER).margins
+            fine[pads] = judge(decode(flat[some[pads]]), f, places=DENSER * PLACES).margins
             as_now += int(((fine > 0.0) == (again > 0.0))[other].sum())
             different += [
                 f"{CLAIMS[at].id} (margin {stored[some][pad, at]:.2g} stored, "

@@ -12,6 +12,7 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.thresholds import critical_friction
+from squeal.article.claims.motions import contact_shares
 from squeal.article.results import line_springs as results
 from squeal.article.studies._scenes import read_cases
 from squeal.article.studies.starts import grid, plane
@@ -23,14 +24,13 @@ from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE, STATES
 from squeal.simulation import Simulation, simulate
-from squeal.simulation.batch.many import DONE, simulate_starts
+from squeal.simulation.ensemble import DONE, simulate_starts
 
 COUNTS = (2, 3, 4, 6, 8, 16, 32)
 FEW = (2, 8)  # springs whose thresholds are sought
 SAMPLES = 401
 SIDE = 9  # starts a side of the plane through equilibrium and own start
 TIMES = (1, 3)  # times of the scene over which other starts are compared
-SPARSE = 100.0  # rad between samples, of which the shares of time need none
 MU_MAX = 2.0
 
 
@@ -106,9 +106,8 @@ def compared(scene: Scene) -> tuple[results.Compared, ...]:
     assert scene.stop is not None
     # all times in one batch, since wide ones cost less
     times, every = np.repeat(TIMES, len(starts)), np.tile(starts, (len(TIMES), 1))
-    wanted = {"measured": True, "calm": False, "phase": SPARSE}
     runs = [
-        simulate_starts(one, every, times * scene.stop, results.TOLERANCE, **wanted)
+        simulate_starts(one, every, times * scene.stop, results.TOLERANCE, measure=contact_shares)
         for one in (on_springs(scene, FEW[0]), line)
     ]
     whole = np.logical_and(*(run["outcome"] == DONE for run in runs))

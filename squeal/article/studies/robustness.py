@@ -18,17 +18,14 @@ from squeal.numerics.shares import wilson
 SPREADS = (0.01, 0.05, 0.2)  # standard deviations of the logarithms of all numbers together
 PADS = 192  # in each sample
 CONFIDENCE = 0.95
-PHASE = 0.4  # rad between samples of a motion: to the verdicts as good as an eighth of that
 
 
-def holding(
-    many: list[dict[str, float]], formulation: Formulation, phase: float = PHASE
-) -> np.ndarray:
+def holding(many: list[dict[str, float]], formulation: Formulation) -> np.ndarray:
     """Which claims hold on which pad, (pads, claims), V being that of the report's scenes; none
     where a motion leaves the model."""
     held = np.zeros((len(many), len(CLAIMS)), dtype=bool)
     speed = SPEED * TIME / LENGTH
-    for i, outcome in enumerate(judge_many(many, formulation, speed=speed, phase=phase)):
+    for i, outcome in enumerate(judge_many(many, formulation, speed=speed)):
         if outcome is not None:
             held[i] = [j.holds for j in outcome.judged]
     return held

@@ -12,6 +12,7 @@ import numpy as np
 
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import case_of
+from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import TOUCH, hammers
 from squeal.article.results.starts import (
     KINDS,
@@ -28,7 +29,7 @@ from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.model.states import FULL, NONE, State
-from squeal.simulation.batch.many import DONE, simulate_many, simulate_starts, stack
+from squeal.simulation.ensemble import DONE, simulate_many, simulate_starts, stack
 
 WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
@@ -115,7 +116,7 @@ def swinging(scene: Scene, starts: np.ndarray) -> Swinging:
     The time is that of the scene. A motion that leaves the model does not count.
     """
     assert scene.stop is not None
-    found = simulate_starts(scene, starts, scene.stop, TOLERANCE, measured=True)
+    found = simulate_starts(scene, starts, scene.stop, TOLERANCE, measure=measures)
     cases = [case_of(found, int(i)) for i in np.flatnonzero(found["outcome"] == DONE)]
     beating = [case.shares for case in cases if hammers(case).margin > 0.0]
     full = sum(shares.get(FULL, 0.0) >= 1.0 - TOUCH for shares in beating)

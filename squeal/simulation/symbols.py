@@ -12,7 +12,7 @@ import heyoka as hy
 from squeal.model.equations import net_loads, term_count
 from squeal.model.law import ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_lengths
-from squeal.simulation.legs import COLLAPSED
+from squeal.simulation.hybrid import COLLAPSED
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a leg
 hy.set_logger_level_critical()
@@ -24,9 +24,8 @@ NEVER_ZERO = 1e-300
 # heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
 # would loosen the error control of a small motion.
 FAINT = 1e-30
-# Up to so many contact points each state has compiled code of its own, which is fastest; with more
-# points one code serves all states.
-OWN_CODE = 2
+# With more contact points than so many heyoka compiles functions instead of unrolled code.
+UNROLLED = 2
 # of the runtime parameters of `equations`, in their order
 NAMES = Coefficients._fields
 

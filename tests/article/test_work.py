@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.work import contact_work
+from squeal.article.findings.work import contact_work
 from squeal.model.contact import Formulation
 from tests.conftest import hammering_scene
 

@@ -9,12 +9,10 @@ from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import facing, pose, spring_vectors
 from squeal.model.states import State
-from squeal.simulation.legs import LIMITS, Integrator, Leg
+from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options, Steps
 
-LONGEST_LEG = 2000.0  # natural time units; bounds the memory of dense output
-
-
-_LIMITS = (LIMITS[0], LIMITS[3])  # those that are events here, in their order
+_DEGREE = 7  # of the polynomials of DOP853's dense output
+_UPRIGHT, _SLOWER = 0, 3  # entries of `LIMITS` that are events here, in their order
 
 
 class SciPyIntegrator(Integrator):
@@ -27,14 +25,17 @@ class SciPyIntegrator(Integrator):
 
     method = "SciPy DOP853"
 
-    def __init__(self, model: PadModel, tolerance: float) -> None:
+    def __init__(self, model: PadModel, tolerance: float, options: Options = DEFAULT) -> None:
         from scipy.integrate import solve_ivp
 
         self._solve: Any = solve_ivp
+        self._options = options
         self._model, self.tolerance = model, max(tolerance, 3e-14)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
-        self._max_step = 0.2 * min(1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7)
+        self._max_step = options.scipy_step * min(
+            1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
+        )
 
     def _rhs(self, contact: State) -> Any:
         c, law = self._model.c, self._model.law
@@ -81,38 +82,66 @@ class SciPyIntegrator(Integrator):
             end.direction = -1.0  # type: ignore[attr-defined]
         return [*found, *ends]
 
-    def _collapse(self, y: np.ndarray) -> tuple[int, str] | None:
-        """The first step (its end) in which a spring turns by more than 90 degrees, and what it is.
+    def _collapse(self, y: np.ndarray) -> tuple[int, int] | None:
+        """The first step (its end) in which a spring turns by more than 90 degrees, and its limit.
 
         It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
         """
         at = pose(np, self._model.c.place(y))
-        for (vx, vy), limit in zip(spring_vectors(self._model.c, at), LIMITS[1:3], strict=True):
+        for limit, (vx, vy) in enumerate(spring_vectors(self._model.c, at), 1):
             turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
             if turned.any():
                 return int(np.argmax(turned)) + 1, limit
         return None
 
-    def advance(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Leg:
-        """See `Integrator.advance`. Raises ComputationError if SciPy gives up."""
-        span, events = (t, min(stop, t + LONGEST_LEG)), self._events(contact)
+    def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
+        """See `squeal.simulation.hybrid.Integrator`; ends at each change of contact."""
+        span = (t, min(stop, t + self._options.scipy_time))
         wanted: Any = {"method": "DOP853", "max_step": self._max_step, "dense_output": dense}
         wanted |= {"rtol": self.tolerance, "atol": self.tolerance}
+        events = self._events(contact)
         solution = self._solve(self._rhs(contact), span, state, events=events, **wanted)
         if solution.status < 0:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
-        point, limit, last = None, None, -1
+        limit, last, points = -1, len(solution.t) - 1, []
         collapse = self._collapse(solution.y)
         if collapse is not None:
             last, limit = collapse
         elif solution.status == 1:
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
-            point, limit = (
-                (event, None) if event < len(contact) else (None, _LIMITS[event - len(contact)])
-            )
-        motion = solution.sol
-        t1, end, steps = float(solution.t[last]), solution.y[:, last].copy(), len(solution.t) - 1
-        kept = (solution.t, lambda times: motion(times).T) if dense else ()
-        return Leg(contact, t, t1, end, point, steps, limit, *kept)
+            if event < len(contact):
+                points = [event]
+            else:
+                limit = (_UPRIGHT, _SLOWER)[event - len(contact)]
+        nodes, end = solution.t[: last + 1], solution.y[:, last : last + 1].copy()
+        on = np.array(contact, dtype=int)[:, None]
+        return Course(
+            law=self._model.law,
+            c=self._model.c,
+            terms=self._model.term_values[:, None],
+            t0=np.array([t]),
+            t1=nodes[-1:],
+            first=on,
+            end=end,
+            lane=np.zeros(len(points), dtype=int),
+            point=np.array(points, dtype=int),
+            t=nodes[-1:].repeat(len(points)),
+            state=end.repeat(len(points), axis=1),
+            steps=np.array([last]),
+            limit=np.array([limit]),
+            smooth=_steps(nodes, solution.sol, on) if dense else None,
+        )
+
+
+def _steps(nodes: np.ndarray, motion: Any, on: np.ndarray) -> Steps:
+    """The polynomials of SciPy's dense output between nodes (s + 1,)."""
+    shares = (1.0 - np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)) / 2.0
+    h = np.diff(nodes)
+    states = motion((nodes[:-1, None] + h[:, None] * shares).ravel()).reshape(6, len(h), -1)
+    fit = np.linalg.inv(np.vander(shares, increasing=True))
+    series = (states @ fit.T).transpose(2, 0, 1)
+    return Steps(
+        np.zeros(len(h), dtype=int), nodes[:-1], h, series, 1.0 * on.repeat(len(h), axis=1)
+    )

@@ -7,14 +7,12 @@ import sys
 import numpy as np
 import pytest
 
+from squeal.article.claims.motions import measure_alone, measures
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.simulation import simulate
-from squeal.simulation.batch import measures as batch_measures
-from squeal.simulation.batch.alone import measure_alone
-from squeal.simulation.batch.crests import crest
-from squeal.simulation.batch.many import DONE, REFUSED, simulate_many, stack
+from squeal.simulation.ensemble import DONE, simulate_many, stack
 from squeal.simulation.run import in_natural_units
 from tests.conftest import needs_heyoka, random_pad
 from tests.simulation.closed import bouncing, upright
@@ -104,7 +102,7 @@ def naive(one):
 def test_measures_are_those_of_a_history(model, formulation):
     """Of the same functions a batch has coarse samples, a single run fine ones."""
     pads, initial = some(model, 6, 300)
-    r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measured=True)
+    r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measure=measures)
     compared = 0
     for i, pad in enumerate(pads):
         one = scene(model, formulation, pad, initial[i], tolerance=1e-10)
@@ -137,7 +135,7 @@ def test_both_edges_in_the_same_instant_in_closed_form():
     period = 2 * touch + back
     initial = np.zeros((3, 6))
     initial[:, 1] = height
-    r = simulate_many("B1", pad, initial, 4.5 * period, 1e-12, events=True, measured=True)
+    r = simulate_many("B1", pad, initial, 4.5 * period, 1e-12, events=True, measure=measures)
     times = [n * period + t for n in range(5) for t in (touch, touch, touch + back, touch + back)]
     for i in range(3):
         assert r["events"][i][:, 0] == pytest.approx(times[:18], rel=1e-10)
@@ -153,7 +151,7 @@ def test_the_face_is_faster_than_the_mass_centre_of_a_pad_that_turns():
     pad, initial = upright(), np.zeros((4, 6))
     initial[:, 1] = -1e-5, -1e-5, 1e-2, -1e-5
     initial[:, 3:] = (0.1, 0.0, 2.0), (0.1, 0.0, -2.0), (0.1, 0.0, 2.0), (-0.1, 0.0, 2.0)
-    r = simulate_many("B1", pad, initial, 1e-9, 1e-12, measured=True)
+    r = simulate_many("B1", pad, initial, 1e-9, 1e-12, measure=measures)
     assert r["fastest"] == pytest.approx([0.1, 0.1, 0.1, -0.1], rel=1e-3)
     assert r["face"] == pytest.approx([0.14, 0.06, np.nan, -0.06], rel=1e-3, nan_ok=True)
 
@@ -167,7 +165,7 @@ def test_rise_from_zero_at_first_contact_does_not_count():
     left = middle + (lowest - middle) * math.cos(pressed * 0.2 * back)
     stop, start = touch + 0.7 * back, (0.0, height, 0.0, 0.0, 0.0, 0.0)
     exact = pytest.approx((pad.k3 * left / pad.F_n, pad.k3 * lowest / pad.F_n), rel=1e-3)
-    many = simulate_many("B1", pad, np.array([start]), stop, 1e-12, measured=True)
+    many = simulate_many("B1", pad, np.array([start]), stop, 1e-12, measure=measures)
     assert many["first"][0] == exact
     one = scene("B1", CONSISTENT, pad, start, stop=stop, tolerance=1e-12)
     assert measure_alone(one)["first"][0] == exact
@@ -176,7 +174,7 @@ def test_rise_from_zero_at_first_contact_does_not_count():
 def test_signal_that_starts_at_zero_counts_from_its_first_turn():
     # delta = 0 at the start of a level pad from rest; friction then turns it to one side first
     pads = [random_pad(8, theta0=0.0, x0=0.0, y0=-0.02).replace(k3=None, k4=None)]
-    r = simulate_many("B2", stack(pads), np.zeros((1, 6)), 5.0, 1e-10, measured=True)
+    r = simulate_many("B2", stack(pads), np.zeros((1, 6)), 5.0, 1e-10, measure=measures)
     low, high = r["tilt"][0]
     one = scene("B2", CONSISTENT, pads[0], np.zeros(6), stop=5.0, samples=4001, tolerance=1e-12)
     theta = simulate(dataclasses.replace(one, outputs=("history",))).history["theta"]
@@ -190,7 +188,7 @@ def test_pad_that_leaves_the_model_does_not_disturb_the_others():
     before = simulate_many("B1", stack(pads), initial, 20.0, 1e-10)
     over = int(np.flatnonzero(before["outcome"] == DONE)[2])
     initial[over, 5] = 3.0  # turns over
-    r = simulate_many("B1", stack(pads), initial, 20.0, 1e-10, measured=True)
+    r = simulate_many("B1", stack(pads), initial, 20.0, 1e-10, measure=measures)
     assert r["outcome"][over] == 1
     assert 0.0 < r["ended"][over] < 20.0
     others = np.arange(8) != over
@@ -204,55 +202,32 @@ def test_pad_that_leaves_the_model_does_not_disturb_the_others():
     assert r["losses"][over] is None
 
 
-@pytest.mark.parametrize("model", ["B1", "B2"])
-def test_doubtful_pads_run_alone_with_the_same_measures(model, monkeypatch):
-    pads, initial = some(model, 6, 500)
-    initial[4, 5] = 3.0  # turns over: refused on the single path
-    r = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
-    monkeypatch.setattr(batch_measures, "doubtful", lambda *a: np.ones(len(a[2].stop), bool))
-    s = simulate_many(model, stack(pads), initial, 30.0, 1e-11, events=True, measured=True)
-    assert r["outcome"].tolist() == [0, 0, 0, 0, 1, 0]
-    assert s["outcome"].tolist() == [0, 0, 0, 0, REFUSED, 0]
-    for i in (0, 1, 2, 3, 5):
-        assert s["events"][i] == pytest.approx(r["events"][i], rel=1e-8)
-        assert s["losses"][i] == r["losses"][i]
-    for name, accuracy in (("final", 1e-7), ("shares", 1e-7), ("first", 2e-4), ("tilt", 2e-4)):
-        # alone a pad has finer samples
-        assert np.allclose(s[name], r[name], rtol=accuracy, atol=accuracy, equal_nan=True)
-
-
 def test_numbers_that_are_not_finite_are_refused():
     pads, initial = some("B1", 3, 40)
     initial[1, 0] = math.nan
-    with pytest.raises(ComputationError, match="pad 1 of the batch are not finite"):
+    with pytest.raises(ComputationError, match="pad 1 of the ensemble are not finite"):
         simulate_many("B1", stack(pads), initial, 20.0)
 
 
 def test_other_units_and_processes_change_nothing():
     pads, initial = some("B2", 11, 60)
-    r = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measured=True)
+    r = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measure=measures)
     m, length, time = 3.0, 0.04, 2e-4
     scaled = stack(pads).scaled(1 / m, 1 / length, 1 / time)
     rates = np.array([length, length, 1, length / time, length / time, 1 / time])
-    s = simulate_many("B2", scaled, initial * rates, 30.0 * time, 1e-10, measured=True)
+    s = simulate_many("B2", scaled, initial * rates, 30.0 * time, 1e-10, measure=measures)
     assert np.allclose(s["final"] / rates, r["final"], rtol=0, atol=1e-9, equal_nan=True)
     assert np.array_equal(s["changes"], r["changes"])
     assert np.allclose(s["first"], r["first"], rtol=1e-6, equal_nan=True)
     assert np.allclose(s["separated"], r["separated"] * time, rtol=1e-6, equal_nan=True)
-    two = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measured=True, workers=2)
+    two = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measure=measures, workers=2)
     # lanes are independent: other neighbours, same bits
     assert np.array_equal(two["final"], r["final"], equal_nan=True)
     assert two["losses"].tolist() == r["losses"].tolist()
 
 
-def test_too_many_samples_are_refused():
-    pads, initial = some("B1", 1, 1)
-    with pytest.raises(ComputationError, match="shorter time"):
-        simulate_many("B1", stack(pads), initial, 1e6, measured=True)
-
-
 def test_batches_without_heyoka_say_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "squeal.simulation.batch.lanes", None)
+    monkeypatch.setitem(sys.modules, "squeal.simulation.taylor", None)
     pads, initial = some("B1", 1, 1)
     with pytest.raises(ComputationError, match="heyoka"):
         simulate_many("B1", stack(pads), initial, 1.0)
@@ -261,39 +236,10 @@ def test_batches_without_heyoka_say_so(monkeypatch):
 @pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
 def test_measures_do_not_depend_on_the_pads_beside(model, formulation):
     pads, initial = some(model, 9, 300)
-    together = simulate_many(model, stack(pads), initial, STOP, 1e-8, formulation, measured=True)
+    together = simulate_many(model, stack(pads), initial, STOP, 1e-8, formulation, measure=measures)
     for i, pad in enumerate(pads):
         alone = simulate_many(
-            model, stack([pad]), initial[i : i + 1], STOP, 1e-8, formulation, measured=True
+            model, stack([pad]), initial[i : i + 1], STOP, 1e-8, formulation, measure=measures
         )
         for name in ("first", "second", "tilt", "mean", "fastest", "face", "calm"):
             assert alone[name][0] == pytest.approx(together[name][i], rel=1e-12, nan_ok=True)
-
-
-@pytest.mark.parametrize(("model", "formulation"), LAWS[:2])
-def test_peaks_between_few_samples_are_those_between_many(model, formulation):
-    """Also where contact changes between two samples: few of them are close to a peak."""
-    pads, initial = some(model, 12, 300)
-    few, many = (
-        simulate_many(
-            model, stack(pads), initial, STOP, 1e-10, formulation, measured=True, phase=phase
-        )
-        for phase in (0.8, 0.02)
-    )
-    ended = few["outcome"] == DONE
-    assert ended.sum() >= 8
-    for name in ("first", "second", "tilt"):
-        size = np.abs(many[name][ended]).max(axis=1, keepdims=True)
-        off = np.abs(few[name] - many[name])[ended] / np.maximum(size, 1e-30)
-        assert np.nanmax(off) < 2e-3, name
-        assert np.nanmedian(off) < 1e-4, name
-
-
-def test_the_crest_of_a_cubic_in_closed_form():
-    """u (1 - u) (2 - u) is greatest at 1 - 1/sqrt(3); straight lines and troughs have no crest."""
-    cubics = [[0.0, 0.0, 2.0, -1.0], [0.0, 0.0, 1.0, -1.0], [0.0, 1.0, 1.0, 1.0], [0, 0, -2, 1]]
-    with np.errstate(all="ignore"):
-        at, value = crest(*np.array(cubics, dtype=float).T)
-    assert at[:2] == pytest.approx([1.0 - 1.0 / math.sqrt(3.0), 0.5])
-    assert value[:2] == pytest.approx([2.0 / (3.0 * math.sqrt(3.0)), 0.25])
-    assert np.isnan(value[2:]).all()

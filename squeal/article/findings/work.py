@@ -12,17 +12,16 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import Loads, pose, spring_energy
-from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.simulation.legs import Leg
-from squeal.simulation.observers import Observer
-from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from squeal.simulation.hybrid import Course, Observer, integrate
+from squeal.simulation.observers import Grid
+from squeal.simulation.run import in_natural_units, make_integrator
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+PLACES = 12  # in each step, of the quadrature
 
 
 @dataclass(frozen=True)
-class Course:
+class Energies:
     """Energies and works so far in J at times t (k,) in s, the ends of the integration steps.
 
     kinetic; springs, contact: elastic energy of the inclined springs and of the contact; load,
@@ -72,83 +71,73 @@ class Works:
     fed: float
     kinetic: float
     gained: float
-    course: Course
+    course: Energies
     excursions: tuple[Excursion, ...]
 
 
 class _Power(Observer):
-    """Integrates the powers of the contact forces over each leg (Gauss-Legendre in each step)."""
+    """Integrates the powers of the contact forces over each step (Lobatto's quadrature)."""
 
     dense = True
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
         self._without_friction = model.replace(mu=0.0)
-        self.work = np.zeros(3)  # of the normal reaction, of friction, of damping
         self.at_loss: list[float] = []
         self.kinetic = 0.0
-        self._columns: list[np.ndarray] = []  # as in `Course`, of a leg each
-        self._rows = 0
-        self.stays: list[list[int]] = []  # in partial contact: their first and last row
-        self._stays_on = False
+        self._columns: list[np.ndarray] = []  # as in `Energies`, of the ends of steps
+        self._partial: list[np.ndarray] = []  # whether each step is in partial contact
 
     def _contact(
-        self, model: PadModel, q: np.ndarray, rates: np.ndarray, state: State
+        self, model: PadModel, q: np.ndarray, rates: np.ndarray, on: np.ndarray
     ) -> np.ndarray:
-        load: Loads = model.law.loads(model.at_speed(rates[0]), pose(np, tuple(q)), state)
+        load: Loads = model.law.loads(model.at_speed(rates[0]), pose(np, tuple(q)), on)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])
 
-    def _energies(self, scaled: np.ndarray, state: State) -> list[np.ndarray]:
-        """Kinetic energy, those of springs and contact, and the work of the load, (n,) each."""
-        model, (q, rates) = self._model, self._split(scaled)
+    def _energies(self, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Kinetic energy, those of springs and contact, and the work of the load, (4, ...)."""
+        model, (q, rates) = self._model, self._split(states)
         at = pose(np, tuple(q))
-        mass = np.array([model.pad.m, model.pad.m, model.pad.I])[:, None]
+        mass = np.array([model.pad.m, model.pad.m, model.pad.I]).reshape(3, *[1] * q[0].ndim)
         kinetic = (0.5 * mass * rates**2).sum(axis=0)
-        contact = model.law.energy(model.c, at, state) + 0.0 * q[1]
-        return [kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]]
+        contact = model.law.energy(model.c, at, on) + 0.0 * q[1]
+        return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
-    def _split(self, scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        turn = np.array([1.0, 1.0, 1.0 / self._model.pad.w])[:, None]
-        return scaled[:, :3].T * turn, scaled[:, 3:].T * turn
+    def _split(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        turn = np.array([1.0, 1.0, 1.0 / self._model.pad.w]).reshape(3, *[1] * (states.ndim - 1))
+        return states[:3] * turn, states[3:] * turn
 
-    def leg(self, leg: Leg) -> None:
-        assert leg.dense is not None
-        assert leg.nodes is not None
-        half = 0.5 * np.diff(leg.nodes)
-        t = (leg.nodes[:-1] + half)[:, None] + half[:, None] * _NODES
-        q, rates = self._split(leg.dense(t.ravel()))
-        normal = self._contact(self._without_friction, q, rates, leg.contact)
-        both = self._contact(self._model, q, rates, leg.contact)
-        weights = (half[:, None] * _WEIGHTS).ravel()
+    def see(self, course: Course) -> None:
+        grid, on = Grid(course, PLACES), course.dense.on
+        q, rates = self._split(grid.states)
+        normal = self._contact(self._without_friction, q, rates, on[:, None])
+        both = self._contact(self._model, q, rates, on[:, None])
         C = self._model.damping
-        damping = np.zeros_like(rates) if C is None else -np.array(C) @ rates
+        damping = np.zeros_like(rates) if C is None else -np.tensordot(np.array(C), rates, 1)
         power = (np.array([normal, both - normal, damping]) * rates).sum(axis=1)
-        done = (power * weights).reshape(len(power), -1, len(_NODES)).sum(axis=2).cumsum(axis=1)
-        # the first leg has a row more, for the start
-        after = leg.nodes[1:] if self._columns else leg.nodes
-        works = np.pad(done, ((0, 0), (len(after) - done.shape[1], 0))) + self.work[:, None]
-        self.work = works[:, -1]
-        energies = self._energies(leg.dense(after), leg.contact)
-        self._columns.append(np.array([after, *energies, *works]))
-        if any(leg.contact) and not all(leg.contact):
-            if not self._stays_on:
-                self.stays.append([max(self._rows - 1, 0), 0])
-            self.stays[-1][1] = self._rows + len(after) - 1
-            self._stays_on = True
-        self._rows += len(after)
-        kinetic, *_ = self._energies(leg.dense(t.ravel()), leg.contact)
-        self.kinetic = max(self.kinetic, float(kinetic.max()))
+        work = np.tensordot(grid.weights, power, (0, 1)) * course.dense.h
+        energies = self._energies(grid.states, on[:, None])
+        if not self._columns:
+            first = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
+            self._columns.append(np.array(first)[:, None])
+        works = self._columns[-1][5:, -1:] + work.cumsum(axis=1)
+        self._columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))
+        self._partial.append((on.max(axis=0) > 0.0) & (on.min(axis=0) <= 0.0))
+        self.kinetic = max(self.kinetic, float(energies[0].max()))
+        lost = course.t[~course.on.any(axis=0)]
+        done = np.searchsorted(grid.t[-1], lost * (1.0 - 1e-12))
+        self.at_loss += works[0, done].tolist()
 
-    def change(self, t: float, source: State, target: State) -> None:
-        if not any(target):
-            self.at_loss.append(float(self.work[0]))
-        self._stays_on &= any(target) and not all(target)
-
-    def course(self, units: Units) -> Course:
+    def course(self, units: Units) -> Energies:
         """What was seen, in SI units; the work of the load counts from the start."""
         t, *energies = np.concatenate(self._columns, axis=1)
         kinetic, springs, contact, load, *works = (e * units.energy for e in energies)
-        return Course(t * units.time, kinetic, springs, contact, load - load[0], *works)
+        return Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
+
+    def stays(self) -> np.ndarray:
+        """Rows (n, 2) of the course at which stays in partial contact begin and end."""
+        there = np.concatenate([[False], *self._partial, [False]])
+        return np.flatnonzero(there[1:] != there[:-1]).reshape(-1, 2)
 
 
 def contact_work(scene: Scene) -> Works:
@@ -172,6 +161,6 @@ def contact_work(scene: Scene) -> Works:
         course=course,
         excursions=tuple(
             Excursion(float(course.t[i]), float(course.t[j]), float(course.fed[j] - course.fed[i]))
-            for i, j in watch.stays
+            for i, j in watch.stays().tolist()
         ),
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.model.equations import PadModel
 from squeal.model.units import natural_units
-from squeal.simulation.batch.many import DONE, simulate_many, stack
+from squeal.simulation.ensemble import DONE, simulate_many, stack
 
 SIZE = 1e-6  # of a motion's own size, the first distance
 TOLERANCE = 1e-10

@@ -11,8 +11,9 @@ from squeal.equilibrium import Equilibrium, Path
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues
+from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Samples
-from squeal.simulation.run import in_natural_units, integrate, make_integrator
+from squeal.simulation.run import in_natural_units, make_integrator
 
 DISPLACEMENT = 1e-6  # of the motion's natural length: small enough to be linear
 PERIODS = 8

@@ -1,0 +1,172 @@
+"""Measures of one or several motions at once; the claims on B1 and B2 rest on them.
+
+A signal that starts from zero is on neither side of it yet: its way up (or down) from there says
+nothing of whether it comes back, so that it counts from its first turn on.
+"""
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.model.mechanics import Coefficients, facing, pose
+from squeal.model.states import STATES
+from squeal.model.units import Units
+from squeal.simulation.hybrid import Course, Courses, integrate
+from squeal.simulation.observers import Grid, Read, intervals, one_of, plotted
+from squeal.simulation.run import in_natural_units, make_integrator
+
+START = 1e-9  # values below this at the start count as zero: nothing has moved yet
+LATE = 0.1  # share of the time after first contact that counts as the end of the run
+PLACES, FINE = 4, 24  # in each step, at which signals are read first: of many motions, and of one
+# where a state stands if its number is leading + 2 trailing
+_CODES = [state.leading + 2 * state.trailing for state in STATES]
+_APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
+
+
+def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
+    """The measures (n = 1) of a scene of B1 or B2, times in natural units, speeds in the scene's.
+
+    Raises ComputationError where the model ends.
+    """
+    units, model, state, stop = in_natural_units(scene)
+    courses = Courses(True)
+    integrator = make_integrator(model, scene.tolerance, "auto")
+    integrate(model, integrator, units, state, stop, [courses])
+    natural = Units(*(np.array([v]) for v in (1.0, units.velocity, 1.0, 1.0)))  # type: ignore[arg-type]
+    return measures(courses.whole, natural, FINE)
+
+
+def measures(
+    course: Course, units: Units, places: int = PLACES, calm: bool = True
+) -> dict[str, np.ndarray]:
+    """Measures of n motions, whose signals are read at some places of each step first.
+
+    duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
+    shares (n, 4): of the states in the order of `STATES`; losses (n,): tuples of the edges in the
+    order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
+    F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
+    (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
+    acceleration in the last tenth over that of the whole run, NaN if not wanted; fastest (n,): the
+    greatest x_dot; face (n,): the greatest speed of the lower face while it touches, NaN if it
+    never does. Friction never reverses if the speed V of the surface exceeds the latter. Raises
+    InputError for a model with other contact points than the two edges.
+    """
+    law, n = course.law, len(course.t0)
+    if law.points != 2:
+        raise InputError("measures are those of two edges")
+    touched, spent = _first_contact(course), _times(course)
+    duration = np.where(np.isfinite(touched), course.t1 - touched, 0.0)
+    grid, line = Grid(course, places), not law.plotted[1].is_force
+    signals = plotted(law)
+    a, b = grid.read(signals)
+
+    def span(read: Read, values: np.ndarray) -> np.ndarray:
+        found = grid.ranges(read, values, _first_turn(grid, values, touched))
+        return np.where(np.isfinite(found), found, np.nan)
+
+    def tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+        return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
+
+    def both(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        return np.asarray(signals(c, states, on).sum(axis=0))
+
+    def speed(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+        return np.asarray(states[3])
+
+    def face(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        # of the middle of the lower face, which lies h below the mass centre
+        found = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
+        return np.where(on.any(axis=0), found, np.nan)
+
+    nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
+    counts = grid.steps.t >= touched[lane]
+    means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
+    facing_speed = grid.ranges(face)[:, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {
+            "duration": duration * units.time,
+            "separated": (_APART @ spent).T * np.reshape(units.time, (-1, 1)),
+            "shares": (spent / duration).T,
+            "losses": _losses(course),
+            "first": span(one_of(signals, 0), a),
+            "second": span(one_of(signals, 1), b),
+            "together": nothing if line else span(both, a + b),
+            "tilt": span(tilt, grid.read(tilt)),
+            "mean": np.bincount(lane, means, n) / duration,
+            "swings": _swings(grid, b, counts, n) if line else np.zeros(n, dtype=int),
+            "calm": _calm(grid, course.t1 - LATE * duration) if calm else np.full(n, np.nan),
+            "fastest": grid.ranges(speed)[:, 1] * units.velocity,
+            "face": np.where(np.isfinite(facing_speed), facing_speed, np.nan) * units.velocity,
+        }
+
+
+def contact_shares(course: Course, _units: Units) -> dict[str, np.ndarray]:
+    """Of the measures those that are shares of time, without the motion in between."""
+    spent = _times(course)
+    return {"shares": (spent / spent.sum(axis=0)).T}
+
+
+def _first_contact(course: Course) -> np.ndarray:
+    """When (n,) each motion first touches, inf for one that never does."""
+    found = np.where(course.first.any(axis=0), course.t0, np.inf)
+    np.fmin.at(found, course.lane, np.where(np.isinf(found[course.lane]), course.t, np.inf))
+    return found
+
+
+def _times(course: Course) -> np.ndarray:
+    """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
+    seen = intervals(course)
+    code = [1, 2] @ seen.on
+    counts = (seen.begin > course.t0[seen.lane]) | (code > 0)
+    spent = np.zeros((4, len(course.t0)))
+    np.add.at(spent, (code[counts], seen.lane[counts]), (seen.end - seen.begin)[counts])
+    return spent[_CODES]
+
+
+def _losses(course: Course) -> np.ndarray:
+    lost = course.on[course.point, np.arange(len(course.point))] == 0
+    found: list[list[int]] = [[] for _ in course.t0]
+    for lane, edge in zip(course.lane[lost].tolist(), course.point[lost].tolist(), strict=True):
+        found[lane].append(edge)
+    result = np.empty(len(found), dtype=object)
+    result[:] = [tuple(edges) for edges in found]
+    return result
+
+
+def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    """When (n,) samples (k, s) of a signal begin to count: at first contact, or if it is zero then
+    where it first turns."""
+    begin = np.append(grid.first, values.shape[1])
+    since = touched.copy()
+    for lane in np.flatnonzero(np.isfinite(touched)).tolist():
+        own = slice(begin[lane], begin[lane + 1])
+        start = begin[lane] + int(np.searchsorted(grid.steps.t[own], touched[lane]))
+        if start == begin[lane + 1] or not abs(values[0, start]) <= START:
+            continue
+        # in order of time, the end of each step being the begin of the next
+        own = slice(start, begin[lane + 1])
+        way = np.sign(np.diff(np.append(values[:-1, own].T.ravel(), values[-1, own][-1])))
+        turns = np.flatnonzero((way[1:] != way[:-1]) & ~np.isnan(way[:-1]))
+        step, place = divmod(int(turns[0]) + 1 if turns.size else len(way), len(values) - 1)
+        t = grid.t[:, own]
+        since[lane] = t[place, step] if step < t.shape[1] else t[-1, -1]
+    return since
+
+
+def _swings(grid: Grid, delta: np.ndarray, counts: np.ndarray, n: int) -> np.ndarray:
+    """How often samples (k, s) of delta change sign, those near zero left aside, (n,)."""
+    some = ((np.abs(delta) > START) & counts).T
+    lane, positive = grid.steps.lane[np.nonzero(some)[0]], delta.T[some] > 0.0
+    changed = (positive[1:] != positive[:-1]) & (lane[1:] == lane[:-1])
+    return np.bincount(lane[1:][changed], minlength=n)
+
+
+def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
+    """Greatest acceleration after a time (n,) over that of the whole run, (n,)."""
+    steps, k = grid.steps, np.arange(1, len(grid.steps.series))
+    powers = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
+    rates = np.tensordot(powers, steps.series, 1)[:, 3:]
+    size = (rates**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
+    end = np.where(grid.t >= late[steps.lane], size, 0.0)
+    whole, end = (np.maximum.reduceat(s.max(axis=0), grid.first) for s in (size, end))
+    return np.asarray(np.sqrt(end / whole))

@@ -1,1 +1,0 @@
-"""Many pads at once."""

@@ -1,0 +1,415 @@
+"""The hybrid run: smooth steps joined at the contact changes (Table 1, Fig. 3, Fig. 8).
+
+An integrator carries one motion, or several side by side, through contact changes and hands over a
+`Course`. Observers look at courses as they come, so that memory does not grow with the time.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from squeal.errors import ComputationError
+from squeal.model.equations import PadModel
+from squeal.model.law import ContactLaw
+from squeal.model.mechanics import Coefficients, pose
+from squeal.model.states import State
+from squeal.model.units import Units
+from squeal.numerics.newton import complex_step
+
+# Where the model ends: what has happened when a limit is reached.
+LIMITS = (
+    "the pad has turned past 90 degrees",
+    "spring 1 has collapsed to zero length",
+    "spring 2 has collapsed to zero length",
+    "the pad has reached the speed V of the surface, beyond which friction that falls with speed "
+    "means nothing,",
+)
+# Share of its free length at which a spring counts as collapsed: the direction of its force, and
+# with it the motion, jumps at zero.
+COLLAPSED = 1e-6
+
+
+class ModelEnd(ComputationError):
+    """A motion leaves the model's range: at the entry `limit` of `LIMITS`, at a time (s)."""
+
+    def __init__(self, limit: int, time: float) -> None:
+        super().__init__(f"{LIMITS[limit]} at t = {time:.9g} s; the model ends there")
+        self.limit, self.time = limit, time
+
+
+@dataclass(frozen=True)
+class Options:
+    """How motions are integrated and looked at, beside the tolerance of a scene.
+
+    Lengths and times are in natural units, see `squeal.model.units.natural_units`.
+
+    Parameters
+    ----------
+    steps_at_once : int
+        Steps of one motion after which observers look at it; bounds the memory of a run.
+    most_steps : int
+        Steps of a motion of an ensemble; one that needs more is given up.
+    clear : float
+        Gap, over 1 + w + h, below which a contact point may change together with another one.
+    missed : float
+        Gap of the wrong sign that shows a missed contact change.
+    first_step : float
+        Time in which a point that starts on the surface shows to which side it goes.
+    least_turn : float
+        Angle (rad) by which a level pad on the surface is turned, since a contact of no length has
+        no centroid.
+    regrouped_above : float
+        Tolerance above which the compiler may regroup sums. Their rounding drifts then, which a
+        hundred scenes' energy shows at finer tolerances; a step is a third cheaper.
+    lanes : int
+        Motions of an ensemble that heyoka integrates side by side.
+    looked_at_together : int
+        Motions of an ensemble that observers see at once, a multiple of `lanes`.
+    chunk : int
+        Motions of an ensemble that one process works on at a time.
+    samples : int
+        Places in each step at which signals are read first, at most 20.
+    scipy_step : float
+        Longest step of SciPy's integrator, which sees contact changes at the ends of steps only.
+    scipy_time : float
+        Time after which observers look at a motion of SciPy's integrator.
+    """
+
+    steps_at_once: int = 5000
+    most_steps: int = 1_000_000
+    clear: float = 1e-9
+    missed: float = 1e-6
+    first_step: float = 1e-3
+    least_turn: float = 1e-15
+    regrouped_above: float = 1e-14
+    lanes: int = 8
+    looked_at_together: int = 32
+    chunk: int = 4096
+    samples: int = 8
+    scipy_step: float = 0.2
+    scipy_time: float = 2000.0
+
+
+DEFAULT = Options()
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Smooth steps of n motions, those of the first motion first, each in order of time.
+
+    lane (s,): the motion of each; t, h (s,): its begin and length; series (p, 6, s): coefficients
+    of the state in powers of the share of the step; on (points, s): 1.0 for a point that touches.
+    """
+
+    lane: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    series: np.ndarray
+    on: np.ndarray
+
+    def some(self, which: np.ndarray) -> "Steps":
+        """Some of the steps (k,)."""
+        series, on = self.series[:, :, which], self.on[:, which]
+        return Steps(self.lane[which], self.t[which], self.h[which], series, on)
+
+    def states(self, share: np.ndarray) -> np.ndarray:
+        """States (6, s) at a share (s,) of each step."""
+        found = self.series[-1]
+        for coefficient in self.series[-2::-1]:
+            found = found * share + coefficient
+        return np.asarray(found)
+
+
+@dataclass(frozen=True)
+class Course:
+    """A part of n motions in natural units, one after the other.
+
+    law: the contact law; c: coefficients, numbers or arrays (n,); terms (m, n): numbers of the
+    terms with velocities; t0, t1 (n,): begin and end; first (points, n): contact at the begin, 0 or
+    1; end (6, n): state at the end; lane, point, t (e,), state (6, e): contact changes, in order of
+    motion and time; steps (n,): integration steps; limit (n,): the entry of `LIMITS` that ended
+    it, or -1; smooth: its steps, None unless dense output was asked for.
+    """
+
+    law: ContactLaw
+    c: Coefficients
+    terms: np.ndarray
+    t0: np.ndarray
+    t1: np.ndarray
+    first: np.ndarray
+    end: np.ndarray
+    lane: np.ndarray
+    point: np.ndarray
+    t: np.ndarray
+    state: np.ndarray
+    steps: np.ndarray
+    limit: np.ndarray
+    smooth: Steps | None = None
+
+    @cached_property
+    def on(self) -> np.ndarray:
+        """Contact (points, e) of 0 or 1 after each change."""
+        flips = np.zeros((len(self.first), len(self.lane) + 1), dtype=int)
+        flips[self.point, np.arange(1, flips.shape[1])] = 1
+        flips = flips.cumsum(axis=1)
+        before = flips[:, np.searchsorted(self.lane, self.lane)]
+        return np.asarray((self.first[:, self.lane] + flips[:, 1:] - before) & 1)
+
+    @cached_property
+    def last(self) -> np.ndarray:
+        """Contact (points, n) of 0 or 1 at the end."""
+        found = self.first.copy()
+        np.add.at(found, (self.point, self.lane), 1)
+        return found & 1
+
+    def coefficients(self, lane: np.ndarray) -> Coefficients:
+        """Coefficients of some motions (k,)."""
+        return Coefficients(*(v if np.ndim(v) == 0 else v[lane] for v in self.c))
+
+    def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
+        steps = self.dense
+        steps = steps.some(np.searchsorted(steps.t[1:], t))
+        share = np.where(steps.h > 0.0, (t - steps.t) / np.where(steps.h > 0.0, steps.h, 1.0), 0.0)
+        return steps.states(share).T, steps.on
+
+    @property
+    def dense(self) -> Steps:
+        """Its steps, where dense output was asked for."""
+        assert self.smooth is not None
+        return self.smooth
+
+    def with_changes(self, points: Sequence[int]) -> "Course":
+        """This course of a single motion, in whose last instant more points change."""
+        more = len(points)
+        return dataclasses.replace(
+            self,
+            lane=np.append(self.lane, [0] * more).astype(int),
+            point=np.append(self.point, points).astype(int),
+            t=np.append(self.t, self.t[-1:].repeat(more)),
+            state=np.append(self.state, self.state[:, -1:].repeat(more, axis=1), axis=1),
+        )
+
+
+def joined(courses: Sequence[Course], side_by_side: bool) -> Course:
+    """Courses of different motions as one, or those of one motion that follow each other."""
+    first, last = courses[0], courses[-1]
+    counts = [len(one.t0) if side_by_side else 0 for one in courses]
+    begin = np.cumsum([0, *counts[:-1]])
+
+    def all_of(name: str) -> np.ndarray:
+        return np.concatenate([getattr(one, name) for one in courses], axis=-1)
+
+    found: dict[str, Any] = {name: all_of(name) for name in ("point", "t", "state")}
+    found["lane"] = np.concatenate([one.lane + b for one, b in zip(courses, begin, strict=True)])
+    if side_by_side:
+        found |= {n: all_of(n) for n in ("terms", "t0", "t1", "first", "end", "steps", "limit")}
+        c = Coefficients(*map(np.concatenate, zip(*(one.c for one in courses), strict=True)))
+    else:
+        found |= {"t1": last.t1, "end": last.end, "limit": last.limit}
+        found["steps"] = np.sum([one.steps for one in courses], axis=0)
+        c = first.c
+    smooth = None
+    if first.smooth is not None:
+        parts = [one.dense for one in courses]
+        smooth = Steps(
+            np.concatenate([part.lane + b for part, b in zip(parts, begin, strict=True)]),
+            *(np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "h")),
+            *(
+                np.concatenate([getattr(p, name) for p in parts], axis=-1)
+                for name in ("series", "on")
+            ),
+        )
+    return dataclasses.replace(first, **found, c=c, smooth=smooth)
+
+
+class Integrator(Protocol):
+    """Carries the motion on, at the tolerance that it keeps to."""
+
+    method: str
+    tolerance: float
+
+    def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
+        """A course from (t, state) on: to `stop`, to a limit, for a bounded number of steps, or to
+        a change of contact beside which another point is near the surface.
+
+        Raises ComputationError if the motion leaves all bounds.
+        """
+
+
+class Observer:
+    """Sees a motion course by course; `dense` tells that it needs the motion between changes."""
+
+    dense = False
+
+    def see(self, course: Course) -> None:
+        """The next course of the motion."""
+
+    def result(self) -> dict[str, Any]:
+        """Fields of `Simulation` that this observer fills."""
+        return {}
+
+
+class Courses(Observer):
+    """All courses of a motion as one."""
+
+    def __init__(self, dense: bool) -> None:
+        self.dense = dense
+        self._courses: list[Course] = []
+
+    def see(self, course: Course) -> None:
+        self._courses.append(course)
+
+    @property
+    def whole(self) -> Course:
+        """What was seen of the motion, coefficients as arrays (1,)."""
+        found = joined(self._courses, False)
+        return dataclasses.replace(found, c=Coefficients(*(np.array([v]) for v in found.c)))
+
+
+def state_of(contact: np.ndarray) -> State:
+    """The contact state of a column (points,) of zeros and ones."""
+    return State(*(value > 0 for value in contact.tolist()))
+
+
+def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Rates of the scaled velocities with the contact that the gaps tell."""
+    loads = model.physical_loads(_place(model, q), _place(model, v))
+    pad = model.pad
+    return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
+
+
+def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
+    """Rates (6,) of a scaled state with the contact that the gaps tell."""
+    return np.concatenate([state[3:], _accelerations(model, state[:3], state[3:])])
+
+
+def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
+    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
+
+
+def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> State:
+    """Contact state of the first motion from a scaled state.
+
+    A point that starts on the switching surface, to rounding, belongs to the side to which the
+    first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
+    """
+    heights = model.gaps(_place(model, state))
+    pad = model.pad
+    rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
+    if np.all(np.abs(heights) > rounding):
+        return State(*(bool(g < 0.0) for g in heights))
+    step = options.first_step
+    q, v = state[:3], state[3:]
+    a1 = _accelerations(model, q, v)
+    a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
+    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
+    moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
+    # the change of the gap, not the gap: an offset of rounding size must not decide
+    change = model.gaps(_place(model, moved)) - heights
+    told = np.where(np.abs(heights) > rounding, heights, change)
+    return State(*(bool(g < 0.0) for g in told))
+
+
+def off_level(
+    model: PadModel, state: np.ndarray, contact: State, options: Options = DEFAULT
+) -> np.ndarray:
+    """A scaled state from which partial contact can go on.
+
+    A level pad exactly on the surface that turns leaves the contact length 0/0: it is turned by
+    less than anything that is computed from it is rounded by.
+    """
+    if model.law.points > 2 or sum(contact) != 1:
+        return state
+    gaps = _heights(model, state)
+    if abs(gaps[0] - gaps[1]) >= options.least_turn * model.pad.w:
+        return state
+    turned = [np.array(state), np.array(state)]
+    for way, one in zip((1, -1), turned, strict=True):
+        one[2] += way * options.least_turn
+    touching = contact.index(True)
+    first, second = (_heights(model, one)[touching] for one in turned)
+    return turned[0] if first < second else turned[1]
+
+
+def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
+    """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
+    y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
+    return model.law.gaps(model.c, pose(math, model.c.place((0.0, y, turn))))
+
+
+def _late(
+    model: PadModel, state: np.ndarray, contact: State, point: int, heights: tuple[float, ...]
+) -> list[int]:
+    """The other points that have passed their switching surface in the same instant as `point`.
+
+    Such a crossing lies behind the located one by rounding and would not be seen again: its gap
+    is as far beyond zero as that of the located point, which rounding may leave just before it.
+    `contact` is that before the change.
+    """
+    beyond = [gap if touches else -gap for touches, gap in zip(contact, heights, strict=True)]
+    limit = min(beyond[point], 0.0)
+    near = [i for i, height in enumerate(beyond) if i != point and height >= limit]
+    if not near:
+        return []
+    rates = complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
+    return [i for i in near if (rates[i] if contact[i] else -rates[i]) > 0.0]
+
+
+def integrate(
+    model: PadModel,
+    integrator: Integrator,
+    units: Units,
+    state: np.ndarray,
+    stop: float,
+    observers: Sequence[Observer],
+    options: Options = DEFAULT,
+) -> tuple[float, np.ndarray, int, int]:
+    """Run a scaled pad to `stop` (natural units), showing each course to the observers.
+
+    Returns
+    -------
+    tuple
+        The final time and state (6,), the number of steps and the number of contact changes.
+
+    Raises
+    ------
+    ComputationError
+        Where the model ends, or where a contact change was missed.
+    """
+    dense = any(observer.dense for observer in observers)
+    contact = first_state(model, np.asarray(state, dtype=float), options)
+    state = off_level(model, state, contact, options)
+    t, steps, changes = 0.0, 0, 0
+    while t < stop:
+        course = integrator.run(contact, t, state, stop, dense)
+        begun, t, state = t, course.t1[0], course.end[:, 0]
+        heights, contact = _heights(model, state), state_of(course.last[:, 0])
+        point = int(course.point[-1]) if course.t.size and course.t[-1] == t else -1
+        for i, (touches, gap) in enumerate(zip(contact, heights, strict=True)):
+            if i != point and (gap > options.missed if touches else gap < -options.missed):
+                raise ComputationError(
+                    f"a contact change was missed before t = {float(t) * units.time:.9g} s; "
+                    "ask for a smaller tolerance"
+                )
+        if course.limit[0] >= 0:
+            raise ModelEnd(int(course.limit[0]), float(t) * units.time)
+        if point >= 0 and t < stop:
+            late = _late(model, state, contact.flip(point), point, heights)
+            course = course.with_changes(late) if late else course
+            contact = state_of(course.last[:, 0])
+            state = off_level(model, state, contact, options)
+        elif point < 0 and t < stop and t - begun < 1e-9 * stop:
+            raise ComputationError(
+                f"no progress beyond t = {float(t) * units.time:.9g} s; a spring may have "
+                "collapsed to zero length there"
+            )
+        steps, changes = steps + int(course.steps[0]), changes + len(course.t)
+        for observer in observers:
+            observer.see(course)
+    return t, state, steps, changes

@@ -1,1 +1,0 @@
-"""Integrators that carry a motion on within one contact state."""
