@@ -23,8 +23,8 @@ from squeal.linear import (
     unstable_modes,
 )
 from squeal.linear.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
-from squeal.linear.judgement import judge_reduced
 from squeal.linear.matrices import EPS, checked, reduce
+from squeal.linear.verdict import decide, judge_reduced
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, about_origin, linearise
@@ -189,7 +189,7 @@ def roots_and_verdict(
     free = squares.min() <= EPS**2 * squares.max()
     if free or not hidden(reduced, K):
         return spectrum_of(reduced), judge_reduced(reduced)
-    from squeal.analysis.systems.roots import ROUNDING, decided  # a tenth of a query's time
+    from squeal.analysis.systems.roots import ROUNDING  # a tenth of a query's time
     from squeal.sparse.spectrum import dense_spectrum
 
     found = dense_spectrum(M, C, K)
@@ -202,7 +202,7 @@ def roots_and_verdict(
     values = np.array([e.value for e in found])
     order = ordered(values)
     zeros = errors.count(0.0)
-    verdict = decided(values, np.abs(values) * np.array(errors))
+    verdict = decide(values, np.abs(values) * np.array(errors))
     return Spectrum(tuple(found[k] for k in order), C is None, zeros), verdict
 
 

@@ -104,7 +104,7 @@ def eigenvalues_of(given: argparse.Namespace, file: SystemFile) -> Answer:
 def _growing(system: TermSystem, roots: SystemRoots) -> Sequence[UnstableMode]:
     """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
-    grow = growing(roots)
+    grow = growing((*roots.eigenvalues, *roots.others))
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_SIZE):
         return grow
     own = plain_arrays(system)

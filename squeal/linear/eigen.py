@@ -173,11 +173,6 @@ def root_rounding(
     return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
 
 
-def axis_noise(A: Array, values: ComplexArray, condition: Array, rounding: float) -> Array:
-    """Kept until all use `root_rounding`."""
-    return root_rounding(values, condition, 2 * len(A) * rounding, float(np.linalg.norm(A, 2)))
-
-
 class Roots(NamedTuple):
     """Eigenvalues (m,) with unit vectors as columns, condition numbers and `root_rounding`."""
 

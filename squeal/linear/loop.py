@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
 from squeal.linear.gains import LoopThreshold, loop_thresholds
-from squeal.linear.judgement import verdict
 from squeal.linear.matrices import Array, Reduced, reduce
 from squeal.linear.system import System, check_range, check_system, matrices_at
+from squeal.linear.verdict import verdict
 
 if TYPE_CHECKING:
     from control import StateSpace

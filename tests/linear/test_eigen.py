@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.systems.critical import system_thresholds
-from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.roots import growing, system_roots
 from squeal.errors import ComputationError, InputError
 from squeal.linear import (
     complex_eigenvalues,
@@ -227,3 +227,26 @@ def test_a_system_without_mass_is_refused_by_every_query(C):
     for ask in (system_roots, lambda s: system_thresholds(s, 1.0)):
         with pytest.raises(InputError, match="a mass is required"):
             ask(system)
+
+
+@pytest.mark.parametrize("damping", [None, 0.01])
+@pytest.mark.parametrize(
+    ("K", "kind", "number"),
+    [
+        (np.diag([-1.0, 4.0]), "divergence", 1),
+        (np.diag([-1.0, -4.0, 9.0]), "divergence", 2),
+        (np.array([[2.0, -1.0], [0.5, 2.0]]), "flutter", 1),
+        (np.diag([-1e-9, 1.0, 2.0, 3.0, 4.0]), "divergence", 1),
+    ],
+)
+def test_a_growing_verdict_has_its_modes(K, kind, number, damping):
+    """'verdict: divergence' came with `unstable: []` where nothing is damped."""
+    eye = np.eye(len(K))
+    C = () if damping is None else (Term(damping * eye),)
+    roots = system_roots(TermSystem((Term(eye),), C, (Term(K),)))
+    modes = growing((*roots.eigenvalues, *roots.others))
+    assert roots.verdict == kind
+    assert [mode.kind for mode in modes] == [kind] * number
+    plain = complex_eigenvalues(eye, None if damping is None else damping * eye, K)
+    assert len(plain.unstable) == number
+    assert judge(eye, None if damping is None else damping * eye, K).verdict == kind

@@ -7,16 +7,15 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.analysis.systems.checks import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.linear import GROWING, Judgement, UnstableMode
-from squeal.linear.eigen import STIFF, ComplexArray, Eigenvalue, axis_noise, hidden, spectrum_of
-from squeal.linear.judgement import judge_reduced
-from squeal.linear.matrices import EPS, Reduced, first_order, reduce
+from squeal.linear import GROWING, UnstableMode
+from squeal.linear.eigen import STIFF, Eigenvalue, hidden, spectrum_of
+from squeal.linear.matrices import EPS, reduce
 from squeal.linear.system import TermSystem
+from squeal.linear.verdict import decide, judge_reduced
 from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
 from squeal.sparse.count import count_roots
@@ -55,7 +54,6 @@ class SystemRoots:
     count: int | None
     verdict: str | None
     criterion: str
-    noise: NDArray[np.float64] = field(repr=False)
     others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
     growth_limit: float | None = None
     growing_outside: int | None = None
@@ -107,8 +105,8 @@ def system_roots(
     if count is not None and len(upper) < len(found.eigenvalues):
         # the region mirrors itself: one of each conjugate pair is listed
         count = len(upper) if found.certified else None
-    noise = noise_at(problem, upper)
-    words = judged(upper, noise, complete=False)
+    upper = with_rounding(problem, upper)
+    words = judged(upper, complete=False)
     roots = SystemRoots(upper, found.region, count, *words, growth_limit=limit)
     return roots.lowest(wanted.modes or MODES) if isinstance(found.region, Disc) else roots
 
@@ -128,55 +126,43 @@ def _band_modes(
     return modes_in(problem, region, progress=progress), region.high_real
 
 
-def judged(
-    values: tuple[Eigenvalue, ...], noise: NDArray[np.float64], complete: bool = True
-) -> tuple[str | None, str, NDArray[np.float64]]:
-    """Verdict on roots, what decided it, and the noise; a root within its noise of the axis lies
-    on it. Unless they are `complete` no verdict but that of a growing root is proven."""
-    solved = np.array([e.residual <= ACCEPTED for e in values], dtype=bool)
-    if not solved.any():
-        return None, f"{NO_ROOT} was found that solves the equations", noise
-    found = decided(np.array([e.value for e in values])[solved], noise[solved])
-    if found.verdict in GROWING or (complete and solved.all()):
-        return found.verdict, str(found), noise
+def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str | None, str]:
+    """Verdict on roots and what decided it. Unless they are `complete` no verdict but that of a
+    growing root is proven."""
+    solved = [e for e in values if e.residual <= ACCEPTED]
+    if not solved:
+        return None, f"{NO_ROOT} was found that solves the equations"
+    found = decide([e.value for e in solved], [e.rounding for e in solved])
+    if found.verdict in GROWING or (complete and len(solved) == len(values)):
+        return found.verdict, str(found)
     rate = f"largest Re lambda = {found.value:.6g}"
-    return None, f"none of {int(solved.sum())} roots grows: {rate}; the others are not known", noise
+    return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
 
-def decided(values: ComplexArray, noise: NDArray[np.float64]) -> Judgement:
-    """The verdict on roots (m,) that lie within `noise` (m,), 1/s, of where they are computed."""
-    growth = np.where(values.real > noise, values.real, 0.0)
-    k = int(np.argmax(growth))
-    if growth[k] > 0.0:
-        oscillates = abs(values[k].imag) > noise[k]
-        name = "flutter" if oscillates else "divergence"
-    else:
-        name = "marginal" if np.any(np.abs(values.real) <= noise) else "stable"
-        k = int(np.argmax(values.real))
-    return Judgement(name, "largest Re lambda", float(values[k].real), float(noise[k]))
-
-
-def growing(roots: SystemRoots) -> tuple[UnstableMode, ...]:
+def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
-    found = []
-    for e, noise in zip((*roots.eigenvalues, *roots.others), roots.noise, strict=True):
-        if e.value.real > noise and e.value.imag > -noise:
-            kind = "flutter" if e.value.imag > noise else "divergence"
-            found.append(UnstableMode(kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
-    return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
+    found = [e for e in values if e.grows and e.value.imag >= -e.rounding]
+    found.sort(key=lambda e: -e.growth_rate)
+    return tuple(
+        UnstableMode.of(e, "flutter" if e.oscillates else "divergence")
+        for e in found
+        if e.residual <= ACCEPTED
+    )
 
 
-def noise_at(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> NDArray[np.float64]:
-    """How far from where they are computed roots of a problem may lie: condition times backward
-    error, 1/s.
+def with_rounding(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> tuple[Eigenvalue, ...]:
+    """Roots of a problem with how far rounding may move them (1/s), see `root_rounding`.
 
-    No more than the square root of rounding, which is what two coalescing roots part by, or, of
-    slow roots, what rounding of K moves their squares by.
+    Slow roots may be moved by what rounding of K moves their squares by.
     """
-    size = np.array([abs(e.value) for e in values])
+    if not values:
+        return values
+    roots = np.array([e.value for e in values])
+    size = np.abs(roots)
     error = np.array([max(e.residual, ROUNDING) * min(e.condition, 1 / EPS) for e in values])
     most = np.maximum(SPLIT * size, slow_noise(problem, size))
-    return np.where(size > 0, np.minimum(error * size, most), 0.0)
+    moved = np.where(size > 0, np.minimum(error * size, most), 0.0)
+    return tuple(replace(e, rounding=float(r)) for e, r in zip(values, moved, strict=True))
 
 
 def _of_all(
@@ -185,25 +171,24 @@ def _of_all(
     from scipy.sparse import csc_array
 
     M, C, K = matrices
-    words: tuple[str | None, str, NDArray[np.float64]] | None = None
+    words: tuple[str | None, str] | None = None
     if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             if not hidden(reduced, K):
                 values, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
-                words = (verdict.verdict, str(verdict), standard_noise(reduced, values))
+                words = (verdict.verdict, str(verdict))
     if words is None:
         values = dense_spectrum(M, C, K)
         if not all(e.value for e in values) and condition(csc_array(K)) > REGULAR:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-        words = judged(values, noise_at(quadratic(M, C, K), values))
+        values = with_rounding(quadratic(M, C, K), values)
+        words = judged(values)
     rectangle = wanted.rectangle
     if rectangle is None:
         if wanted.modes is not None:
-            rising = np.array([e.value.imag >= 0.0 for e in values])
-            upper = tuple(e for e, up in zip(values, rising, strict=True) if up)
-            found = SystemRoots(upper, None, len(upper), *words[:2], words[2][rising])
-            return found.lowest(wanted.modes)
+            upper = tuple(e for e in values if e.value.imag >= 0.0)
+            return SystemRoots(upper, None, len(upper), *words).lowest(wanted.modes)
         return SystemRoots(values, None, len(values), *words)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)
@@ -211,27 +196,12 @@ def _of_all(
     kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
     count = _counted(quadratic(M, C, K), rectangle, values)
     others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
-    noise = words[2]
-    outside = len(growing(SystemRoots(others, None, None, *judged(others, noise[~inside]))))
+    outside = len(growing(others))
     # all roots are known: where none of the region grows the verdict is of all, unless one grows
     # elsewhere
-    own = judged(kept, noise[inside], complete=False)
-    words = own if own[0] is not None or outside else (*words[:2], noise[inside])
+    own = judged(kept, complete=False)
+    words = own if own[0] is not None or outside else words
     return SystemRoots(kept, rectangle, count, *words, growing_outside=outside)
-
-
-def standard_noise(reduced: Reduced, values: tuple[Eigenvalue, ...]) -> NDArray[np.float64]:
-    """The same of roots from the standard form: what `judge` holds them against, in 1/s.
-
-    Without damping they are exactly on the axes where they may be.
-    """
-    roots: ComplexArray = np.array([e.value for e in values])
-    if reduced.B is None:
-        return np.zeros(len(roots))
-    matrix, rate = first_order(reduced.A, reduced.B)
-    conditions = np.array([e.condition for e in values])
-    noise = float(rate) * axis_noise(matrix, roots / rate, conditions, reduced.rounding)
-    return np.where(roots == 0, 0.0, noise)
 
 
 def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle:

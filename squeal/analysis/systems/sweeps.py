@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.roots import NO_ROOT, SPLIT, decided, system_roots
+from squeal.analysis.systems.roots import NO_ROOT, SPLIT, system_roots
 from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.io.journal import Checkpoint
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
+from squeal.linear.verdict import decide
 from squeal.numerics.threads import one_thread
 from squeal.sparse.dense import dense_values
 from squeal.sparse.factor import Progress, quiet
@@ -77,7 +78,7 @@ class SweepRow:
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
     """Verdict on roots of which a real part below `noise` |lambda| is none."""
-    return decided(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
+    return decide(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
 
 
 def noise_of(system: TermSystem) -> float:
