@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from hypothesis import assume, event, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.two_ways.asking import (
@@ -51,9 +51,9 @@ def assert_one_verdict(scene, widths, cell):
     mu = scene["parameters"]["mu"]
     _, row, place = mapped(scene, widths, cell)
     thresholds = alone(scene, place, "--mu-max", 1.001 * mu)
-    assume(not near(thresholds, mu))
+    if near(thresholds, mu):
+        return
     ended, out, said = run("eigenvalues", written(scene), *setting(**place), "--json")
-    event(row["verdict"])
     if row["verdict"] == UNKNOWN:
         return
     if thresholds["mu_end"] < mu:
@@ -95,12 +95,11 @@ def place(model, alpha1, alpha2, mu, **more):
     return {"model": model, "parameters": numbers} | more
 
 
-BESIDE = [  # a change of contact that makes the pad soft, where the map saw a fold
+BESIDE = [  # a change of contact that makes the pad soft, where the map once saw a fold
     place("B1", 0.32798, 0.42706, mu) for mu in (1.2, 1.34, 1.345, 1.36)
 ]
 
 
-@pytest.mark.xfail(reason="the map takes a soft pad for a fold", strict=True)
 @pytest.mark.parametrize("scene", BESIDE)
 def test_no_fold_is_seen_beside_a_change_of_contact(scene):
     for cell in range(4):
