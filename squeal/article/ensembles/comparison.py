@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import fisher_exact
 
 from squeal.article.ensembles.distance import COUNTED, INDEX, PAIR, price
 from squeal.article.ensembles.gather import CONCLUSIONS, Kept, keep_all
 from squeal.article.ensembles.space import DIMENSIONS, FORMULATIONS, decode
 from squeal.article.results.ensembles import Keeping
 from squeal.model.contact import FORMULATION_CHOICES
-from squeal.numerics.shares import fisher_exact
 
 EXCHANGES = 20_000  # of searches between two choices
 
@@ -79,7 +79,10 @@ def by_choice(kept: Kept, name: str) -> ByChoice:
 
     random, ran = (split(column) for column in kept.random.sum(axis=1).T)
     keep = {c: split(kept.random_together[:, at]) for at, c in enumerate(CONCLUSIONS)}
-    p = {c: fisher_exact((n[one], n[other]), (ran[one], ran[other])) for c, n in keep.items()}
+    p = {}
+    for c, n in keep.items():
+        table = [[n[k], ran[k] - n[k]] for k in (one, other)]
+        p[c] = float(fisher_exact(table).pvalue)
     return ByChoice(random, ran, keep, p)
 
 

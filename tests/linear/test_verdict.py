@@ -133,12 +133,6 @@ def test_rounding_bounds_hold(rng):
                 assert abs(mp.mpf(float(value.value)) - reference) <= value.bound
 
 
-def test_judgement_reads_well(mode_coupling):
-    said = judge(*mode_coupling(0.8))
-    assert str(said).startswith("flutter: discriminant in lambda^2 = -0.26666")
-    assert said.tolerance < 1e-12
-
-
 def _growths(A):
     s = np.linalg.eigvals(A).astype(complex)
     growth = np.abs(np.sqrt(-s).real)
@@ -149,13 +143,13 @@ def _growths(A):
 
 
 def test_map_agrees_with_numpy(rng):
-    A = rng.normal(size=(1000, 1000, 3, 3))
+    A = rng.normal(size=(300, 300, 3, 3))
     A += np.diag([6.0, 12.0, 18.0]) / 3
     entries = [np.ascontiguousarray(A[..., i, j]) for i in range(3) for j in range(3)]
     codes = undamped_verdicts(entries)
-    assert codes.shape == (1000, 1000)
+    assert codes.shape == (300, 300)
     assert codes.dtype == np.int8
-    assert np.array_equal(codes[:100], _growths(A[:100]))
+    assert np.array_equal(codes, _growths(A))
 
 
 def test_map_takes_entries_that_broadcast(rng):
@@ -252,18 +246,6 @@ def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
         Q = (A - u @ u.T)[:, :, None]
         assert sum_verdicts(Q, u) == one
         assert len(growing_eigenvalues(system, mu)) == (name == "flutter")
-
-
-@pytest.mark.parametrize("stiff", [1e12, 1e13])
-def test_the_interval_of_a_threshold_grows_with_the_rounding_of_a_stiff_mode(stiff):
-    """Its entries of K are rounded by 1e-16 stiff, which also makes flutter seen too late."""
-    found = thresholds(_beside_a_stiff_mode(stiff, True), 2.0)
-    (point,) = found.points
-    assert not point.converged
-    assert not found.certified
-    low, high = point.interval
-    assert low <= 0.75 <= high
-    assert 1e-17 * stiff < high - low < 1e-13 * stiff
 
 
 @pytest.mark.parametrize(("strong", "sure"), [(1e2, True), (1e9, False)])
