@@ -27,11 +27,11 @@ from squeal.io.matrices import read_matrix
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.numerics.threads import one_thread
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values
-from squeal.sparse.modes import Modes, modes_in
+from squeal.sparse.eigensolver import Modes, modes_in
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import Basis, reduce_system
-from squeal.sparse.region import Rectangle
-from squeal.sparse.scaled import ScaledSystem
 
 REGION = Rectangle(-50.0, 1000.0, -1.0, 20000.0)
 SPEED = 4 * np.pi

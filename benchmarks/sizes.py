@@ -21,12 +21,12 @@ import numpy as np
 
 from squeal.analysis.systems.solid_brake import solid_brake
 from squeal.numerics.threads import one_thread
-from squeal.sparse.along import crossings_along
+from squeal.sparse.argument_principle import band
+from squeal.sparse.crossings import crossings_along
+from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.factor import factorise
-from squeal.sparse.modes import lowest_modes, modes_in
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
-from squeal.sparse.region import band
-from squeal.sparse.scaled import ScaledSystem
 
 ROWS = (1000, 5000, 11000, 36000, 82000)
 BAND = (500.0, 8000.0)  # Hz

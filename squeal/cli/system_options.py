@@ -75,7 +75,7 @@ def system_of(given: argparse.Namespace, short: bool = False) -> SystemFile | No
 def wanted_of(given: argparse.Namespace) -> Wanted:
     """Which roots the options ask for. Raises InputError."""
     from squeal.analysis.systems.wanted import Wanted
-    from squeal.sparse.region import Rectangle
+    from squeal.sparse.argument_principle import Rectangle
 
     band = region = modes = None
     if given.band is not None:

@@ -5,9 +5,8 @@ solids have many rows, and is taken there if it is installed.
 """
 
 import warnings
-import weakref
 from collections.abc import Callable
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,28 +70,24 @@ class _SuperLU:
 
 
 class _Mumps:
-    """The ordering is a fifth to a half of the work and depends on the pattern alone: the factor
-    that was dropped last leaves its own to the next one of its pattern and type."""
-
-    _dropped: ClassVar[list[tuple[Any, Any]]] = []  # the matrix and the context, at most one
-
-    def __init__(self, matrix: Any, new: Callable[[], Any]) -> None:
-        known = None
-        while self._dropped:  # what does not serve is freed before more is taken
-            other, known = self._dropped.pop()
-            known = known if _alike(matrix, other) else None
-        context = new() if known is None else known
+    def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
+        lent = like.lend(matrix.dtype) if isinstance(like, _Mumps) else None
+        context = new() if lent is None else lent
         context.set_matrix(matrix)
         self._mumps = context.mumps_instance
         self._mumps.icntl[33] = 1  # the determinant too
-        self._context, self._type = context, matrix.dtype
+        self._context: Any = context
+        self._type: Any = matrix.dtype
         try:
-            context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=known is not None)
+            context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
         except RuntimeError as error:
             if self._mumps.infog[1] in SINGULAR:
                 raise ZeroDivisionError from None
             raise ComputationError(f"a sparse factorisation failed: {error}") from None
-        weakref.finalize(self, self._dropped.append, (matrix, context)).atexit = False
+
+    def lend(self, kind: Any) -> Any:
+        """The context for another matrix of the same pattern; None if it is of another type."""
+        return self._context if kind == self._type else None
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         self._mumps.icntl[9] = 2 if transposed else 1
@@ -103,14 +98,6 @@ class _Mumps:
         if self._type.kind == "c":
             mantissa += 1j * self._mumps.rinfog[13]
         return complex(np.log(mantissa)) + float(np.log(2.0)) * self._mumps.infog[34]
-
-
-def _alike(one: Any, other: Any) -> bool:
-    """True for CSC matrices of one pattern and type."""
-    return one.dtype == other.dtype and all(
-        a is b or np.array_equal(a, b)
-        for a, b in ((one.indptr, other.indptr), (one.indices, other.indices))
-    )
 
 
 class _Full:
@@ -151,8 +138,11 @@ def _odd(permutation: NDArray) -> bool:
     return bool((n - cycles) % 2)
 
 
-def factorise(matrix: Any, single: bool = False) -> Factor:
+def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> Factor:
     """A factorised CSC matrix, in `single` precision at half the time and memory.
+
+    `like` is a factor of a matrix of the same pattern that is no longer needed: it may lend its
+    ordering and its memory, and solves nothing afterwards.
 
     Raises ZeroDivisionError if it is exactly singular.
     """
@@ -161,7 +151,7 @@ def factorise(matrix: Any, single: bool = False) -> Factor:
     if matrix.nnz > FULL * matrix.shape[0] ** 2:
         return _Full(matrix)
     new = _contexts() if matrix.shape[0] >= MUMPS_ROWS else None
-    return _SuperLU(matrix) if new is None else _Mumps(matrix, new)
+    return _SuperLU(matrix) if new is None else _Mumps(matrix, new, like)
 
 
 def _contexts() -> Any:
@@ -174,7 +164,7 @@ def _contexts() -> Any:
 
 
 def factorise_at(
-    problem: Quadratic, value: complex, single: bool = False
+    problem: Quadratic, value: complex, single: bool = False, like: Factor | None = None
 ) -> tuple[complex, Factor]:
     """P(value) factorised; where it is singular, at a place close by, which is returned too.
 
@@ -183,10 +173,38 @@ def factorise_at(
     for nudge in (0.0, 1e-9, 1e-6):
         place = value + nudge * (1 + 0.5j) * (abs(value) or problem.rate)
         try:
-            return place, factorise(problem.at(place), single)
+            return place, factorise(problem.at(place), single, like)
         except ZeroDivisionError:
             continue
     raise ComputationError(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
         "null vector, a part that nothing holds and that has no mass"
     )
+
+
+def definite(A: Any) -> bool:
+    """True if a Hermitian sparse array is positive definite: if all pivots on its diagonal are."""
+    from scipy.sparse.linalg import splu
+
+    A = A.tocsc(copy=True)
+    A.eliminate_zeros()
+    if A.nnz == A.shape[0]:
+        return bool(np.all(A.diagonal().real > 0.0))
+    if np.iscomplexobj(A.data) and not A.data.imag.any():
+        A = A.real.copy()  # contiguous, as the factorisation wants it
+    if np.any(A.diagonal().real <= 0.0):
+        return False
+    if A.nnz > FULL * A.shape[0] ** 2:
+        try:
+            np.linalg.cholesky(A.toarray())
+        except np.linalg.LinAlgError:
+            return False
+        return True
+    try:
+        factor = splu(
+            A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # a pivot vanishes
+        return False
+    pivots = factor.U.diagonal()
+    return bool(np.array_equal(factor.perm_r, factor.perm_c) and np.all(pivots.real > 0.0))

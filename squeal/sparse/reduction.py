@@ -2,7 +2,13 @@
 
 The reduced matrices V' A_i V keep the factors of the full ones, so that the reduced system is a
 system of terms like any other. Its roots are judged by the residual of the full problem, which
-one triangular factor of [A_1 V, ..., A_k V] gives without touching the full matrices again.
+random vectors estimate.
+
+Modes come rough from a subspace in single precision and are corrected: in the space of what is
+known of some modes the full problem has Ritz pairs; P(shift)^-1, applied to the residuals of all of
+them at once, brings the directions that they lack (residual inverse iteration, Neumaier 1985, as a
+subspace method). What a factor in single precision solves is good enough for that, since the
+residuals are those of the full problem in double precision.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,15 +20,19 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.dampings import frictionless
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.threads import one_thread
-from squeal.sparse.correction import corrected_modes, enlarged
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_roots, dense_values, roots_at
-from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.merge import Roots
-from squeal.sparse.modes import modes_in
-from squeal.sparse.quadratic import Array, ComplexArray, Quadratic, combined
-from squeal.sparse.region import Rectangle
-from squeal.sparse.scaled import PARTS, ScaledSystem
+from squeal.sparse.eigensolver import STEPS, Krylov, modes_in
+from squeal.sparse.factor import Factor, Progress, factorise_at, quiet
+from squeal.sparse.quadratic import (
+    PARTS,
+    Array,
+    ComplexArray,
+    Quadratic,
+    Roots,
+    ScaledSystem,
+    combined,
+)
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 DROPPED = 3e-9  # part of a snapshot outside the basis that is left out
@@ -34,6 +44,11 @@ SAMPLES = 20  # full solutions before a reduction is given up
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem
 WIDER = 12  # times a region without a root is made three times as wide
 GROWS = 1e-6  # of |lambda|: growth whose root is held against the full problem in any case
+CORRECTED = 2e-9  # backward error of right and left modes, with which this ends
+ROUNDS = 10
+BORDER = 0.01  # of a side of the region: roots this close to it may come to lie on its other side
+BESIDE = 1e-4  # of a unit vector: part outside the known space that is followed
+BEGINS = 1e-6  # the same of what begins it
 
 Changes = Mapping[str, float]
 
@@ -240,31 +255,30 @@ def reduce_system(
     if begun is not None:
         basis.vectors, samples = begun.vectors, list(begun.samples)
     where, proved = len(values) // 2, set[int]()
-    with one_thread():
-        while True:
-            if samples:
-                system = basis.system()
-                roots = [basis.roots(system, region, changes) for changes in values]
-                errors = _Errors(basis, roots, values, samples)
-                if doubtful := errors.with_spurious - proved:
-                    where = doubtful.pop()
-                    progress(f"counting the roots at {_named(values[where])}")
-                    basis.extend(_vectors(scaled.at(values[where]), region, True, progress))
-                    proved.add(where)
-                    continue
-                worst, where = errors.largest(~errors.spurious, TOLERANCE)
-                if worst <= TOLERANCE:
-                    break
-                others, where = errors.largest(~errors.sampled, TOLERANCE)
-                if others <= TOLERANCE or len(samples) == SAMPLES:
-                    worst, _ = errors.largest(~errors.spurious)
-                    break
-            progress(f"sample {len(samples) + 1} at {_named(values[where])}")
-            basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
-            samples.append(where)
-            if basis.size == 0:  # what may enter the region at other values lies around it
-                basis.extend(_around(scaled.at(values[where]), wide, progress))
-            keep(Begun(basis.vectors, tuple(samples)))
+    while True:
+        if samples:
+            system = basis.system()
+            roots = [basis.roots(system, region, changes) for changes in values]
+            errors = _Errors(basis, roots, values, samples)
+            if doubtful := errors.with_spurious - proved:
+                where = doubtful.pop()
+                progress(f"counting the roots at {_named(values[where])}")
+                basis.extend(_vectors(scaled.at(values[where]), region, True, progress))
+                proved.add(where)
+                continue
+            worst, where = errors.largest(~errors.spurious, TOLERANCE)
+            if worst <= TOLERANCE:
+                break
+            others, where = errors.largest(~errors.sampled, TOLERANCE)
+            if others <= TOLERANCE or len(samples) == SAMPLES:
+                worst, _ = errors.largest(~errors.spurious)
+                break
+        progress(f"sample {len(samples) + 1} at {_named(values[where])}")
+        basis.extend(_snapshots(scaled.at(values[where]), wide, basis.vectors, progress))
+        samples.append(where)
+        if basis.size == 0:  # what may enter the region at other values lies around it
+            basis.extend(_around(scaled.at(values[where]), wide, progress))
+        keep(Begun(basis.vectors, tuple(samples)))
     at = tuple(values[k] for k in samples)
     return Reduction(system, basis, at, worst, "reduced", int(np.sum(errors.spurious)))
 
@@ -285,20 +299,19 @@ def reduce_to_real_modes(
     M, K = (_structure(scaled, part) for part in ("M", "K"))
     K = (K + K.T) / 2
     shift = -1e-6 * norm_of(K) / norm_of(M)  # below all squares, so that rigid bodies pass
-    with one_thread():
-        try:
-            if modes > scaled.n - 2:
-                vectors = np.eye(scaled.n)
-            else:
-                _, vectors = eigsh(K, k=modes, M=M, sigma=shift)
-        except (ArpackError, RuntimeError, ValueError) as error:
-            raise ComputationError(f"the real modes were not found: {error}") from None
-        basis = Basis(scaled)
-        basis.extend(vectors / np.linalg.norm(vectors, axis=0))
-        system = basis.system()
-        roots = [basis.roots(system, region, changes) for changes in values]
-        errors = _Errors(basis, roots, values, ())
-        worst, _ = errors.largest(~errors.sampled)
+    try:
+        if modes > scaled.n - 2:
+            vectors = np.eye(scaled.n)
+        else:
+            _, vectors = eigsh(K, k=modes, M=M, sigma=shift)
+    except (ArpackError, RuntimeError, ValueError) as error:
+        raise ComputationError(f"the real modes were not found: {error}") from None
+    basis = Basis(scaled)
+    basis.extend(vectors / np.linalg.norm(vectors, axis=0))
+    system = basis.system()
+    roots = [basis.roots(system, region, changes) for changes in values]
+    errors = _Errors(basis, roots, values, ())
+    worst, _ = errors.largest(~errors.sampled)
     return Reduction(system, basis, (), worst, "modal")
 
 
@@ -388,3 +401,105 @@ class _Errors:
 
 def _named(changes: Changes) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in changes.items()) or "the parameters"
+
+
+def corrected_modes(
+    problem: Quadratic,
+    region: Rectangle,
+    start: Array | None = None,
+    progress: Progress = quiet,
+) -> Roots | None:
+    """The roots in a region with unit right and left vectors of backward errors below 2e-9.
+
+    One Krylov subspace in single precision finds them all, roughly; None if it does not reach the
+    region's corners, or if the corrections do not end with as many roots. Orthonormal vectors
+    `start` (n, d) that nearly hold the modes save corrections.
+    """
+    progress(f"factorising {problem.n} rows at {region.centre:.6g}")
+    shift, factor = factorise_at(problem, region.centre, single=True)
+    krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
+    start = np.zeros((problem.n, 0)) if start is None else start
+    limit = min(STEPS, 2 * problem.n - 1)
+    more = True
+    while more:
+        more = krylov.advance(limit)
+        if krylov.found(vectors=False).reach >= region.radius:
+            break
+    else:
+        return None
+    near = krylov.found()
+    del krylov  # its memory
+    if not len(near.values):
+        return Roots(near.values, near.vectors, near.vectors)
+    inner = region.widened(-BORDER)
+    found = _corrected(problem, factor, enlarged(start, near.vectors, BEGINS), region)
+    enough = found is not None and len(found.values) >= np.sum(inner.contains(near.values))
+    return found if enough else None
+
+
+def _corrected(problem: Quadratic, factor: Factor, V: Array, region: Rectangle) -> Roots | None:
+    """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
+    and a factor of P near them; None if they do not come to be good."""
+    other = Quadratic(problem.M.T, problem.C.T, problem.K.T, problem.scale, problem.norms)
+    space = _Space(problem, other, V)
+    for _ in range(ROUNDS):
+        M, C, K = space.parts
+        ritz = dense_roots(M, C, K, region, left=True, stiffness=problem.norms[2])
+        x, y = combined(space.V, ritz.right), combined(space.V, ritz.left.conj())
+        rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
+        errors = [np.linalg.norm(rest, axis=0) / problem.size(ritz.values) for rest in rests]
+        bad = [error > CORRECTED for error in errors]
+        if not np.any(bad):
+            return Roots(ritz.values, x, y.conj())
+        steps = [
+            factor.solve(rest[:, which], transposed)
+            for rest, which, transposed in zip(rests, bad, (False, True), strict=True)
+            if np.any(which)
+        ]
+        space.enlarge(np.hstack(steps))
+    return None
+
+
+class _Space:
+    """A growing orthonormal basis V (n, d) with the matrices V' A V of M, C and K."""
+
+    def __init__(self, problem: Quadratic, other: Quadratic, V: Array) -> None:
+        self._right, self._left = ((p.M, p.C, p.K) for p in (problem, other))
+        self.V = V
+        self.parts = [V.T @ (A @ V) for A in self._right]
+
+    def enlarge(self, columns: ComplexArray) -> None:
+        """Add columns (n, m)."""
+        d = self.V.shape[1]
+        self.V = enlarged(self.V, columns, BESIDE)
+        old, new = self.V[:, :d], np.ascontiguousarray(self.V[:, d:])
+        for k, (A, B) in enumerate(zip(self._right, self._left, strict=True)):
+            image = A @ new
+            side, corner = old.T @ image, new.T @ image
+            self.parts[k] = np.block([[self.parts[k], side], [(B @ new).T @ old, corner]])
+
+
+def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
+    """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
+    unit vectors what exceeds `dropped`."""
+    columns = columns / np.linalg.norm(columns, axis=0)
+    rest = np.hstack([columns.real, columns.imag]).astype(float)
+    while rest.size:
+        rest -= V @ (V.T @ rest)
+        new, least = _principal(rest, dropped)
+        if not new.size:
+            break
+        new -= V @ (V.T @ new)  # once more, since it may have been a small part
+        V = np.hstack([V, _principal(new, 0.1)[0]])
+        if least == dropped:
+            break
+    return V
+
+
+def _principal(columns: Array, least: float) -> tuple[Array, float]:
+    """Orthonormal principal axes of columns (n, m) with singular values above `least` or, if that
+    is more, 1e-5 of the largest; and this limit. Products of matrices, much faster than an SVD."""
+    squares, axes = np.linalg.eigh(columns.T @ columns)
+    least = max(least, 1e-5 * float(np.sqrt(max(squares[-1], 0.0))))
+    kept = squares > least**2
+    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), least

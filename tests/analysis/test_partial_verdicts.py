@@ -7,7 +7,7 @@ from scipy import sparse
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
-from squeal.sparse.region import Disc
+from squeal.sparse.argument_principle import Disc
 
 HIGH = 6400.0  # Hz, of the pair that grows
 

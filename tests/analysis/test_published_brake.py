@@ -11,7 +11,7 @@ from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
-from squeal.sparse.scaled import ScaledSystem
+from squeal.sparse.quadratic import ScaledSystem
 
 FOLDER = os.environ.get("SQUEAL_BRAKE", "")
 needs_data = pytest.mark.skipif(not FOLDER, reason="SQUEAL_BRAKE names no folder")

@@ -13,7 +13,7 @@ from squeal.analysis.systems.sweeps import full_rows, reduced_for, reduced_rows
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.sparse.region import Rectangle
+from squeal.sparse.argument_principle import Rectangle
 
 N, SPRING = 90, 1e6
 MU = Formula("mu")

@@ -5,7 +5,7 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array, diags_array
 
-from squeal.sparse import growth
+from squeal.sparse import argument_principle
 from tests.cli.calls import answer, run
 
 ROWS = 80  # more are treated as many
@@ -59,7 +59,7 @@ def test_a_flutter_that_grows_faster_than_its_band_is_wide(folder, capsys):
 
 
 def test_without_a_bound_the_limit_is_said(folder, capsys, monkeypatch):
-    monkeypatch.setattr(growth, "ROWS", 10)
+    monkeypatch.setattr(argument_principle, "BOUND_ROWS", 10)
     path = folder[0] / "diverges.yaml"
     found = answer(capsys, "eigenvalues", path, "--band", "1:50")
     assert found["growth_limit"] == pytest.approx(2 * np.pi * 50 / 4)

@@ -118,41 +118,6 @@ def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, t
     assert found == pytest.approx(onsets, rel=1e-12)
 
 
-@pytest.mark.parametrize("form", [(), ("--json",), ("--csv", "t.csv"), ("--band", "1:100")])
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (
-            ("--at", "1e300"),
-            "meeting.yaml: K: entries of size 1.97e+304 at Omega = 1, mu = 1e+300 are not allowed",
-        ),
-        (
-            ("--set", "Omega=1e160"),
-            "meeting.yaml: C: entries of size 4e+161 at Omega = 1e+160, mu = 0",
-        ),
-        (
-            ("--set", "Omega=1e308"),
-            "meeting.yaml: C: entries of size inf at Omega = 1e+308, mu = 0",
-        ),
-    ],
-)
-def test_sizes_beyond_double_precision_are_refused(
-    form, change, words, meeting, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
-    text = meeting.read_text().replace("{matrix: [[-40", "{factor: Omega, matrix: [[-40")
-    meeting.write_text(f"parameters: {{mu: 0, Omega: 1}}\n{text}")
-    assert words in assert_refused(capsys, "eigenvalues", meeting, *change, *form)
-    assert not (tmp_path / "t.csv").exists()
-    # a size that is allowed, and two at which rounding would hide the slow root
-    assert run(capsys, "eigenvalues", meeting, "--at", "1e10")[0] == 0
-    code, _, err = run(capsys, "eigenvalues", meeting, "--at", "1e140")
-    assert code == 1
-    assert "no eigenvalue can be given: one stiffness" in err
-    err = assert_refused(capsys, "eigenvalues", meeting, "--at", "1e200")
-    assert "meeting.yaml: M: is zero beside C and K in double precision" in err
-
-
 def test_a_matrix_that_is_hardly_regular_is_refused_with_its_file(tmp_path, capsys):
     file = tmp_path / "hardly.yaml"  # det M = 1e-10, and M is not symmetric
     file.write_text(

@@ -17,7 +17,7 @@ from squeal.linear import judge, thresholds
 from squeal.linear.matrices import LightMassError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.sparse.along import Found
+from squeal.sparse.crossings import Found
 from squeal.sparse.dense import dense_values
 
 MASSES = [1e-4, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-16, 0.0]

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from squeal.linear.system import Term, TermSystem
-from squeal.sparse import correction
-from squeal.sparse.correction import corrected_modes, enlarged
-from squeal.sparse.modes import modes_in
-from squeal.sparse.reduction import reduce_system
-from squeal.sparse.region import Rectangle, band
-from squeal.sparse.scaled import ScaledSystem
+from squeal.sparse import reduction
+from squeal.sparse.argument_principle import Rectangle, band
+from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.reduction import corrected_modes, enlarged, reduce_system
 from tests import large
 
 BRAKE = large.disc_and_pad(3)
@@ -41,7 +40,7 @@ def test_what_is_not_reached_or_not_corrected(monkeypatch):
     expected = np.sort_complex(reduce_system(scaled, REGION, values).values(REGION, {"mu": 0.3}))
     for name, few in (("STEPS", 12), ("ROUNDS", 1)):
         with monkeypatch.context() as patch:
-            patch.setattr(correction, name, few)
+            patch.setattr(reduction, name, few)
             assert corrected_modes(scaled.at(values[0]), REGION) is None
             found = reduce_system(scaled, REGION, values).values(REGION, {"mu": 0.3})
         assert np.allclose(np.sort_complex(found), expected, rtol=1e-9)
@@ -50,12 +49,12 @@ def test_what_is_not_reached_or_not_corrected(monkeypatch):
 def test_a_root_that_the_corrections_lose(monkeypatch):
     """Fewer roots than the subspace showed inside the region are not taken for all."""
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
-    complete = correction._corrected
+    complete = reduction._corrected
 
     def losing(*given):
         return complete(*given).picked(np.arange(1, 4))
 
-    monkeypatch.setattr(correction, "_corrected", losing)
+    monkeypatch.setattr(reduction, "_corrected", losing)
     assert corrected_modes(problem, REGION) is None
 
 

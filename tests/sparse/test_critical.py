@@ -7,13 +7,12 @@ from scipy.sparse import block_diag, csc_array
 from squeal.errors import ComputationError, InputError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.sparse.along import crossings_along
-from squeal.sparse.critical import axis_crossing
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.crossings import axis_crossing, crossings_along
+from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.factor import factorise
-from squeal.sparse.modes import modes_in
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
-from squeal.sparse.region import Rectangle
-from squeal.sparse.scaled import ScaledSystem
 from tests import large
 
 W1, W2, E1, E2 = 2 * np.pi * 100, 2 * np.pi * 75, 0.02, 0.04
@@ -110,7 +109,7 @@ def test_a_real_root(rng):
 
 def test_a_factorisation_serves_again(rng, monkeypatch):
     """The crossing is the same with one factorisation next to it and with one for each step."""
-    from squeal.sparse import critical
+    from squeal.sparse import crossings
 
     system, mu, omega = _among(rng)
     scaled = ScaledSystem(system)
@@ -126,10 +125,10 @@ def test_a_factorisation_serves_again(rng, monkeypatch):
         made.append(matrix)
         return factorise(matrix)
 
-    monkeypatch.setattr(critical, "factorise", counted)
+    monkeypatch.setattr(crossings, "factorise", counted)
     found = axis_crossing(scaled, "mu", mu * (1 + 1e-5), omega * (1 - 1e-5), *vectors)
     assert len(made) == 1
-    monkeypatch.setattr(critical, "REFINEMENTS", 0)
+    monkeypatch.setattr(crossings, "REFINEMENTS", 0)
     again = axis_crossing(scaled, "mu", mu * (1 + 1e-5), omega * (1 - 1e-5), *vectors)
     assert len(made) > 3
     for crossing in (found, again):

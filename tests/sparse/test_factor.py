@@ -19,7 +19,7 @@ def made(name, matrix):
     contexts = factor._contexts()
     if contexts is None:
         pytest.skip("python-mumps is not installed")
-    return factor._Mumps(matrix, contexts)
+    return factor._Mumps(matrix, contexts, None)
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -62,7 +62,7 @@ def test_which_one_is_taken(monkeypatch):
     monkeypatch.setattr(factor, "MUMPS_ROWS", 20)
     taken = []
     monkeypatch.setattr(factor, "_contexts", lambda: "contexts")
-    monkeypatch.setattr(factor, "_Mumps", lambda matrix, contexts: taken.append(matrix))
+    monkeypatch.setattr(factor, "_Mumps", lambda matrix, contexts, like: taken.append(matrix))
     small, many = (csc_array(np.eye(n)) for n in (19, 20))
     assert isinstance(factor.factorise(small), factor._SuperLU)
     factor.factorise(many)
@@ -73,39 +73,26 @@ def test_which_one_is_taken(monkeypatch):
 
 
 def test_an_ordering_serves_again(rng):
-    """The same pattern needs no second context; another one, or another type, does."""
+    """A factor that is no longer needed lends its context to one of its pattern and type."""
     contexts = factor._contexts()
     if contexts is None:
         pytest.skip("python-mumps is not installed")
-    made = []
+    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
+    pattern = csc_array(abs(M) + abs(C) + abs(K))
+    right, found, made = rng.standard_normal(31), None, []
 
     def new():
         made.append(1)
         return contexts()
 
-    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
-    pattern = csc_array(abs(M) + abs(C) + abs(K))
-    factor._Mumps._dropped.clear()
-    right = rng.standard_normal(31)
-
-    def check(matrix, count):
-        found = factor._Mumps(matrix, new)
-        assert len(made) == count
-        exact = np.linalg.solve(matrix.toarray(), right)
-        assert np.allclose(found.solve(right.astype(matrix.dtype)), exact)
-        sign, size = np.linalg.slogdet(matrix.toarray())
-        logarithm = found.logarithm()
-        assert logarithm.real == pytest.approx(size, rel=1e-10)
-        assert np.exp(1j * logarithm.imag) == pytest.approx(complex(sign), abs=1e-10)
-        return found
-
-    def alike(kind=float):
+    for kind, number in ((float, 1), (float, 1), (complex, 2)):
         data = rng.standard_normal(pattern.nnz).astype(kind)
-        return csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
-
-    kept = check(alike(), 1)
-    check(alike(), 2)  # the first one is still in use
-    check(alike(), 2)
-    check(alike(complex), 3)
-    check(csc_array(M + np.eye(31)), 4)
-    assert np.allclose(kept.solve(right), kept.solve(right))
+        matrix = csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+        found = factor._Mumps(matrix, new, found)
+        assert len(made) == number
+        assert np.allclose(
+            found.solve(right.astype(kind)), np.linalg.solve(matrix.toarray(), right)
+        )
+        sign, size = np.linalg.slogdet(matrix.toarray())
+        assert found.logarithm().real == pytest.approx(size, rel=1e-10)
+        assert np.exp(1j * found.logarithm().imag) == pytest.approx(complex(sign), abs=1e-10)

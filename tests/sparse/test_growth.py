@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array, diags_array
 
-from squeal.sparse import growth
-from squeal.sparse.growth import growth_bound
-from squeal.sparse.modes import modes_in
-from squeal.sparse.region import Rectangle, band
-from squeal.sparse.scaled import ScaledSystem, quadratic
+from squeal.sparse import argument_principle
+from squeal.sparse.argument_principle import Rectangle, band, growth_bound
+from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
 
 
@@ -68,7 +67,7 @@ def test_what_has_no_bound_or_none_within_reach(monkeypatch):
     assert growth_bound(quadratic(*chain()), REGION) == REGION.high_real
     rounded = M + csc_array(([1e-16], ([0], [1])), shape=M.shape)
     assert growth_bound(quadratic(rounded, None, chain()[2]), REGION) == REGION.high_real
-    monkeypatch.setattr(growth, "ROWS", 59)
+    monkeypatch.setattr(argument_principle, "BOUND_ROWS", 59)
     assert growth_bound(quadratic(*chain()), REGION) is None
 
 
@@ -77,7 +76,7 @@ def test_a_count_beyond_the_region_sends_the_search_there():
     problem = quadratic(*chain(k3_3=-400.0))
     region = replace(band(0.0, 0.5), low_imag=-1e-6)
     bound = growth_bound(problem, region)
-    found = modes_in(problem, region, whole=replace(region, high_real=bound))
+    found = modes_in(problem, replace(region, high_real=bound))
     assert found.certified
     assert np.any(np.abs(found.values - 20.0) < 1e-9)
     assert not np.any(modes_in(problem, region).values.real > 1.0)
@@ -88,5 +87,5 @@ def test_a_brake_has_a_bound_near_its_band():
     region = band(500.0, 5000.0)
     bound = growth_bound(problem, region)
     assert region.high_real < bound <= 8 * region.high_real
-    found = modes_in(problem, region, whole=replace(region, high_real=bound))
+    found = modes_in(problem, replace(region, high_real=bound))
     assert found.certified

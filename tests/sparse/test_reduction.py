@@ -10,11 +10,11 @@ from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 from squeal.sparse import reduction as reduction_of
+from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_roots, dense_values
-from squeal.sparse.modes import modes_in
+from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import TOLERANCE, Basis, reduce_system, reduce_to_real_modes
-from squeal.sparse.region import Rectangle, band
-from squeal.sparse.scaled import ScaledSystem
 from tests import large
 
 BRAKE = large.disc_and_pad(3)

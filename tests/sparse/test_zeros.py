@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.linear import complex_eigenvalues
-from squeal.sparse.dense import dense_values
-from squeal.sparse.pencil import pencil_roots
+from squeal.sparse.dense import dense_values, pencil_roots
 
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 TURN = np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]

@@ -12,7 +12,6 @@ from squeal.errors import InputError
 from squeal.io.journal import Checkpoint
 from squeal.linear import VERDICTS
 from squeal.linear.system import TermSystem
-from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.reduction import Reduction
@@ -92,15 +91,14 @@ def system_chart(
     codes = np.zeros((first.n, second.n), dtype=np.int8)
     growth = np.zeros((first.n, second.n))
     noise = noise_of(system)
-    with one_thread():
-        for i, a in enumerate(first.values):
-            progress(f"{first.name} = {a:.6g}")
-            for j, b in enumerate(second.values):
-                changes = {first.name: float(a), second.name: float(b)}
-                if reduction is not None and region is not None:
-                    roots = reduction.values(region, changes)
-                else:
-                    roots = roots_of_all(system, wanted, changes)
-                codes[i, j] = NAMES.index(verdict_of(roots, noise))
-                growth[i, j] = roots.real.max() if len(roots) else np.nan
+    for i, a in enumerate(first.values):
+        progress(f"{first.name} = {a:.6g}")
+        for j, b in enumerate(second.values):
+            changes = {first.name: float(a), second.name: float(b)}
+            if reduction is not None and region is not None:
+                roots = reduction.values(region, changes)
+            else:
+                roots = roots_of_all(system, wanted, changes)
+            codes[i, j] = NAMES.index(verdict_of(roots, noise))
+            growth[i, j] = roots.real.max() if len(roots) else np.nan
     return Chart(sides, codes, growth, reduction)

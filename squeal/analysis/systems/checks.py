@@ -7,8 +7,7 @@ import numpy as np
 from squeal.io.system import SystemFile
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Matrix, TermSystem
-from squeal.sparse.factor import factorise
-from squeal.sparse.growth import definite
+from squeal.sparse.factor import definite, factorise
 
 SYMMETRIC = 1e-12  # of the largest entry
 SINGULAR = 1e-15  # reciprocal condition, 1-norm, of the scaled matrix

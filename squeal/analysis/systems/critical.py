@@ -15,14 +15,12 @@ from squeal.linear.eigen import ComplexArray
 from squeal.linear.following.search import search
 from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.system import TermSystem, dense
-from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
-from squeal.sparse.along import crossings_along
-from squeal.sparse.count import count_roots
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.crossings import crossings_along
+from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.merge import Roots
 from squeal.sparse.reduction import Reduction
-from squeal.sparse.region import Discs, Rectangle
 
 STEPS = 13  # values at which a reduced system has to be good
 START = 1e-3  # of the upper end: where a range begins if the factors are not finite at zero
@@ -213,25 +211,15 @@ def _undamped(reduction: Reduction, region: Rectangle, low: float, high: float) 
 
 def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Progress) -> bool:
     """True if the full system has as many growing roots in the region as the reduced one."""
-    name = reduction.system.parameter
-    found = reduction.modes(region, {name: value})
-    growth, size = found.values.real, np.abs(found.values)
-    grows = growth > noise_of(reduction.system) * size
-    least = float(np.min(growth[grows], initial=region.high_real / 2))
-    most = float(np.max(growth[~grows], initial=-least))
-    edge = (least + max(most, 0.0)) / 2
-    growing = Rectangle(edge, region.high_real, region.low_imag, region.high_imag)
-    vectors = reduction.basis.vectors @ found.vectors
-    known = Roots(found.values, vectors, np.full_like(vectors, np.nan))
-    if reduction.system.real:
-        below = ~region.contains(found.values.conj())  # real roots are there already
-        known = known.joined(known.picked(below).mirrored())
-    around = Discs(((region.centre, region.radius),))
+    name, noise = reduction.system.parameter, noise_of(reduction.system)
     progress(f"counting growing roots at {name} = {value:.6g}")
+    problem = reduction.basis.scaled.at({name: value})
     try:
-        with one_thread():
-            problem = reduction.basis.scaled.at({name: value})
-            count = count_roots(problem, growing, known, around, progress)
+        full = modes_in(problem, region, left=False, progress=progress)
     except ComputationError:
         return False
-    return count.inside == int(growing.contains(found.values).sum())
+    numbers = [
+        int(np.sum(z.real > noise * np.abs(z)))
+        for z in (full.values, reduction.values(region, {name: value}))
+    ]
+    return full.certified and numbers[0] == numbers[1]

@@ -16,23 +16,18 @@ from squeal.linear.eigen import STIFF, Eigenvalue, hidden, spectrum_of
 from squeal.linear.matrices import EPS, reduce
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import decide, judge_reduced
-from squeal.numerics.threads import one_thread
 from squeal.schema.arguments import takes
-from squeal.sparse.count import count_roots
+from squeal.sparse.argument_principle import Disc, Rectangle, confirmed, growth_bound
+from squeal.sparse.dense import dense_spectrum
+from squeal.sparse.eigensolver import STEPS, Modes, lowest_modes, modes_in, slow_noise
 from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.growth import growth_bound
-from squeal.sparse.merge import Roots
-from squeal.sparse.modes import Modes, lowest_modes, modes_in
-from squeal.sparse.quadratic import Quadratic
-from squeal.sparse.region import Disc, Discs, Rectangle
-from squeal.sparse.scaled import ScaledSystem, quadratic
-from squeal.sparse.spectrum import dense_spectrum
-from squeal.sparse.zeros import slow_noise
+from squeal.sparse.quadratic import Quadratic, Roots, ScaledSystem, quadratic
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
 ROUNDING = 8 * EPS
 ACCEPTED = 1e-6  # backward error of a root
 REGULAR = 1e-8  # reciprocal condition of a stiffness that leaves no root at zero
+FARTHEST = 16.0  # of a band's right edge: where roots of large systems are looked for
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
@@ -117,13 +112,15 @@ def _band_modes(
     """The roots of a band with all growth rates that it may hold; or those of its region, with
     the growth rate at which that ends."""
     bound = growth_bound(problem, region)
-    if bound is not None:
-        whole = replace(region, high_real=bound)
-        with suppress(ComputationError):  # too many roots: of the region alone there are fewer
-            found = modes_in(problem, region, progress=progress, whole=whole)
-            if whole == region or (found.count and found.count.inside is not None):
-                return found, None
-    return modes_in(problem, region, progress=progress), region.high_real
+    if bound is not None and bound > region.high_real:
+        if bound <= FARTHEST * region.high_real or problem.n <= STEPS:
+            with suppress(ComputationError):  # too many roots: of the region there are fewer
+                found = modes_in(problem, replace(region, high_real=bound), progress=progress)
+                if found.count and found.count.inside is not None:
+                    return found, None
+        bound = None
+    found = modes_in(problem, region, progress=progress)
+    return found, None if bound is not None else region.high_real
 
 
 def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str | None, str]:
@@ -218,6 +215,5 @@ def _counted(problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ..
     vectors = np.array([e.right for e in values]).T / problem.scale[:, None]
     vectors = vectors / np.linalg.norm(vectors, axis=0)
     known = Roots(numbers, vectors, np.full_like(vectors, np.nan))
-    everywhere = Discs(((0j, 4.0 * (region.radius + abs(region.centre))),))
-    with one_thread():
-        return count_roots(problem, region, known, everywhere).inside
+    reach = 2.0 * float(np.max(np.abs(numbers - region.centre), initial=region.radius))
+    return confirmed(problem, region, known, reach).inside

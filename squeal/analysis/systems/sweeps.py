@@ -17,10 +17,11 @@ from squeal.io.journal import Checkpoint
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import decide
-from squeal.numerics.threads import one_thread
+from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_values
+from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.modes import lowest_modes
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import (
     TOLERANCE,
     Begun,
@@ -28,8 +29,6 @@ from squeal.sparse.reduction import (
     reduce_system,
     reduce_to_real_modes,
 )
-from squeal.sparse.region import Disc, Rectangle
-from squeal.sparse.scaled import ScaledSystem
 
 METHODS = ("full", "reduced", "modal")
 REAL_MODES = 200  # of a modal reduction
@@ -149,13 +148,12 @@ def reduced_rows(
 ) -> Iterator[SweepRow]:
     """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
     noise = noise_of(reduction.system)
-    with one_thread():
-        for value in values:
-            found = reduction.modes(region, {name: value})
-            verdict = verdict_of(found.values, noise)  # on all of them, however few are listed
-            order = ordered(found.values)[:modes]
-            residuals = found.residuals[order]
-            yield SweepRow(value, found.values[order], residuals, verdict, found.spurious)
+    for value in values:
+        found = reduction.modes(region, {name: value})
+        verdict = verdict_of(found.values, noise)  # on all of them, however few are listed
+        order = ordered(found.values)[:modes]
+        residuals = found.residuals[order]
+        yield SweepRow(value, found.values[order], residuals, verdict, found.spurious)
 
 
 def full_rows(

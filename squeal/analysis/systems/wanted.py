@@ -9,7 +9,7 @@ from squeal.linear.system import TermSystem
 from squeal.schema.arguments import Instance
 from squeal.schema.place import Place
 from squeal.schema.values import Row, Whole
-from squeal.sparse.region import Disc, Rectangle, band
+from squeal.sparse.argument_principle import Disc, Rectangle, band
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
 MODES = 20  # of a larger system where nothing else is asked for

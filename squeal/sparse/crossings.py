@@ -1,18 +1,22 @@
 """Crossings of the imaginary axis along a parameter: found on a reduced system, proved on the full.
 
-At values of the parameter the reduced system gives roots and their derivatives. Roots at
-neighbouring values are matched by where their derivatives point. A cubic through values and
-derivatives of the real part shows where it vanishes, also twice between two values. Steps that
-leave a match or a change of sign in doubt are halved: two equally damped modes meet as a square
-root, which no cubic follows, and cross where they have parted by their damping. Windows that open
-and close between two values are foreseen from how roots of a real system are coupled. Newton's
-method on the full system has the last word.
+At values of the parameter the reduced system gives roots and their derivatives, which are followed;
+windows that open and close between two values are foreseen from how the roots are coupled. Newton's
+method on the full system has the last word: bordered by the vectors of a mode, P(lambda, p) stays
+regular where it is singular. In [[P, b], [c^H, 0]] [x; g] = [0; 1] the number g vanishes exactly at
+the roots, with dg = -y^H dP x; g(i omega, p) = 0 is a complex equation for two real unknowns. Next
+to a crossing one factorisation serves several steps: what it solves is refined until the residual
+is rounding.
 """
 
+from __future__ import annotations
+
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,22 +26,28 @@ from squeal.linear.following.line import State as LineState
 from squeal.linear.following.locate import located
 from squeal.linear.following.steps import hermite_cubic, zeros_between
 from squeal.linear.following.windows import foreseen, windows
-from squeal.numerics.threads import one_thread
-from squeal.sparse.critical import AxisCrossing, axis_crossing
-from squeal.sparse.quadratic import ComplexArray, combined
+from squeal.linear.matrices import EPS
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.factor import Factor, factorise
+from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem, combined
 from squeal.sparse.reduction import Reduction
-from squeal.sparse.region import Rectangle
 
 DEPTH = 36  # halvings of a step
 STATES = 600  # values at which roots are computed; beyond, no step is halved
 DOUBT = 0.25  # of the change: error of the prediction from both ends that is accepted
 SMALL = 1e-4  # of |lambda|: ... or this
-ROUNDING = 1e-11  # of a root
+ROOT_ROUNDING = 1e-11  # of a root
 ZERO = 1e-10  # of |lambda|: real part that may be rounding; of |C| the same
-NEWTON = 5  # steps on the reduced system; the full one goes on from there
+INNER = 5  # steps on the reduced system; the full one goes on from there
 NOISE = 0.05
 REAL = 1e-6  # of the region's highest imaginary part
 SAME = 1e-7  # relative: crossings closer than this are one
+STEPS = 20
+CONVERGED = 1e-12  # step relative to p and omega; Newton's error is its square
+NEAR = 1e-3  # of p and omega: a step after which the factorisation serves once more, refined
+REFINEMENTS = 8
+REFINED = 4 * EPS  # residual of a refined solution, of the sizes of what it is the difference of
+ROUNDING = 2 * EPS  # of the entries of the matrices and of a solution, for the interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +204,7 @@ class Along:
         """The zero of the reduced system's real part next to a guess between two values: the last
         state and the root; None if there is none."""
         width = high - low
-        for _ in range(NEWTON):
+        for _ in range(INNER):
             state = self.at(value)
             if not len(state.roots):
                 return None
@@ -214,7 +224,7 @@ def _on(line: Line, state: State) -> LineState:
     z, rng = state.roots / line.rate, np.random.default_rng(0)
     right, left = rng.normal(size=(2, 2 * line.n, len(z))).astype(complex)
     coupling = state.coupling / line.rate
-    noise = ROUNDING * np.abs(z)
+    noise = ROOT_ROUNDING * np.abs(z)
     return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling, line.damped)
 
 
@@ -239,22 +249,19 @@ def crossings_along(
     scaled, basis = reduction.basis.scaled, reduction.basis.vectors
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
-    with one_thread():
-        on_axis = [x for a, b in itertools.pairwise(values) for x in along.crossings(a, b)]
-        for state, k in [*on_axis, *along.windows()]:
-            omega = abs(state.roots[k].imag)
-            real = omega <= along.real
-            pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
-            right, left = combined(basis, pair).T
-            try:
-                found = axis_crossing(
-                    scaled, name, state.value, 0.0 if real else omega, right, left
-                )
-            except ComputationError as error:
-                unconfirmed.append(str(error))
-                continue
-            if not any(_same(found, other) for other in crossings):
-                crossings.append(found)
+    on_axis = [x for a, b in itertools.pairwise(values) for x in along.crossings(a, b)]
+    for state, k in [*on_axis, *along.windows()]:
+        omega = abs(state.roots[k].imag)
+        real = omega <= along.real
+        pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
+        right, left = combined(basis, pair).T
+        try:
+            found = axis_crossing(scaled, name, state.value, 0.0 if real else omega, right, left)
+        except ComputationError as error:
+            unconfirmed.append(str(error))
+            continue
+        if not any(_same(found, other) for other in crossings):
+            crossings.append(found)
     placed = [_in_range(c, values[0], values[-1]) for c in crossings]
     inside = sorted(filter(None, placed), key=lambda c: (c.value, -abs(c.slope)))
     return Found(tuple(inside), tuple(unconfirmed))
@@ -281,4 +288,170 @@ def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
         abs(one.value - other.value) <= SAME * max(abs(one.value), abs(other.value))
         and abs(one.omega - other.omega) <= SAME * max(one.omega, other.omega)
         and abs(np.vdot(one.vector, other.vector)) > 0.5
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class AxisCrossing:
+    """A pair or a real root of the full system on the imaginary axis.
+
+    `interval` holds the parameter's value with rounding taken into account, `residual` is the
+    backward error there, `slope` is d Re lambda / dp (1/s per unit of p).
+    """
+
+    value: float
+    omega: float  # rad/s, 0 for a real root
+    direction: str  # up: growth begins with rising p; down: it ends
+    slope: float
+    interval: tuple[float, float]
+    residual: float
+    vector: ComplexArray = field(repr=False)  # (n,) in the scaled coordinates, of unit length
+
+    @property
+    def kind(self) -> str:
+        """flutter for a pair, divergence for a real root."""
+        return "flutter" if self.omega else "divergence"
+
+    @property
+    def frequency_hz(self) -> float:
+        """omega / (2 pi)."""
+        return self.omega / (2 * math.pi)
+
+
+class _Bordered:
+    """P(lambda) with its border; g and the vectors that its derivatives need.
+
+    `other` lends its border and factorisation if what they solve can be refined.
+    """
+
+    def __init__(
+        self,
+        problem: Quadratic,
+        value: complex,
+        b: ComplexArray,
+        c: ComplexArray,
+        other: _Bordered | None = None,
+    ):
+        self.problem, self.value, n = problem, value, problem.n
+        self.size = sum(s * abs(value) ** k for s, k in zip(problem.norms, (2, 1, 0), strict=True))
+        scale = 2.0 ** round(math.log2(self.size)) if other is None else other.scale
+        self.scale: float = scale
+        whole = _with_border(problem.at(value), scale * b, scale * c.conj())
+        end = np.zeros(n + 1, dtype=complex)
+        end[n] = scale
+        right: ComplexArray | None = None
+        left: ComplexArray | None = None
+        if other is not None:
+            self.factor: Factor = other.factor
+            right, left = (_refined(self.factor, whole, end, t) for t in (False, True))
+        if right is None or left is None:
+            self.factor = factorise(whole)
+            right, left = (self.factor.solve(end, t) for t in (False, True))
+        self.x, self.g, self.w = right[:n], right[n] * scale, left[:n]
+        self.noise = ROUNDING * self.size * float(np.linalg.norm(self.x) * np.linalg.norm(self.w))
+
+    def slope(self, matrix: Any) -> complex:
+        """dg for a change `matrix` of P."""
+        return complex(-(self.w @ (matrix @ self.x)))
+
+
+def _with_border(P: Any, column: ComplexArray, row: ComplexArray) -> Any:
+    """[[P, column], [row, 0]] of a CSC array P (n, n)."""
+    from scipy.sparse import csc_array
+
+    n, counts = P.shape[0], np.diff(P.indptr)
+    starts = P.indptr + np.arange(n + 1)  # each column has one entry more
+    inside = np.arange(P.nnz) + np.repeat(np.arange(n), counts)
+    data = np.empty(P.nnz + 2 * n, dtype=complex)
+    rows = np.empty(P.nnz + 2 * n, dtype=P.indices.dtype)
+    data[inside], rows[inside] = P.data, P.indices
+    data[starts[1:] - 1], rows[starts[1:] - 1] = row, n
+    data[starts[n] :], rows[starts[n] :] = column, np.arange(n)
+    return csc_array((data, rows, np.append(starts, P.nnz + 2 * n)), shape=(n + 1, n + 1))
+
+
+def _refined(
+    factor: Factor, matrix: Any, end: ComplexArray, transposed: bool
+) -> ComplexArray | None:
+    """The solution of matrix (or matrix') x = end by the factor of one nearby; None if it does
+    not converge."""
+    matrix = matrix.T if transposed else matrix
+    size = float(abs(matrix).sum(axis=1).max())
+    x = factor.solve(end, transposed)
+    for _ in range(REFINEMENTS):
+        rest = end - matrix @ x
+        if np.abs(rest).max() <= REFINED * (size * np.abs(x).max() + np.abs(end).max()):
+            return x
+        x = x + factor.solve(rest, transposed)
+    return None
+
+
+def axis_crossing(
+    scaled: ScaledSystem,
+    name: str,
+    value: float,
+    omega: float,
+    right: ComplexArray,
+    left: ComplexArray,
+) -> AxisCrossing:
+    """The crossing of the axis next to a guess: parameter `name` at `value`, omega (rad/s; 0 for a
+    real root), right and left vectors (n,) in the scaled coordinates.
+
+    Raises ComputationError if Newton's method does not converge (no crossing is near, or two
+    coincide).
+    """
+    c, b = right / np.linalg.norm(right), left / np.linalg.norm(left)
+    p, w, real = float(value), float(omega), omega == 0.0
+    scale_p = abs(p) or 1.0
+    last: _Bordered | None = None
+    for _ in range(STEPS):
+        at = {name: p}
+        problem = scaled.at(at)
+        root = complex(0.0, w)
+        try:
+            bordered = _Bordered(problem, root, b, c, last)
+        except ZeroDivisionError:
+            break
+        g_lambda = bordered.slope(problem.slope(root))
+        g_p = bordered.slope(scaled.slope(name, at, root))
+        if real:
+            jacobian = np.array([[1.0, g_p.real], [0.0, g_p.imag]])
+            step = -bordered.g.real / g_p.real if g_p.real else math.inf
+            moves = np.array([0.0, step])
+            amplification = 1.0 / abs(g_p.real) if g_p.real else math.inf
+        else:
+            along = 1j * g_lambda
+            jacobian = np.array([[along.real, g_p.real], [along.imag, g_p.imag]])
+            sizes = np.abs(jacobian).max(axis=0)
+            if not sizes.all() or np.linalg.cond(jacobian / sizes) > 1e12:
+                break
+            moves = np.linalg.solve(jacobian, [-bordered.g.real, -bordered.g.imag])
+            amplification = float(np.abs(np.linalg.inv(jacobian)[1]).sum())
+        if not np.all(np.isfinite(moves)):
+            break
+        near = abs(moves[1]) <= NEAR * max(abs(p), scale_p) and abs(moves[0]) <= NEAR * abs(w)
+        last = bordered if near else None
+        shape = bordered.x / np.linalg.norm(bordered.x)
+        if last is None:
+            c, b = shape, bordered.w.conj() / np.linalg.norm(bordered.w)
+        small = abs(moves[1]) <= CONVERGED * max(abs(p), scale_p)
+        small &= abs(moves[0]) <= CONVERGED * max(abs(w), 1.0)
+        w, p = w + float(moves[0]), p + float(moves[1])
+        uncertain = bordered.noise * amplification
+        if small or abs(moves[1]) <= uncertain:
+            slope = -(g_p / g_lambda).real
+            residual = problem.backward_errors(np.array([root]), shape[:, None])[0]
+            half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
+            return AxisCrossing(
+                p,
+                abs(w),
+                "up" if slope > 0 else "down",
+                float(slope),
+                (p - half, p + half),
+                float(residual),
+                shape,
+            )
+    raise ComputationError(
+        f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
+        f"{omega / (2 * math.pi):.6g} Hz"
     )

@@ -1,0 +1,258 @@
+"""How many roots lie in a region: the argument principle on factorised determinants.
+
+det P winds once around zero for each root inside a circle. Divided by the factors of the roots that
+are known, what is left is analytic inside and without zeros if none is missing: its phase is then
+the harmonic conjugate of the logarithm of its size. The pivots of a factorisation give both, the
+phase but for whole turns; where they part by turns around the circle, so many roots are missing.
+Only logarithms of pivots are used, so nothing can overflow.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError
+from squeal.linear.matrices import norm_of
+from squeal.sparse.factor import Factor, Progress, definite, factorise_at, quiet
+from squeal.sparse.quadratic import Quadratic, Roots
+
+DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
+NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
+AGREES = 0.75  # rad: what half the nodes may foresee otherwise; the error of all is its square
+QUARTER = math.pi / 2
+CLOSE = 0.25  # of the way to unknown ground: how far a counted disc may go beyond its region
+BOUND_ROWS = 20_000  # of larger systems no bound is sought: it costs as much as the roots
+DOUBLINGS = 10  # of the real part at which a region ends
+ROUNDING = 1e-13  # of a matrix: a semidefinite one passes, and a mass that is nearly symmetric
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """low_real < Re < high_real, low_imag < Im < high_imag (1/s and rad/s)."""
+
+    low_real: float
+    high_real: float
+    low_imag: float
+    high_imag: float
+
+    def __post_init__(self) -> None:
+        numbers = (self.low_real, self.high_real, self.low_imag, self.high_imag)
+        ordered = self.low_real < self.high_real and self.low_imag < self.high_imag
+        if not all(map(math.isfinite, numbers)) or not ordered:
+            shown = ":".join(f"{x:g}" for x in numbers)
+            raise InputError(
+                f"region {shown}: is not allowed; it must be RE0:RE1:IM0:IM1 with RE0 < RE1 and "
+                "IM0 < IM1"
+            )
+
+    @property
+    def centre(self) -> complex:
+        """The middle."""
+        return complex(self.low_real + self.high_real, self.low_imag + self.high_imag) / 2
+
+    @property
+    def radius(self) -> float:
+        """Distance of a corner from the centre."""
+        return math.hypot(self.high_real - self.low_real, self.high_imag - self.low_imag) / 2
+
+    def contains(self, values: NDArray) -> NDArray[np.bool_]:
+        """True for each value inside."""
+        real, imag = np.real(values), np.imag(values)
+        across = (real > self.low_real) & (real < self.high_real)
+        return np.asarray(across & (imag > self.low_imag) & (imag < self.high_imag))
+
+    def widened(self, share: float) -> Rectangle:
+        """The region with a share of its size more on each side."""
+        wide = share * (self.high_real - self.low_real)
+        high = share * (self.high_imag - self.low_imag)
+        return Rectangle(
+            self.low_real - wide, self.high_real + wide, self.low_imag - high, self.high_imag + high
+        )
+
+    def halves(self) -> list[Rectangle]:
+        """The two halves along the longer side, which overlap by a little."""
+        a, b, c, d = self.low_real, self.high_real, self.low_imag, self.high_imag
+        cut, more = (self.centre, 1e-6 * self.radius)
+        if b - a > d - c:
+            return [Rectangle(a, cut.real + more, c, d), Rectangle(cut.real - more, b, c, d)]
+        return [Rectangle(a, b, c, cut.imag + more), Rectangle(a, b, cut.imag - more, d)]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """|value - centre| < radius, in rad/s."""
+
+    radius: float
+    centre: complex = 0j
+
+    def point(self, turn: float) -> complex:
+        """A point of the outline, after a share of a turn."""
+        return self.centre + self.radius * cmath.exp(2j * math.pi * turn)
+
+    def contains(self, values: NDArray) -> NDArray[np.bool_]:
+        """True for each value inside."""
+        return np.asarray(np.abs(values - self.centre) < self.radius)
+
+
+Region = Rectangle | Disc
+
+
+def band(low_hz: float, high_hz: float) -> Rectangle:
+    """The region of a frequency band, with |Re| up to a quarter of its upper end (rad/s).
+
+    Raises
+    ------
+    InputError
+        Unless 0 <= low < high.
+    """
+    if not 0.0 <= low_hz < high_hz < math.inf:
+        raise InputError(
+            f"band {low_hz:g}:{high_hz:g}: is not allowed; it must be LOW:HIGH in Hz with "
+            "0 <= LOW < HIGH"
+        )
+    low, high = 2 * math.pi * low_hz, 2 * math.pi * high_hz
+    return Rectangle(-DAMPED * high, DAMPED * high, low, high)
+
+
+@dataclass(frozen=True)
+class Count:
+    """Roots inside a region, None if their number could not be settled."""
+
+    inside: int | None
+    evaluations: int  # factorisations
+
+
+def count_roots(problem: Quadratic, disc: Disc, known: Roots, progress: Progress = quiet) -> Count:
+    """The number of roots of P inside a disc, multiple ones counted as often.
+
+    Parameters
+    ----------
+    problem : Quadratic
+    disc : Disc
+        A root on its outline makes the number depend on rounding.
+    known : Roots
+        Roots in and around it, of real matrices with their conjugates. A root that is left out is
+        counted all the same; one outside the disc and near it costs determinants.
+
+    Raises
+    ------
+    ComputationError
+        If P is singular everywhere.
+    """
+    half = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
+    logs: dict[int, complex] = {}  # by number of the finest steps
+    before: NDArray[np.float64] | None = None
+    factor: Factor | None = None
+    most, evaluations = NODES[-1], 0
+    for nodes in NODES:
+        steps = range(0, most, most // nodes)
+        for k in steps:
+            if k in logs or (half and 2 * k > most):
+                continue
+            place, factor = factorise_at(problem, disc.point(k / most), like=factor)
+            logs[k] = factor.logarithm() - complex(np.sum(np.log(place - known.values)))
+            if half and 0 < 2 * k < most:
+                logs[most - k] = logs[k].conjugate()
+            evaluations += 1
+            progress(f"counting the roots: determinant {evaluations}")
+        found = np.array([logs[k] for k in steps])
+        foreseen = conjugate(found.real)
+        if before is not None and np.max(np.abs(foreseen[::2] - before)) < AGREES:
+            rest = found.imag - foreseen
+            off = np.diff(np.append(rest, rest[0]))
+            off -= 2 * math.pi * np.round(off / (2 * math.pi))
+            if np.max(np.abs(off)) < QUARTER:
+                missing = round(float(np.sum(off)) / (2 * math.pi))
+                return Count(missing + int(np.sum(disc.contains(known.values))), evaluations)
+        before = foreseen
+    return Count(None, evaluations)
+
+
+def conjugate(real: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The imaginary part (n,) on a circle of a function analytic inside, but for a constant, from
+    its real part at n equal steps."""
+    n = len(real)
+    coefficients = np.fft.fft(real)
+    coefficients *= -1j * np.sign(np.fft.fftfreq(n))
+    coefficients[n // 2] = 0.0
+    return np.fft.ifft(coefficients).real
+
+
+def confirmed(
+    problem: Quadratic,
+    region: Region,
+    known: Roots,
+    reach: float,
+    progress: Progress = quiet,
+) -> Count:
+    """How many roots lie in a region, if a count around it proves that none is missing from a list.
+
+    Of a rectangle the smallest disc that holds it is counted, or one up to the radius `reach`
+    within which all roots are believed to be known; its outline runs far from all of them. Where
+    the disc holds other roots than the listed ones the number is None: they may be outside.
+    """
+    disc = region
+    if isinstance(region, Rectangle):
+        away = np.abs(known.values - region.centre)
+        low = region.radius
+        high = max(low + CLOSE * (min(reach, 3 * low) - low), 1.01 * low)
+        ends = np.sort([low, *away[(away > low) & (away < high)], high])
+        k = int(np.argmax(np.diff(ends)))
+        disc = Disc(float(ends[k] + ends[k + 1]) / 2, region.centre)
+    assert isinstance(disc, Disc)
+    count = count_roots(problem, disc, known, progress)
+    if count.inside != int(np.sum(disc.contains(known.values))):
+        return Count(None if disc is not region else count.inside, count.evaluations)
+    return Count(int(np.sum(region.contains(known.values))), count.evaluations)
+
+
+def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
+    """A real part (1/s), that of the region's right edge or more, that no root at the region's
+    imaginary parts exceeds; None if none was proved up to 1024 times that of the edge.
+
+    x^H (1 - i t) P(lambda) x has the real part x^H T x with T = K_r + t K_i + (a^2 - b^2 + 2 a b t)
+    M + (a + b t) C_r - (b - a t) C_i at lambda = a + i b, where A_r and i A_i are the Hermitian and
+    the skew part of A. Where T is positive definite, lambda is no root. T is concave in b, so that
+    it is definite in low <= b <= high if it is at both ends, and it grows with a if
+    2 (a + b t) M + C_r + t C_i is positive: the two ends at one a speak for all to the right.
+    """
+    if problem.n > BOUND_ROWS or region.high_real <= 0.0:
+        return None
+    (M, C, K), skew = _parts(problem)
+    if norm_of(skew[0]) > ROUNDING * problem.norms[0]:
+        return None
+    low, high = region.low_imag, region.high_imag
+    for k in range(DOUBLINGS + 1):
+        a = 2.0**k * region.high_real
+        t = (high + low) / (2 * a)  # as much of M at both ends
+
+        def turned(b: float, a: float = a, t: float = t) -> Any:
+            parts = K + t * skew[2] + (a * a - b * b + 2 * a * b * t) * M
+            return parts + (a + b * t) * C - (b - a * t) * skew[1]
+
+        slope = 2 * (a + low * t) * M + C + t * skew[1]
+        if definite(turned(high)) and definite(_lifted(slope)) and definite(turned(low)):
+            return a
+    return None
+
+
+def _parts(problem: Quadratic) -> tuple[list[Any], list[Any]]:
+    """A_r and A_i of M, C and K; real where they can be."""
+    given = problem.M, problem.C, problem.K
+    other = [A.conj().T.tocsc() for A in given]
+    even = [(A + B) / 2 for A, B in zip(given, other, strict=True)]
+    odd = [(A - B) / 2j for A, B in zip(given, other, strict=True)]
+    return even, odd
+
+
+def _lifted(A: Any) -> Any:
+    """A with rounding added to the diagonal, so that rows without mass and damping pass."""
+    from scipy.sparse import eye_array
+
+    return A + ROUNDING * norm_of(A) * eye_array(A.shape[0])
