@@ -10,11 +10,11 @@ import numpy as np
 
 from squeal.errors import InputWarning
 from squeal.io.provenance import provenance
-from squeal.io.results import Event, Run, Summary
 from squeal.io.scene import Scene
 from squeal.io.scene_keys import COORDINATES, INITIAL
 from squeal.io.writing import picked, write_table
 from squeal.model.contact import contact_law
+from squeal.plots.runs import Event, Run, Summary
 from squeal.simulation import Simulation
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}

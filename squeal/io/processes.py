@@ -1,5 +1,7 @@
-"""Processes that work beside this one and end with it, without a word, at an interrupt."""
+"""This machine: its free memory, and processes that end with this one at an interrupt."""
 
+import math
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -10,6 +12,18 @@ from typing import TypeVar
 
 A = TypeVar("A")
 B = TypeVar("B")
+
+
+def available_memory() -> float:
+    """Bytes that are free on this machine; unlimited where it does not say."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as stream:
+            for line in stream:
+                if line.startswith("MemAvailable:"):
+                    return 1024.0 * float(line.split()[1])
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (OSError, ValueError, AttributeError):
+        return math.inf
 
 
 def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> Iterator[B]:

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from squeal.errors import BEYOND, ComputationError, InputError
 
 
@@ -113,17 +115,50 @@ def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[
     The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
     """
     if path.suffix == ".nc":
-        from squeal.io.netcdf import netcdf
-
-        values = list(zip(*rows, strict=True)) or [()] * len(columns)
-        found = dict(zip(columns, values, strict=True))
-        write_whole(path, netcdf(columns, found), binary=True)
+        write_whole(path, lambda stream: _write_netcdf(stream, columns, list(rows)), binary=True)
         return
     if path.suffix == ".json":
         records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
     else:
         write_csv(path, [f"{n} [{u}]" if u else n for n, u in columns.items()], rows)
+
+
+def _write_netcdf(
+    stream: IO[Any], columns: Mapping[str, str], rows: Sequence[Sequence[Any]]
+) -> None:
+    """A variable a column in a classic netCDF file: doubles, None as NaN, or characters.
+
+    The dimension bears the name of the first column if that rises throughout, so that it is the
+    coordinate of the others, else it is `row`.
+    """
+    from scipy.io import netcdf_file
+
+    values = list(zip(*rows, strict=True)) or [()] * len(columns)
+    arrays = dict(zip(columns, map(_array, values), strict=True))
+    first, lead = next(iter(arrays.items()))
+    dimension = first if lead.dtype == float and bool((np.diff(lead) > 0.0).all()) else "row"
+    file = netcdf_file(stream, "w")
+    file.source = "squeal"
+    file.createDimension(dimension, len(rows))
+    for name, column in arrays.items():
+        if column.dtype == float:
+            variable = file.createVariable(name, "f8", (dimension,))
+        else:
+            length = max(column.dtype.itemsize, 1)
+            file.createDimension(f"{name}_length", length)
+            variable = file.createVariable(name, "c", (dimension, f"{name}_length"))
+            column = column.astype(f"S{length}").view("S1").reshape(-1, length)
+        variable[:] = column
+        if columns[name]:
+            variable.units = columns[name]
+    file.close()
+
+
+def _array(values: Sequence[Any]) -> np.ndarray:
+    if any(isinstance(value, str) for value in values):
+        return np.array([("" if v is None else str(v)).encode() for v in values], dtype=bytes)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def column_name(head: str) -> str:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from squeal.io.results import Interval, Run, Summary
 from squeal.model.contact import contact_law
 from squeal.model.law import Signal
 from squeal.model.states import LEAD, TRAIL
+from squeal.plots.runs import Interval, Run, Summary
 from squeal.plots.style import STATE_COLOURS, colours, sided, state_label
 
 _SCALES = {"F_n": "brake force", "w": "half length"}

@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from squeal.io.results import Event, Run
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.law import NORMAL_REACTION, Signal
 from squeal.model.mechanics import pose
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.histories import Looks, alternative_text, strip, trace
+from squeal.plots.runs import Event, Run
 from squeal.plots.style import (
     DOUBLE,
     Drawing,

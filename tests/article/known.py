@@ -36,11 +36,11 @@ from squeal.article.results.ensembles import (
 from squeal.article.results.line_springs import Compared
 from squeal.article.results.map_ranges import Span, Upright
 from squeal.article.results.precision import Point, Timing
+from squeal.article.results.records import Plain, Result
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts
 from squeal.article.results.verify import Switches
 from squeal.io.provenance import Provenance, provenance
-from squeal.io.records import Plain, Result
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import FORMULATION_CHOICES
 from squeal.model.pad import Pad as PadOfModel

@@ -8,8 +8,8 @@ import pytest
 from squeal.article.findings.work import contact_work
 from squeal.article.report.works import energy_table
 from squeal.article.results.energy import Energy, Motion, Span, Stay
+from squeal.article.results.records import Missing
 from squeal.article.studies import energy as energy_study
-from squeal.io.records import Missing
 from squeal.simulation import simulate
 from tests.article import known
 from tests.conftest import HAMMERING as SCENES

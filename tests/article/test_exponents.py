@@ -9,10 +9,10 @@ from scipy.special import stdtrit
 
 from squeal.article.report.onset import exponents_table, generated
 from squeal.article.results import onset as results
+from squeal.article.results.records import Missing
 from squeal.article.studies import _attractors as attractors
 from squeal.article.studies._damped import RATIO
 from squeal.article.studies._neighbours import growth
-from squeal.io.records import Missing
 from tests.article.onset import SILENT, made
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from squeal.article.report.lasting import hammer_table, lasting_table
 from squeal.article.report.onset import generated
-from squeal.io.records import Missing
+from squeal.article.results.records import Missing
 from tests.article.onset import QUIET, SILENT, made, others, settled_one
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from squeal.article.report.physics import springs_table
 from squeal.article.results.line_springs import Case, Compared, Contact, LineSprings, Threshold
+from squeal.article.results.records import Missing
 from squeal.article.studies import line_springs as springs_study
 from squeal.equilibrium import sliding_equilibrium
-from squeal.io.records import Missing
 from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
 from squeal.simulation import Simulation

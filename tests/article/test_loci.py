@@ -10,10 +10,10 @@ from squeal.analysis.eigenvalues import analyse, held_system
 from squeal.article.cases import title
 from squeal.article.figures import coupling, loci, modes
 from squeal.article.results.loci import Branch, Loci, Modes, SingleLoop
+from squeal.article.results.records import Missing
 from squeal.article.studies.__main__ import main
 from squeal.article.studies.loci import branch, examined, loop
 from squeal.equilibrium import sliding_equilibrium
-from squeal.io.records import Missing
 from squeal.io.scene import Scene, read_scene
 from squeal.model.states import FULL
 from squeal.plots.parts import LARGEST

@@ -38,9 +38,9 @@ from squeal.article.report.parameters import angle, parameter_rows, start
 from squeal.article.report.statements import agreement, together
 from squeal.article.results.claims import JudgedClaim
 from squeal.article.results.eigenvalues import EquilibriumPoles
+from squeal.article.results.records import Missing, Result
 from squeal.article.studies.eigenvalues import examined, poles
 from squeal.io.provenance import provenance
-from squeal.io.records import Missing, Result
 from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
 from squeal.model.linear import Linearisation, linearise

@@ -7,10 +7,10 @@ import pytest
 
 from squeal.article.claims.rules import HAMMER, SWINGS
 from squeal.article.figures import starts as starts_figure
+from squeal.article.results.records import Missing
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts
 from squeal.article.studies import starts as starts_study
 from squeal.equilibrium import sliding_equilibrium
-from squeal.io.records import Missing
 from squeal.io.scene import read_scene
 from squeal.model.linear import linearise
 from squeal.model.states import FULL, LEAD, NONE

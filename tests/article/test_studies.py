@@ -13,9 +13,9 @@ import squeal.article.studies as studies
 from squeal.article.report.chapters import STUDIES
 from squeal.article.results import record_of
 from squeal.article.results.extreme import Extreme, Outcome
+from squeal.article.results.records import Plain, Result
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies.__main__ import main
-from squeal.io.records import Plain, Result
 from squeal.io.sources import sources
 from tests.conftest import ROOT, SCENES
 

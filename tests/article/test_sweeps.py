@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from squeal.article.report.onset import generated
-from squeal.io.records import Missing
+from squeal.article.results.records import Missing
 from tests.article.onset import SILENT, made, step
 
 FAST = {

@@ -11,9 +11,9 @@ import pytest
 from squeal.article.report.contact_states import table_1
 from squeal.article.report.plain import table_rows
 from squeal.article.report.taking import ORIGIN, take
+from squeal.article.results.runs import read_run
 from squeal.cli.main import command, main
 from squeal.errors import InputError
-from squeal.io.results import read_run
 from tests.article import known
 from tests.conftest import ROOT
 

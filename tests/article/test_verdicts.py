@@ -19,9 +19,9 @@ from squeal.article.results.ensembles import ELSEWHERE, Ensembles
 from squeal.article.results.loci import HeldThreshold, Loci, Loop
 from squeal.article.results.map_ranges import MapRanges, Span, Upright
 from squeal.article.results.onset import Onset, Others
+from squeal.article.results.records import Missing
 from squeal.article.results.robustness import Share
 from squeal.article.results.starts import KINDS, Map, SceneStarts, Starts, Swinging
-from squeal.io.records import Missing
 from tests.article import known
 
 

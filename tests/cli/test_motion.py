@@ -11,11 +11,11 @@ from scipy.io import netcdf_file, wavfile
 
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
-from squeal.io.results import Event, Run, Summary
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import contact_law
 from squeal.model.law import NORMAL_REACTION
 from squeal.plots.motion import motion_figure, with_place
+from squeal.plots.runs import Event, Run, Summary
 from squeal.simulation import simulate
 from squeal.simulation.sound import PEAK, RATE, sound
 from tests.cli.calls import assert_refused, run

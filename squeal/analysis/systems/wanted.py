@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.memory import available_memory
+from squeal.io.processes import available_memory
 from squeal.linear.system import TermSystem
 from squeal.schema.arguments import Instance
 from squeal.schema.place import Place

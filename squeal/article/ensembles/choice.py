@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from squeal.article.results.records import Record, read_json
 from squeal.article.results.verify import Switches
-from squeal.io.records import Record, read_json
 from squeal.model.contact import Formulation
 
 

@@ -11,8 +11,8 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
+from squeal.article.results.records import call
 from squeal.cli.streams import exit_code
-from squeal.io.records import call
 from squeal.plots.style import save
 
 NAMES = tuple(m.name for m in pkgutil.iter_modules(figures.__path__) if m.name[0] != "_")

@@ -4,9 +4,10 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from squeal.io.results import Run, read_run
+from squeal.article.results.runs import read_run
 from squeal.model.contact import contact_law
 from squeal.plots.histories import Looks, alternative_text, strip, trace
+from squeal.plots.runs import Run
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 

@@ -5,8 +5,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from squeal.article.results.records import Missing
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
-from squeal.io.records import Missing
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#FFFFFF", "#4D4D4D")

@@ -12,8 +12,8 @@ import numpy as np
 from squeal.article.identify.objective import costs, judge_one
 from squeal.article.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, encode
 from squeal.article.results.claims import JudgedClaim
+from squeal.article.results.records import Record, read_json
 from squeal.errors import InputError
-from squeal.io.records import Record, read_json
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from squeal.article.identify.objective import judge_one
 from squeal.article.identify.search import SearchState
 from squeal.article.identify.space import STOP, Numbers, tilt_of
+from squeal.article.results.records import Record, read_json
 from squeal.errors import ComputationError, InputError
-from squeal.io.records import Record, read_json
 from squeal.io.writing import to_json
 from squeal.model.contact import CONSISTENT, Formulation
 

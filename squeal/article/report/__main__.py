@@ -15,8 +15,8 @@ from typing import Any
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.report.latex import definitions, plain_values
 from squeal.article.results import record_of
+from squeal.article.results.records import Plain, call
 from squeal.cli.streams import exit_code
-from squeal.io.records import Plain, call
 from squeal.io.writing import write_text
 
 

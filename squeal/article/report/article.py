@@ -15,11 +15,11 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles
 from squeal.article.results.quasi_static import QuasiStatic
-from squeal.io.records import Missing
-from squeal.io.results import Summary
+from squeal.article.results.records import Missing
+from squeal.article.results.runs import StoredSummary
 
 
-def simulated(run: Summary) -> dict[str, str]:
+def simulated(run: StoredSummary) -> dict[str, str]:
     """Values of one simulated scene."""
     stem = run.name
     values = {
@@ -77,7 +77,7 @@ def _key(method: str) -> str:
     return "heyoka" if method.startswith("heyoka") else "scipy"
 
 
-def generated(_: QuasiStatic, found: Eigenvalues, *runs: Summary) -> Generated:
+def generated(_: QuasiStatic, found: Eigenvalues, *runs: StoredSummary) -> Generated:
     """Values and tables, from the studies and the summaries of the simulations."""
     values = eigenvalue_values(found)
     for run in runs:

@@ -8,7 +8,7 @@ from squeal.article.cases import CASES
 from squeal.article.report.latex import in_words, number, percent, tabular, typeset
 from squeal.article.results.energy import LAWS, LineForce, motion_title
 from squeal.article.results.onset import Late, Onset, Others, Settled
-from squeal.io.records import Missing
+from squeal.article.results.records import Missing
 
 Rule = Callable[[Settled], bool]
 

@@ -8,8 +8,8 @@ from squeal.article.report.latex import Generated, in_words, number, percent, ta
 from squeal.article.report.sweeps import swept
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Exponent, Onset, Sign
+from squeal.article.results.records import Missing
 from squeal.article.results.spectra import Spectra
-from squeal.io.records import Missing
 
 SIGNS: dict[Sign, str] = {
     "chaotic": "chaotic",

@@ -20,8 +20,8 @@ from squeal.article.report.latex import (
 from squeal.article.results.energy import Energy
 from squeal.article.results.line_springs import ALIKE, Case, LineSprings
 from squeal.article.results.map_ranges import MapRanges
+from squeal.article.results.records import Missing
 from squeal.article.results.starts import KINDS, TOLERANCE, TURNS, Map, SceneStarts, Starts
-from squeal.io.records import Missing
 from squeal.numerics.shares import wilson
 
 HAMMERS = "c"

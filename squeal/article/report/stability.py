@@ -16,8 +16,8 @@ from squeal.article.report.latex import (
 )
 from squeal.article.results.angles import Angles
 from squeal.article.results.loci import Branch, HeldThreshold, Loci, SceneLoci, SingleLoop
+from squeal.article.results.records import Missing
 from squeal.article.results.stability import DERIVED, MATRICES, Comparison, Stability, Thresholds
-from squeal.io.records import Missing
 
 
 def literature_table(rows: Sequence[Comparison]) -> str:

@@ -6,7 +6,7 @@ from squeal.article.report.lasting import beside_rest, by_edges, by_side, dampin
 from squeal.article.report.latex import in_words, number, typeset
 from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Onset, Step, Sweep
-from squeal.io.records import Missing
+from squeal.article.results.records import Missing
 from squeal.numerics.grouping import together
 
 

@@ -17,9 +17,9 @@ from squeal.article.report.bibliography import behind, references
 from squeal.article.report.captions import Caption, captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.article.report.plain import plain, table_rows
+from squeal.article.results.records import call
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance, version
-from squeal.io.records import call
 from squeal.io.sources import digest
 from squeal.io.writing import new_folder, to_json, write_csv, write_text, write_whole
 

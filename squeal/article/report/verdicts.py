@@ -22,8 +22,8 @@ from squeal.article.results.loci import HeldThreshold, Loci, SceneLoci
 from squeal.article.results.map_ranges import MapRanges, Upright
 from squeal.article.results.onset import Onset
 from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.results.records import Missing
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
-from squeal.io.records import Missing
 
 MOST, FEW = 0.5, 0.1  # of random pads
 NAMES = {

@@ -2,7 +2,7 @@
 
 from squeal.article.report.latex import at_most, in_words, number, percent, tabular, typeset
 from squeal.article.results.energy import LAWS, Energy, Motion, motion_title
-from squeal.io.records import Missing
+from squeal.article.results.records import Missing
 
 MULTIPLE = 2.0  # times more or less is far
 GROWS = 1.1  # times the peak over a longer time: the motion still grows

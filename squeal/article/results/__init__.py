@@ -6,7 +6,7 @@ Light on purpose: figures and tables that read a result do not depend on what co
 from importlib import import_module
 from importlib.util import find_spec
 
-from squeal.io.records import Plain, Result
+from squeal.article.results.records import Plain, Result
 
 
 def record_of(study: str) -> type[Result]:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 from squeal.numerics.outline import Outline
 
 

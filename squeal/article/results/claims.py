@@ -2,8 +2,8 @@
 
 from typing import Literal
 
+from squeal.article.results.records import Record, Result
 from squeal.article.results.verify import Switches
-from squeal.io.records import Record, Result
 
 Kind = Literal["informative", "implied", "identity", "almost sure", "free"]
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 
 class Pole(Record):

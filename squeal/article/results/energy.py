@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 LineForce = Literal["integral", "mean"]
 ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
+from squeal.article.results.records import Record, Result
 from squeal.article.results.robustness import SYMBOLS as ROBUSTNESS
 from squeal.article.results.robustness import Share
 from squeal.article.results.verify import Switches
-from squeal.io.records import Record, Result
 
 SYMBOLS = {**ROBUSTNESS, "first_x": r"$x(0)$", "x0": "$x_0/w$", "start": "start"}
 """Symbols of the numbers as LaTeX and figures set them."""

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 Word = Literal["right", "refused", "warned", "wrong"]
 

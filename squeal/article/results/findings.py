@@ -1,6 +1,6 @@
 """The findings on the article's equations, each measured."""
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 
 class MeasuredFinding(Record):

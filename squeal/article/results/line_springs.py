@@ -1,7 +1,7 @@
 """Point against line contact at equal load: springs along the face, from two to many."""
 
 from squeal.article.results.map_ranges import Share
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 TOLERANCE = 1e-9
 """Of the motions from other starts."""

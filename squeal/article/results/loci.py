@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 Row = tuple[float, ...]
 

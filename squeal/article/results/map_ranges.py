@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 Curve = tuple[tuple[float, float], ...]
 Where = Literal["inside", "on the edge", "outside"]

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from squeal.article.results.map_ranges import Share
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 TOLERANCE = 1e-10  # of all motions
 ROUNDING = 1e-4  # of a multiplier

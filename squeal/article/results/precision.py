@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 
 class Point(Record):

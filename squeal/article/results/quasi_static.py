@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 from squeal.numerics.outline import Outline
 
 

@@ -1,7 +1,7 @@
 """Spectra of the contact force through the first losses of contact."""
 
 from squeal.article.results.map_ranges import Share
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 
 class Heard(Record):

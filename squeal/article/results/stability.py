@@ -1,7 +1,7 @@
 """The stability chapter's numbers beside those of `loci` and `angles`."""
 
 from squeal.article.results.loci import Branch, Loop, SingleLoop
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 READ, DERIVED, MATRICES = "read in a copy", "derived", "from the matrices"
 """How the expected numbers of the literature are known."""

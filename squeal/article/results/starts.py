@@ -1,7 +1,7 @@
 """What the start decides: the kind of motion over the height and tilt of the start."""
 
 from squeal.article.results.map_ranges import Share
-from squeal.io.records import Missing, Record, Result
+from squeal.article.results.records import Missing, Record, Result
 
 KINDS = (
     *("no loss", "loss at an edge", "separation", "alternate losses", "never in full contact"),

@@ -1,6 +1,6 @@
 """The stored pads judged afresh."""
 
-from squeal.io.records import Record, Result
+from squeal.article.results.records import Record, Result
 
 TOLERANCE = 1e-12  # of all motions but the variations'
 

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.results.onset import CyclePoint, Cycles, Exponent
+from squeal.article.results.records import Missing
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._neighbours import SETTLING, growth, neighbours
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.model.units import natural_units
 from squeal.simulation.cycles import Cycle, Shooting

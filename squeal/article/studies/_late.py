@@ -8,12 +8,12 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.article.results.onset import Late, Others, Settled
+from squeal.article.results.records import Missing
 from squeal.article.studies._damped import Motion, damped, looked_at, many, settled, window
 from squeal.article.studies.starts import grid, lever, plane
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.simulation.ensemble import DONE
 

@@ -10,8 +10,8 @@ import numpy as np
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles, Pole
+from squeal.article.results.records import Missing
 from squeal.errors import ComputationError
-from squeal.io.records import Missing
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.loop import state_matrices
 from squeal.model.linear import Linearisation

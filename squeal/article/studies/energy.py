@@ -13,9 +13,9 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import measure
 from squeal.article.findings.work import Works, contact_work
 from squeal.article.results.energy import LAWS, Energy, Motion, Span, Stay
+from squeal.article.results.records import Missing
 from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.model.states import NONE
 

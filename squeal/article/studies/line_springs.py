@@ -14,12 +14,12 @@ from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.claims.motions import contact_shares
 from squeal.article.results import line_springs as results
+from squeal.article.results.records import Missing
 from squeal.article.studies._scenes import read_cases
 from squeal.article.studies.starts import grid, plane
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, version
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.model.states import FULL, NONE, STATES

@@ -11,9 +11,9 @@ from squeal.analysis.eigenvalues import analyse, branch_system, held_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.results import loci as results
+from squeal.article.results.records import Missing
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.io.records import Missing
 from squeal.io.scene import Scene, read_scene
 
 MU_MAX = 1.0

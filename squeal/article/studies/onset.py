@@ -10,6 +10,7 @@ from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
+from squeal.article.results.records import Missing
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._late import (
@@ -29,7 +30,6 @@ from squeal.article.studies._sweeps import MU, STEP, Begun, sweeps
 from squeal.article.studies.energy import under_both_laws
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.linear import verdict
 

@@ -14,6 +14,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import TOUCH, hammers
+from squeal.article.results.records import Missing
 from squeal.article.results.starts import (
     KINDS,
     TOLERANCE,
@@ -26,7 +27,6 @@ from squeal.article.results.starts import (
 from squeal.article.studies._scenes import alike, read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.io.records import Missing
 from squeal.io.scene import Scene
 from squeal.model.states import FULL, NONE, State
 from squeal.simulation.ensemble import DONE, simulate_many, simulate_starts, stack

@@ -6,9 +6,9 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
+from squeal.article.results.records import Missing, Record, Result, from_dict, to_dict
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
-from squeal.io.records import Missing, Record, Result, from_dict, to_dict
 from squeal.model.contact import Formulation
 from squeal.numerics.outline import Outline
 

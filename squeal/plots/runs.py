@@ -1,19 +1,14 @@
-"""Results of simulations as read back from the files that `squeal simulate` writes."""
+"""What the figures of a motion show: one simulated scene, its summary and its sampled history."""
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.errors import InputError
 from squeal.io.provenance import Provenance
-from squeal.io.writing import column_name
 
 
 class Interval(NamedTuple):
@@ -34,7 +29,7 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """The JSON summary of a simulated scene: what figures and tables take from it.
+    """What figures and tables take from the summary of a simulated scene.
 
     name: of the file; stop: end of the run (s); shares of time by state; extrema [min, max] by
     signal, forces over F_n and delta over w, None without contact.
@@ -50,26 +45,6 @@ class Summary:
     tolerance: float
     steps: int
     provenance: Provenance
-
-    @classmethod
-    def read(cls, file: Path) -> Summary:
-        """What `squeal simulate --json` printed.
-
-        Raises InputError if it lacks what the scene's outputs must have asked for.
-        """
-        found = json.loads(file.read_text(encoding="utf-8"))
-        for key in ("events", "shares", "extrema"):
-            if key not in found:
-                raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
-        same = {key: found[key] for key in ("model", "shares", "method", "tolerance", "steps")}
-        return cls(
-            name=file.stem,
-            stop=found["final"]["t"],
-            events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
-            extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
-            provenance=Provenance.from_dict(found["provenance"]),
-            **same,
-        )
 
     @property
     def scene(self) -> str:
@@ -103,20 +78,3 @@ class Run:
 
     summary: Summary
     history: dict[str, np.ndarray] = field(repr=False)
-
-
-def read_run(summary_file: Path, history_file: Path) -> Run:
-    """Read the JSON summary and the CSV history of `squeal simulate`.
-
-    Raises InputError if the summary lacks events, shares or extrema.
-    """
-    with history_file.open(newline="", encoding="utf-8") as stream:
-        header, *rows = csv.reader(stream)
-    names = map(column_name, header)
-    history = {
-        name: np.array(column)
-        if name == "state"
-        else np.array([float(v) if v else np.nan for v in column])
-        for name, column in zip(names, zip(*rows, strict=True), strict=True)
-    }
-    return Run(Summary.read(summary_file), history)

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from squeal.article.results.runs import StoredSummary
 from squeal.errors import InputError
-from squeal.io.results import Summary
 
 
 @pytest.mark.parametrize("left_out", ["events", "shares", "extrema"])
@@ -14,4 +14,4 @@ def test_a_summary_without_an_output_is_refused(tmp_path, left_out):
     whole: dict[str, object] = {"events": [], "shares": {}, "extrema": {}}
     file.write_text(json.dumps({key: whole[key] for key in whole if key != left_out}))
     with pytest.raises(InputError, match=f"run.json: {left_out}: missing; the scene's outputs"):
-        Summary.read(file)
+        StoredSummary.read(file)

@@ -1,0 +1,54 @@
+"""Simulations as read back from the files that `squeal simulate` writes."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.provenance import Provenance
+from squeal.io.writing import column_name
+from squeal.plots.runs import Event, Run, Summary
+
+
+class StoredSummary(Summary):
+    """The summary that a JSON file holds."""
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """What `squeal simulate --json` printed.
+
+        Raises InputError if it lacks what the scene's outputs must have asked for.
+        """
+        found = json.loads(file.read_text(encoding="utf-8"))
+        for key in ("events", "shares", "extrema"):
+            if key not in found:
+                raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
+        same = {key: found[key] for key in ("model", "shares", "method", "tolerance", "steps")}
+        return cls(
+            name=file.stem,
+            stop=found["final"]["t"],
+            events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
+            extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
+            provenance=Provenance.from_dict(found["provenance"]),
+            **same,
+        )
+
+
+def read_run(summary_file: Path, history_file: Path) -> Run:
+    """Read the JSON summary and the CSV history of `squeal simulate`.
+
+    Raises InputError if the summary lacks events, shares or extrema.
+    """
+    with history_file.open(newline="", encoding="utf-8") as stream:
+        header, *rows = csv.reader(stream)
+    names = map(column_name, header)
+    history = {
+        name: np.array(column)
+        if name == "state"
+        else np.array([float(v) if v else np.nan for v in column])
+        for name, column in zip(names, zip(*rows, strict=True), strict=True)
+    }
+    return Run(StoredSummary.read(summary_file), history)
