@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+TIGHT = 1e-9  # of mu: an interval shorter than this has converged
+
 
 @dataclass(frozen=True)
 class CriticalPoint:
@@ -50,5 +52,6 @@ class Thresholds:
 
     points: list[CriticalPoint]
     crossings: list[Crossing]
-    # counts of what grows agree at the values looked at, all between crossings; None: not asked
+    # a second count agrees between all crossings, and no step leaves room for more; None where
+    # nothing is known between the values looked at, as of a plain function
     certified: bool | None = None

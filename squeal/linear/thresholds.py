@@ -1,68 +1,80 @@
-"""Thresholds of a family of systems: every change of verdict, every crossing of the axis.
+"""Thresholds of a parametrised system: every change of verdict, every crossing of the axis.
 
-Up to three degrees of freedom and without damping candidates are the roots of smooth functions of
-mu (`searches`), so that neither real parts, which start like a square root at a coalescence, nor a
-verdict and its rounding decide where a threshold lies. What grows between neighbouring candidates
-tells which of them matter (`survey`). Eigenvalues of all other systems are followed (`following`).
+The eigenvalues are followed along the parameter (`continuation`); where they cross the line between
+growth and decay is located on the roots themselves, or on the pair that meets there (`events`), and
+what grows is counted between these places (`search`). The verdict changes are read off
+(`changes`).
 """
 
+import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
-from squeal.linear.family import UnsuitedError
-from squeal.linear.following.answer import TIGHT, followed
-from squeal.linear.following.scale import divided
-from squeal.linear.growth import GROWING, SMALL, rises
+from squeal.linear.changes import Place, VerdictChange, Verdicts
+from squeal.linear.continuation import Continuation, ContinuationOptions, Guess
+from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing, Thresholds
+from squeal.linear.events import Event, located
+from squeal.linear.growth import GROWING, Growth, rises
 from squeal.linear.light import Slow
 from squeal.linear.matrices import LightMassError
-from squeal.linear.survey import Candidate, Change, Survey
-from squeal.linear.system import Batched, System, check_range, check_system, matrices_at
+from squeal.linear.search import Counter, Searched, explained, fastest_first, growth_at, search
+from squeal.linear.system import System, check_range, check_system
+
+EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
 
 
 def thresholds(
-    system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
+    system: System,
+    mu_max: float,
+    breakpoints: Iterable[float] = (),
+    mu_min: float = 0.0,
+    options: ContinuationOptions | None = None,
+    counter: Counter | None = None,
 ) -> Thresholds:
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
-    `system` must be smooth between the `breakpoints` (values of mu where it may jump, a change of
-    contact for instance); it is asked for values next to them, never at them. A point at mu_min
-    means that the system is quiet there and grows at once above it. A window of growth gives two
-    points. Up to three degrees of freedom without damping that holds however narrow it is, down to
-    where rounding fills it, 1e-6 of mu or less. Otherwise one that opens and closes between two
-    values that are looked at is foreseen from how the roots are coupled there, to second order;
-    that none is overlooked is not proved. Raises InputError for an empty range and whatever
-    `system` raises.
+    A point at mu_min means that the system is quiet there and grows at once above it. A window of
+    growth gives two points; one that opens and closes between two values that are looked at is
+    predicted from how the roots are coupled there, to second order.
+
+    Parameters
+    ----------
+    system : System
+        Smooth between the `breakpoints`.
+    mu_max, mu_min : float
+        The range.
+    breakpoints : iterable of float
+        Values of mu where the system may jump, at a change of contact for instance; it is asked
+        for values next to them, never at them.
+    options : ContinuationOptions
+        Steps, budget and tolerances.
+    counter : callable
+        (continuation, p) -> how many roots grow at p: the second count of a certificate. The sign
+        function of the matrix if none is given.
+
+    Returns
+    -------
+    Thresholds
+        `certified` is None for a plain function, of which nothing is known between the values.
+
+    Raises
+    ------
+    InputError
+        For an empty range, a singular M whose massless motions cannot be eliminated, and whatever
+        `system` raises.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> K = lambda mu: np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
+    >>> found = thresholds(lambda mu: (np.eye(2), None, K(mu)), 2.0)
+    >>> print(*found.points)
+    flutter at mu = 0.75, 0.225079 Hz
     """
-    return _found("thresholds", system, mu_max, breakpoints, mu_min)
-
-
-def _found(
-    asked: str, system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
-) -> Thresholds:
-    check_system(system, asked)
-    check_range(asked, mu_min, mu_max)
-    try:
-        return _thresholds(system, mu_max, breakpoints, mu_min)
-    except LightMassError:
-        slow = Slow(system, mu_min)
-        return slow.widened(_thresholds(slow, mu_max, breakpoints, mu_min))
-
-
-def _thresholds(
-    system: System, mu_max: float, breakpoints: Iterable[float], mu_min: float
-) -> Thresholds:
-    # larger ones are divided when they are followed
-    small = np.shape(matrices_at(system, mu_min)[0])[0] <= SMALL
-    if small and not isinstance(system, Batched) and len(divided(system, mu_min, mu_max)) > 2:
-        return followed(system, mu_max, breakpoints, mu_min)
-    try:
-        survey = Survey(system, mu_max, breakpoints, mu_min)
-        return Thresholds(_verdict_changes(survey), _axis_crossings(survey))
-    except UnsuitedError:
-        return followed(system, mu_max, breakpoints, mu_min)
+    return _found("thresholds", system, mu_max, breakpoints, mu_min, options, counter)
 
 
 def critical_points(
@@ -84,58 +96,274 @@ def crossings(
     return _found("crossings", system, mu_max, breakpoints, mu_min).crossings
 
 
-def _verdict_changes(survey: Survey) -> list[CriticalPoint]:
-    """The changes of verdict of a range that has been searched."""
-    found = []
-    for change in survey.changes():
-        width = TIGHT * max(abs(change.mu), 1e-3 * (survey.high - survey.low))
-        below, above = change.below.verdict, change.above.verdict
-        if below != above:
-            kind = above if above in GROWING else "restabilised"
-            grows = above in GROWING
-            omega = survey.frequency(change, above if grows else below, grows)
-            candidate = _first(change, "flutter" if omega else "divergence")
-            interval = _interval(candidate)
-            converged = candidate.root.converged and interval[1] - interval[0] <= width
-            frequency = omega / (2 * math.pi)
-            found.append(CriticalPoint(change.mu, kind, frequency, interval, converged))
+def _found(
+    asked: str,
+    system: System,
+    mu_max: float,
+    breakpoints: Iterable[float],
+    mu_min: float,
+    options: ContinuationOptions | None = None,
+    counter: Counter | None = None,
+) -> Thresholds:
+    check_system(system, asked)
+    check_range(asked, mu_min, mu_max)
+    inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
+    edges = [mu_min, *inner, mu_max]
+    try:
+        return _along(system, edges, options, counter)
+    except LightMassError:
+        return _along(Slow(system, mu_min), edges, options, counter)
+
+
+def _along(
+    system: System,
+    edges: Sequence[float],
+    options: ContinuationOptions | None,
+    counter: Counter | None,
+) -> Thresholds:
+    points: list[CriticalPoint] = []
+    crossed: list[Crossing] = []
+    before: Searched | None = None
+    certified: bool | None = True
+    for a, b in itertools.pairwise(edges):
+        low = float(np.nextafter(a, b)) if a != edges[0] else a
+        high = float(np.nextafter(b, a)) if b != edges[-1] else b
+        found = search(system, low, high, options, counter)
+        certified = found.certified if certified else certified
+        if before is not None:
+            point, rows = _jump(a, before, found)
+            points += point
+            crossed += rows
+        changes = list(_changes(found))
+        points += [_point(found, c) for c in changes]
+        crossed += _crossings(found, {c.place: c for c in changes})
+        before = found
+    return Thresholds(points, crossed, certified)
+
+
+# Changes of verdict
+
+
+def _changes(found: Searched) -> Iterator[VerdictChange]:
+    """Changes of verdict; an exchange at a place of crossings belongs to that."""
+    line = found.line
+    places = [
+        Place(
+            float(p[0].value),
+            frozenset(c.kind for c in p if c.direction > 0),
+            frozenset(c.kind for c in p if c.direction < 0),
+        )
+        for p in found.places
+    ]
+    verdicts = Verdicts(
+        lambda p: growth_at(line, p), lambda p: _lead(line, p), lambda a, b: _meeting(line, a, b)
+    )
+    edges = [line.low, *(p.value for p in places), line.high]
+    values = [s.value for s in line.states]
+    near = 4 * line.options.same * (line.high - line.low)
+    for change in verdicts.changes(edges, [s.growth for s in found.stretches], places, values):
+        at = [
+            replace(change, value=p.value, place=k)
+            for k, p in enumerate(places)
+            if abs(p.value - change.value) <= near
+            and (change.below, change.above) in itertools.product(p.ends, p.begins)
+        ]
+        yield at[0] if at and change.place is None else change
+
+
+def _lead(line: Continuation, p: float) -> tuple[float, float, float]:
+    """By how much the fastest pair outgrows the fastest real root at p (1/s), the slope of that and
+    its rounding; a root of which there is none grows by 0."""
+    state = line.at(p)
+    z = line.exponents(state.roots)
+    with np.errstate(all="ignore"):
+        by_root = 1 / (2 * np.abs(z)) if line.form == "undamped" else line.rate + 0 * np.abs(z)
+        turn = -1 / (2 * z) if line.form == "undamped" else z / np.where(state.roots, state.roots, 1)
+    slopes, rounding = turn * state.slopes, by_root * state.rounding
+    rates = []
+    pairs = np.abs(z.imag) > rounding
+    for some in (pairs, ~pairs):
+        k = int(np.argmax(np.where(some, z.real, -np.inf)))
+        grows = bool(some[k] and z[k].real > rounding[k])
+        rates.append(np.array([z[k].real, slopes[k].real, rounding[k]]) if grows else np.zeros(3))
+    value, slope, _ = rates[0] - rates[1]
+    return float(value), float(slope), float(rates[0][2] + rates[1][2])
+
+
+def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
+    """Where a growing pair meets on the real axis, from the side on which it is one."""
+    sides = [p for p in (low, high) if growth_at(line, p).verdict == "flutter"]
+    if line.form != "damped" or not sides:
+        return None
+    state = line.at(sides[0])
+    z = state.roots
+    k = int(np.argmax(np.where(~state.real, z.real, -np.inf)))
+    both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
+    vectors = state.right[:, both], state.left[:, both]
+    found = located(line, Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low))
+    if found is None or not low - found.width <= found.value <= high + found.width:
+        return None
+    met = line.at(float(np.clip(found.value, low, high)))
+    k = int(np.argmax(met.roots.real))
+    if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
+        return None
+    return float(found.value), found.width / 2
+
+
+def _point(found: Searched, change: VerdictChange) -> CriticalPoint:
+    line, at = found.line, () if change.place is None else found.places[change.place]
+    grows = change.above in GROWING
+    concerned = change.above if grows else change.below
+    leads = _leads(line, at, change)[concerned]
+    interval = _interval(at) or (change.value - change.half, change.value + change.half)
+    if leads:
+        omega = leads.omega
+    elif change.place is None:
+        # a pair and a real root grow alike; or a pair is about to be two real roots
+        growth = growth_at(line, change.value)
+        level = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
+        omega = _fastest(line, change.value) if level and concerned == "flutter" else 0.0
+    else:
+        side = _beside(line, interval, grows)
+        omega = _fastest(line, side) if concerned == "flutter" else 0.0
+    tight = interval[1] - interval[0] <= TIGHT * max(abs(change.value), 1e-300)
+    settled = all(c.converged for c in at) and (tight or not at)
+    residual = _residual(leads) if leads else None
+    kind = change.above if grows else "restabilised"
+    return CriticalPoint(change.value, kind, omega / (2 * math.pi), interval, settled, residual)
+
+
+def _leads(
+    line: Continuation, at: Sequence[Event], change: VerdictChange
+) -> dict[str, Event | None]:
+    """The fastest of the events at a place that begin what grows above or end what grew below, if
+    there are such."""
+    found = {}
+    for kind, way in ((change.below, -1), (change.above, 1)):
+        alike = [c for c in at if c.kind == kind and c.direction == way]
+        found[kind] = next(iter(fastest_first(line, alike)), None)
     return found
 
 
-def _axis_crossings(survey: Survey) -> list[Crossing]:
-    """The crossings of the axis in a range that has been searched."""
-    found = []
-    for change in survey.changes():
-        below, above = change.below, change.above
-        for kind, rise in rises(above.pairs - below.pairs, above.reals - below.reals).items():
-            if not rise:
-                continue
-            omega = survey.frequency(change, kind, rise > 0)
-            one = Crossing(
-                change.mu,
-                kind,
-                "up" if rise > 0 else "down",
-                omega / (2 * math.pi),
-                _interval(_first(change, kind)),
-                _mode(survey, change.mu, omega),
-                below.verdict != above.verdict,
-            )
-            found += [one] * abs(rise)
-    return found
+def _interval(at: Sequence[Event]) -> tuple[float, float] | None:
+    if not at:
+        return None
+    low, high = (f(c.interval[i] for c in at) for i, f in ((0, min), (1, max)))
+    return float(low), float(high)
 
 
-def _first(change: Change, kind: str) -> Candidate:
-    """The candidate at a place that announces this kind of change, or any."""
-    for candidate in change.candidates:
-        if candidate.search and (candidate.search.source == "zero") == (kind == "divergence"):
-            return candidate
-    return change.candidates[0]
+def _residual(one: Event) -> float | None:
+    return one.residual if math.isfinite(one.residual) else None
 
 
-def _interval(candidate: Candidate) -> tuple[float, float]:
-    root, search = candidate.root, candidate.search
-    return root.interval if search is None else search.interval(root)
+def _beside(line: Continuation, interval: tuple[float, float], above: bool) -> float:
+    """The nearest value looked at on one side of an interval."""
+    low, high = interval
+    values = [s.value for s in line.states]
+    beside = [v for v in values if (v > high if above else v < low)]
+    return min(beside or values, key=lambda v: abs(v - (low + high) / 2))
 
 
-def _mode(survey: Survey, mu: float, omega: float) -> int:
-    return 1 + int(np.sum(np.sqrt(np.abs(survey.family.roots(mu))) < omega * (1 - 1e-6)))
+def _fastest(line: Continuation, p: float) -> float:
+    """Angular frequency (rad/s) of the fastest pair at p."""
+    return next(iter(_growing_pairs(line, p)), 0.0)
+
+
+def _growing_pairs(line: Continuation, p: float) -> list[float]:
+    """Angular frequencies (rad/s) of the pairs at p, the fastest growing first."""
+    state = line.at(p)
+    z = line.exponents(state.roots)
+    omega = np.array([line.omega(complex(one)) for one in state.roots])
+    upper = z.imag > 0 if line.form != "undamped" else state.roots.imag > state.rounding
+    order = np.argsort(-np.where(upper, z.real, -np.inf))
+    return [float(omega[k]) for k in order if upper[k] and z[k].real > 0]
+
+
+# Crossings
+
+
+def _crossings(
+    found: Searched, changes: Mapping[int | None, VerdictChange]
+) -> Iterator[Crossing]:
+    for k, place in enumerate(found.places):
+        below, above = found.stretches[k].growth, found.stretches[k + 1].growth
+        change = changes.get(k)
+        if explained(place, below, above):
+            leads = tuple(_leads(found.line, place, change).values()) if change else ()
+            for c in place:
+                changing = change is not None and (c in leads or not any(leads))
+                yield c.crossing(_mode(found.line, c), changing, _residual(c))
+        else:
+            interval = _interval(place)
+            assert interval is not None
+            sides = [(found.line, _beside(found.line, interval, way)) for way in (False, True)]
+            value = float(place[0].value)
+            yield from _counted(value, interval, (below, above), sides, change is not None)
+
+
+def _jump(
+    at: float, before: Searched, after: Searched
+) -> tuple[list[CriticalPoint], list[Crossing]]:
+    """What changes at a breakpoint."""
+    below, above = before.stretches[-1].growth, after.stretches[0].growth
+    changes = below.verdict != above.verdict
+    sides = [(before.line, before.line.high), (after.line, after.line.low)]
+    points = []
+    if changes:
+        grows = above.verdict in GROWING
+        kind = above.verdict if grows else "restabilised"
+        concerned = above.verdict if grows else below.verdict
+        omega = _fastest(*sides[int(grows)]) if concerned == "flutter" else 0.0
+        points = [CriticalPoint(at, kind, omega / (2 * math.pi), (at, at), True)]
+    return points, list(_counted(at, (at, at), (below, above), sides, changes))
+
+
+def _counted(
+    mu: float,
+    interval: tuple[float, float],
+    growth: tuple[Growth, Growth],
+    sides: Sequence[tuple[Continuation, float]],
+    changes: bool,
+) -> Iterator[Crossing]:
+    """Crossings of which only the number is known, as at a jump: what grows more on one side.
+
+    Of the pairs there those that are farthest from any pair that grows on the other side.
+    """
+    below, above = growth
+    rise = rises(above.pairs - below.pairs, above.reals - below.reals)
+    for kind, more in rise.items():
+        here, there = (sides[1], sides[0]) if more > 0 else (sides[0], sides[1])
+        omegas = [0.0] * abs(more)
+        if kind == "flutter" and more:
+            omegas, others = _growing_pairs(*here), _growing_pairs(*there)
+            for omega in others[: max(len(omegas) - abs(more), 0)]:
+                omegas.remove(min(omegas, key=lambda own: abs(own - omega)))
+            omegas = (omegas + [0.0] * abs(more))[: abs(more)]
+        for omega in omegas:
+            mode = _number(here[0], here[1], omega, 1e-6)
+            way = "up" if more > 0 else "down"
+            yield Crossing(mu, kind, way, omega / (2 * math.pi), interval, mode, changes, None)
+
+
+def _mode(line: Continuation, c: Event) -> int:
+    """Number of the mode by rising frequency, from 1; of a coalescing pair the first."""
+    gap = 1e-6
+    if c.coalesces:  # its two members lie on both sides: the closest one below belongs to it
+        omega = _frequencies(line, c.value)
+        apart = np.sort(np.abs(omega / (c.omega or 1.0) - 1.0))
+        gap = max(gap, float(apart[1]) * (1 + 1e-9))
+    return _number(line, c.value, c.omega, gap)
+
+
+def _number(line: Continuation, p: float, omega: float, gap: float) -> int:
+    slower = int(np.sum(_frequencies(line, p) < omega * (1 - gap)))
+    return 1 + (slower if line.form == "undamped" else slower // 2)
+
+
+def _frequencies(line: Continuation, p: float) -> np.ndarray:
+    if line.size <= EXACT:
+        roots = line.at(p).roots
+    else:
+        near = min(line.states, key=lambda s: abs(s.value - p))
+        roots = near.roots + (p - near.value) * near.slopes
+    return np.array([line.omega(complex(z)) for z in roots])

@@ -47,6 +47,23 @@ class Formula:
         """The value and the derivatives by all names. Raises InputError if one is not finite."""
         return self._checked(parameters, True)
 
+    def curvature(
+        self, parameters: Mapping[str, float], name: str, low: float, high: float
+    ) -> float:
+        """A bound of |second derivative| by one parameter over low to high; inf if none is known.
+
+        By interval arithmetic on the value and both derivatives at once.
+        """
+        point = ((0.0, 0.0), (0.0, 0.0))
+        at: dict[str, _Jet] = {key: ((v, v), *point) for key, v in parameters.items()}
+        at[name] = ((low, high), (1.0, 1.0), (0.0, 0.0))
+        try:
+            ends = _enclosed(self._tree, at)[2]
+        except (ZeroDivisionError, OverflowError, ValueError):
+            return math.inf
+        most = max(map(abs, ends))
+        return most if math.isfinite(most) else math.inf
+
     def _checked(self, parameters: Mapping[str, float], smooth: bool) -> Value:
         about = f"{self.place}: {self.text}" if self.place else self.text
         unknown = sorted(self.names - parameters.keys())
@@ -127,6 +144,71 @@ def _evaluated(node: ast.expr, at: Mapping[str, float]) -> Value:
     if isinstance(result, complex):  # a root of a negative number
         raise OverflowError
     return result, _combined(_power_slope(a, b) if da else 0.0, da, 0.0, db)
+
+
+_Interval = tuple[float, float]
+_Jet = tuple[_Interval, _Interval, _Interval]
+"""Intervals of a value and its first and second derivatives."""
+
+
+def _add(*terms: _Interval) -> _Interval:
+    return sum(t[0] for t in terms), sum(t[1] for t in terms)
+
+
+def _times(a: _Interval, b: _Interval) -> _Interval:
+    ends = [x * y for x in a for y in b]
+    return min(ends), max(ends)
+
+
+def _scaled(x: float, a: _Interval) -> _Interval:
+    return _times((x, x), a)
+
+
+def _raised(a: _Interval, b: float) -> _Interval:
+    """a**b; raises ValueError where that is not real and bounded."""
+    if a[0] <= 0.0 <= a[1] and b < 0 or (a[0] < 0.0 and b != int(b)):
+        raise ValueError
+    ends = [a[0] ** b, a[1] ** b]
+    return (0.0 if a[0] < 0.0 < a[1] and b and b % 2 == 0 else min(ends)), max(ends)
+
+
+def _enclosed(node: ast.expr, at: Mapping[str, _Jet]) -> _Jet:
+    match node:
+        case ast.Constant(value=number):
+            value = float(number)  # type: ignore[arg-type]
+            return (value, value), (0.0, 0.0), (0.0, 0.0)
+        case ast.Name(id=name):
+            return at[name]
+        case ast.UnaryOp(op=op, operand=operand):
+            sign = -1.0 if isinstance(op, ast.USub) else 1.0
+            f, df, ddf = (_scaled(sign, x) for x in _enclosed(operand, at))
+            return f, df, ddf
+    assert isinstance(node, ast.BinOp)
+    (a, da, dda), (b, db, ddb) = _enclosed(node.left, at), _enclosed(node.right, at)
+    match node.op:
+        case ast.Add():
+            return _add(a, b), _add(da, db), _add(dda, ddb)
+        case ast.Sub():
+            b, db, ddb = (_scaled(-1.0, x) for x in (b, db, ddb))
+            return _add(a, b), _add(da, db), _add(dda, ddb)
+        case ast.Div():
+            b, db, ddb = _composed(b, db, ddb, -1.0)
+        case ast.Pow():
+            return _composed(a, da, dda, b[0])
+    product = _add(_times(dda, b), _scaled(2.0, _times(da, db)), _times(a, ddb))
+    return _times(a, b), _add(_times(da, b), _times(a, db)), product
+
+
+def _composed(a: _Interval, da: _Interval, dda: _Interval, power: float) -> _Jet:
+    """a**power with its derivatives."""
+    if power == 0.0:
+        return (1.0, 1.0), (0.0, 0.0), (0.0, 0.0)
+    if power == 1.0:
+        return a, da, dda
+    slope = _scaled(power, _raised(a, power - 1))
+    bend = _scaled(power * (power - 1), _raised(a, power - 2)) if power != 2.0 else (2.0, 2.0)
+    second = _add(_times(bend, _raised(da, 2.0)), _times(slope, dda))
+    return _raised(a, power), _times(slope, da), second
 
 
 def _power_slope(a: float, b: float) -> float:

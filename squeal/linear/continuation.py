@@ -1,0 +1,686 @@
+"""Eigenvalues of a parametrised system along its parameter: a spectrum with slopes at each value,
+matched from one value to the next. Nothing here knows of growth or of verdicts.
+
+The eigenvalues z of A(p) v = z v stand for lambda in one of three forms. Without damping they are
+z = -lambda^2 in mass-normalised coordinates. An undamped gyroscopic system (M and K symmetric, C
+skew) has z = -i lambda, any other one z = lambda, both over a rate and of the first-order form.
+What neither grows nor decays lies on a line: the real axis of the first two, *conservative* forms,
+the imaginary axis of the third. A spectrum that is symmetric about its line leaves it only where
+two eigenvalues meet on it.
+
+From one value to the next roots are matched by where their slopes at both ends point; two that
+coalesce in between are matched as a pair, by mean and squared half difference. What is in doubt
+halves the step. Two roots that come close within a step are predicted from their coupling. In the
+eigenvectors of A(p) the matrix at p + x is diag(z) + x W, exactly if its factors are affine, so
+that roots k, l follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which all others shift the
+coupling to a = W_kl + x T_kl, b = W_lk + x T_lk with
+T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError, MatrixError
+from squeal.linear.matrices import (
+    EPS,
+    ILL,
+    Array,
+    LightMassError,
+    checked,
+    first_order,
+    norm_of,
+    reduce,
+    unit_diagonal,
+)
+from squeal.linear.system import Batched, System, TermSystem, dense, matrices_at
+
+ComplexArray = NDArray[np.complex128]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ContinuationOptions:
+    """What a continuation and a search for thresholds may cost, and when they are in doubt.
+
+    A threshold that is missed calls for more `steps`, or for a smaller `doubt`.
+
+    Parameters
+    ----------
+    steps : int
+        Values at which the eigenvalues are computed first; larger systems take fewer.
+    depth : int
+        How often a step may be halved.
+    budget : int
+        Values in all, of systems of up to 60 rows; larger ones take fewer.
+    doubt : float
+        Part of its way by which the slopes may miss a root that counts as matched.
+    near : float
+        Part of |z| by which they always may.
+    exchange : float
+        Part of what two roots exchange by which the prediction of their meeting may be off.
+    difference : float
+        Step of a difference that stands for a derivative, of the range.
+    same : float
+        Events closer than this part of the range are at one place.
+    sure : float
+        Standard deviations of rounding that an interval holds.
+    resolved : float
+        Part of its greatest value by which a factor of a term may bend within a step.
+    wide : float
+        Part of the range that an interval of a certified search may take.
+    """
+
+    steps: int = 24
+    depth: int = 40
+    budget: int = 1500
+    doubt: float = 0.25
+    near: float = 1e-3
+    exchange: float = 0.3
+    difference: float = 1e-6
+    same: float = 1e-9
+    sure: float = 4.0
+    resolved: float = 0.02
+    wide: float = 1e-4
+
+
+def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
+    """Coefficients (4, ...) by rising powers of t through values and derivatives at 0 and 1."""
+    return np.array([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db])
+
+
+def zeros_between(cubic: Array) -> list[float]:
+    """Real zeros in 0 <= t <= 1, or next to it, of a cubic by rising powers."""
+    if not np.any(cubic[1:]):
+        return []
+    roots = np.roots(cubic[::-1])
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    return sorted(float(t) for t in real if -1e-9 <= t <= 1 + 1e-9)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The spectrum at one value of the parameter.
+
+    `roots` (m,), `right` and `left` unit vectors (N, m); `coupling` (m, m) is dA/dp in them, with
+    left^H right = 1, and has the slopes dz/dp on its diagonal. `rounding` bounds how far rounding
+    moves a root.
+    """
+
+    value: float
+    roots: ComplexArray
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
+    coupling: ComplexArray = field(repr=False)
+    rounding: Array = field(repr=False)
+    form: str = "damped"  # undamped, gyroscopic, damped
+
+    @property
+    def slopes(self) -> ComplexArray:
+        """Derivatives dz/dp (m,)."""
+        return np.asarray(self.coupling.diagonal())
+
+    @cached_property
+    def beside(self) -> Array:
+        """By how much each root lies beside the line: damped z to its right, others off it."""
+        z = self.roots
+        return np.asarray(z.real if self.form == "damped" else np.abs(z.imag))
+
+    @cached_property
+    def real(self) -> Bools:
+        """Roots that are real, as far as rounding tells."""
+        return np.abs(self.roots.imag) <= self.rounding
+
+    @cached_property
+    def on_line(self) -> Bools:
+        """Roots that neither grow nor decay, as far as rounding tells."""
+        on = np.abs(self.beside) <= self.rounding
+        return on & (self.roots.real >= -self.rounding) if self.form == "undamped" else on
+
+    @cached_property
+    def close(self) -> Bools:
+        """Which roots (m, m) rounding does not tell apart."""
+        apart = np.abs(self.roots[:, None] - self.roots)
+        return np.asarray(apart <= np.add.outer(self.rounding, self.rounding))
+
+    @cached_property
+    def couplings(self) -> Couplings:
+        """Of the pairs of roots that may meet or exchange their real parts."""
+        return Couplings.of(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Couplings:
+    """Pairs (k, l) of roots with the quantities of the module's head, (pairs,) or (2, pairs).
+
+    With two rows the first is of kl, the second of lk.
+    """
+
+    k: NDArray[np.intp]
+    l: NDArray[np.intp]
+    conjugate: Bools
+    direct: ComplexArray  # (2, pairs) W
+    indirect: ComplexArray  # (2, pairs) T
+    bend: ComplexArray  # half of z_k'' - z_l'' of all other roots
+    alone: Array  # (2, pairs) each third root's part of T for itself: they need not cancel
+
+    @staticmethod
+    def of(state: State) -> Couplings:
+        """Couplings of the pairs on the line or above it, and of conjugates."""
+        z, W, noise = state.roots, state.coupling, state.rounding
+        with np.errstate(all="ignore"):
+            apart = z[:, None] - z[None, :]
+            unsure = np.add.outer(noise, noise)
+            inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
+            F, own = W * inverse, W.diagonal()
+            conjugate = np.abs(z[:, None] - z[None, :].conj()) <= unsure
+            upper = z.imag >= -noise
+            if state.form != "damped":
+                upper = state.real & (z.real > (0 if state.form == "undamped" else -noise))
+                conjugate &= z.real > (0 if state.form == "undamped" else -noise)
+            if state.form == "gyroscopic":  # those that meet at zero
+                conjugate |= (np.abs(z[:, None] + z[None, :]) <= unsure) & state.real
+            k, l = np.nonzero(np.triu((upper[:, None] & upper[None, :]) | conjugate, 1))
+            pairs = np.stack([k, l]), np.stack([l, k])
+            FW, WF = (_entries(X, Y, *pairs, upper) for X, Y in ((F, W), (W, F)))
+            indirect = (FW - WF + F[pairs] * (own[pairs[0]] - own[pairs[1]])) / 2
+            bend = np.einsum("km,mk->k", F, W)
+            bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
+            squares, others = np.abs(W) ** 2, np.abs(F) ** 2
+            size = squares.diagonal()
+            alone = _entries(others, squares, *pairs, upper)
+            alone += _entries(squares, others, *pairs, upper) - others[pairs] * (size[k] + size[l])
+        alone = np.sqrt(np.maximum(alone, 0.0))
+        return Couplings(k, l, conjugate[k, l], W[pairs], indirect, bend, alone)
+
+
+def _entries(
+    X: NDArray, Y: NDArray, i: NDArray[np.intp], j: NDArray[np.intp], some: Bools
+) -> NDArray:
+    """(X Y)_ij, by one product where both i and j are among some, else each for itself."""
+    number = np.cumsum(some) - 1
+    block = X[some] @ Y[:, some]
+    both = some[i] & some[j]
+    found = np.empty(i.shape, dtype=block.dtype)
+    found[both] = block[number[i[both]], number[j[both]]]
+    found[~both] = np.einsum("pm,mp->p", X[i[~both]], Y[:, j[~both]])
+    return found
+
+
+class Continuation:
+    """The spectrum of system(p) -> (M, C, K), M regular, between two values of p.
+
+    Parameters
+    ----------
+    system : System
+        A TermSystem, a Batched system or any function p -> (M, C, K).
+    low, high : float
+        The range of p.
+    options : ContinuationOptions
+        What it may cost.
+
+    Raises
+    ------
+    InputError
+        For complex matrices and for an M that is singular.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> K = lambda p: np.array([[2.0, -1.0 + 4 * p / 3], [-1.0, 2.0]])
+    >>> along = Continuation(lambda p: (np.eye(2), None, K(p)), 0.0, 2.0)
+    >>> along.form, along.at(0.75).roots.real.round(6).tolist()
+    ('undamped', [2.0, 2.0])
+    """
+
+    def __init__(
+        self,
+        system: System,
+        low: float,
+        high: float,
+        options: ContinuationOptions | None = None,
+    ) -> None:
+        self.system, self.low, self.high = system, low, high
+        self.options = options or ContinuationOptions()
+        inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
+        each = [self._checked(matrices) for matrices in self._many(inside)]
+        self.rate = 1.0
+        self._free = _free_motions(each)
+        self.n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
+        self.form = _form(each)
+        if self.form != "undamped":
+            (A, B), *_ = self._normalised(each[2], (np.zeros_like(each[2][0]),) * 3)
+            self.rate = float(first_order(A, B)[1])
+        self._states: dict[float, State] = {}
+        self._last: tuple[float, NDArray, NDArray, Array] | None = None
+
+    @property
+    def conservative(self) -> bool:
+        """True if the spectrum is symmetric about its line."""
+        return self.form != "damped"
+
+    @property
+    def size(self) -> int:
+        """Rows N of A."""
+        return self.n if self.form == "undamped" else 2 * self.n
+
+    @property
+    def states(self) -> list[State]:
+        """All states so far, by rising value."""
+        return [self._states[p] for p in sorted(self._states)]
+
+    def omega(self, z: complex) -> float:
+        """Angular frequency (rad/s) of a root."""
+        if self.form == "undamped":
+            return float(abs(np.sqrt(-complex(z)).imag))
+        return abs(z.imag if self.form == "damped" else z.real) * self.rate
+
+    def exponents(self, z: ComplexArray) -> ComplexArray:
+        """The eigenvalues lambda (rad/s) of roots; without damping those that do not decay."""
+        if self.form == "undamped":
+            half = np.sqrt(-z + 0j)
+            return np.asarray(np.where(half.real < 0, -half, half))
+        return np.asarray(z * self.rate if self.form == "damped" else 1j * z * self.rate)
+
+    def _many(self, ps: Sequence[float]) -> list[Any]:
+        if isinstance(self.system, Batched):
+            return list(self.system.many(list(ps)))
+        return [matrices_at(self.system, p) for p in ps]
+
+    def _checked(self, matrices: Any) -> tuple[Array, Array, Array]:
+        M, C, K = (None if X is None else dense(X) for X in matrices)
+        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+            raise InputError(
+                "thresholds: complex matrices (structural damping) are not allowed; damping by "
+                "rayleigh or ratios is"
+            )
+        M, C, K = checked(M, C, K)
+        return M, np.zeros_like(M) if C is None else C, K
+
+    def _with_slopes(self, ps: Sequence[float]) -> Iterator[tuple[Any, Any]]:
+        """M, C, K at each value, and their derivatives."""
+        if isinstance(self.system, TermSystem):
+            name = self.system.parameter
+            for p in ps:
+                here = self._checked(self.system(p))
+                moved = self.system.derivative(name, {name: p})
+                zero = np.zeros_like(here[0])
+                yield here, [zero if X is None else dense(X) for X in moved]
+            return
+        step = self.options.difference * (self.high - self.low)
+        ends = []
+        for p in ps:
+            at = min(max(p, self.low), self.high)
+            ends += [p, max(self.low, at - step), min(self.high, at + step)]
+        every = [self._checked(matrices) for matrices in self._many(ends)]
+        for k in range(0, len(ends), 3):
+            way = ends[k + 2] - ends[k + 1]
+            pairs = zip(every[k + 1], every[k + 2], strict=True)
+            yield every[k], [(y - x) / way for x, y in pairs]
+
+    def _normalised(
+        self, matrices: Sequence[Array], slopes: Sequence[Array]
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array]]:
+        """A, B of q'' + B q' + A q = 0, their derivatives, and the sizes of their roundings."""
+        if self._free is not None:
+            P, Q = self._free
+            matrices, slopes = ([P.T @ X @ Q for X in part] for part in (matrices, slopes))
+        M, C, K = matrices
+        left, right = _normalising(M)
+        A, B, mass, dA, dB = (left @ X @ right for X in (K, C, slopes[0], slopes[2], slopes[1]))
+        L, R = np.abs(left), np.abs(right)
+        off = L @ np.abs(M) @ R  # what rounding makes of L M R = 1
+        growth = getattr(self.system, "growth", 1.0)  # of what was eliminated before, see `light`
+        sizes = tuple(growth * (L @ np.abs(X) @ R + off @ np.abs(Y)) for X, Y in ((K, A), (C, B)))
+        return (A, B), (dA - mass @ A, dB - mass @ B), (sizes[0], sizes[1])
+
+    def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
+        """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
+        (A, B), (dA, dB), (E, F) = self._normalised(matrices, slopes)
+        if self.form == "undamped":
+            return A, dA, E
+        eye, zero, rate = np.eye(len(A)), np.zeros_like(A), self.rate
+        A = np.block([[zero, eye], [-A / rate**2, -B / rate]])
+        dA = np.block([[zero, zero], [-dA / rate**2, -dB / rate]])
+        E = np.block([[zero, zero], [E / rate**2, F / rate]])
+        return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
+
+    def both(self, p: float) -> tuple[NDArray, NDArray, Array]:
+        """A(p), dA/dp, and the sizes of which the rounding of each entry is a part eps."""
+        if self._last is None or self._last[0] != p:
+            ((matrices, slopes),) = self._with_slopes([p])
+            self._last = (p, *self._standard(matrices, slopes))
+        return self._last[1:]
+
+    def at(self, p: float) -> State:
+        """The state at p, computed once."""
+        if p not in self._states:
+            A, slope, _ = self.both(p)
+            self._states[p] = _state(p, A, slope, *_vectors(A), self.form)
+        return self._states[p]
+
+    def prepare(self, ps: Iterable[float]) -> None:
+        """Compute the states at several values together."""
+        ps = [p for p in dict.fromkeys(ps) if p not in self._states]
+        if not ps or self.size > 40:  # stacks of larger matrices take as long as one by one
+            return
+        each = [self._standard(*both) for both in self._with_slopes(ps)]
+        stack = np.array([A for A, _, _ in each])
+        values, right = np.linalg.eig(stack)
+        for p, (A, slope, _), z, X in zip(ps, each, values, right, strict=True):
+            self._states[p] = _state(p, A, slope, *_with_left(A, z, X), self.form)
+
+
+def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:
+    if not any(C.any() for _, C, _ in each):
+        return "undamped"
+    symmetric = all(
+        np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max()
+        for matrices in each
+        for X, sign in zip(matrices, (1, -1, 1), strict=True)
+    )
+    return "gyroscopic" if symmetric else "damped"
+
+
+def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array] | None:
+    """P, Q (n, n - k) of the motions beside k that neither K nor C acts on at any value, if M is
+    constant: P' M q'' + ... leaves out their roots, which stay zero."""
+    M = each[0][0]
+    parts = [X for _, C, K in each for X in (K, C) if X.any()]
+    if not parts or any(not np.array_equal(M, other) for other, _, _ in each):
+        return None
+    # along a unit diagonal of M, so that units do not matter
+    scale = 1.0 / np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
+    unit = [scale[:, None] * X * scale for X in parts]
+    unit = [X / np.abs(X).max() for X in unit]
+    rows, columns = np.vstack(unit), np.hstack(unit)
+    floor = 8 * EPS * len(M)
+    spaces = []
+    for X in (rows, columns.T):
+        size = np.linalg.svd(X, full_matrices=True)
+        rank = int(np.sum(size[1] > floor * size[1][0]))
+        spaces.append(scale[:, None] * size[2][rank:].T)
+    right, left = spaces
+    if not right.shape[1] or right.shape != left.shape or right.shape[1] == len(M):
+        return None
+    if np.linalg.cond(left.T @ M @ right) > 1 / ILL:
+        return None
+    k = right.shape[1]
+
+    def others(X: Array) -> Array:  # a basis of what X' annihilates, in the same units
+        basis = np.linalg.svd((scale[:, None] * X).T, full_matrices=True)[2][k:].T
+        return np.asarray(scale[:, None] * basis)
+
+    return others(M @ right), others(M.T @ left)
+
+
+def _normalising(M: Array) -> tuple[Array, Array]:
+    """L, R with L M R = 1; L = R' if M is symmetric, positive definite."""
+    try:
+        T = reduce(M, None, np.zeros_like(M)).T
+    except LightMassError:
+        raise
+    except InputError:
+        if not ILL * np.linalg.cond(unit_diagonal(M)) < 1.0:
+            raise MatrixError(
+                "M: a regular matrix is required to search for all thresholds; where rows have no "
+                "mass those of a band can be given"
+            ) from None
+        return np.linalg.inv(M), np.eye(len(M))
+    return T.T, T
+
+
+def _vectors(A: NDArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Roots, unit right and unit left vectors."""
+    if np.array_equal(A, A.conj().T):
+        values, vectors = np.linalg.eigh(A)
+        return values.astype(complex), vectors.astype(complex), vectors.astype(complex)
+    return _with_left(A, *np.linalg.eig(A))
+
+
+def _with_left(
+    A: NDArray, values: NDArray, right: NDArray
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """The same with left vectors: rows of the inverse, or where that loses half the digits those
+    of the transposed problem."""
+    values, right = values.astype(complex), right.astype(complex)
+    try:
+        left = np.linalg.inv(right).conj().T
+        fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 0.01 / EPS)
+    except np.linalg.LinAlgError:
+        fine = False
+    if not fine:
+        others, left = np.linalg.eig(A.conj().T)
+        left = left.astype(complex)[:, _assigned(np.abs(values[:, None] - others.conj()))]
+    return values, right, left / np.linalg.norm(left, axis=0)
+
+
+def _state(
+    p: float,
+    A: NDArray,
+    slope: NDArray,
+    values: ComplexArray,
+    right: ComplexArray,
+    left: ComplexArray,
+    form: str,
+) -> State:
+    across = np.sum(left.conj() * right, axis=0)
+    with np.errstate(all="ignore"):
+        condition = 1.0 / np.abs(across)
+        coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
+    error = 2 * len(A) * EPS
+    rounding = norm_of(A) * np.minimum(error * condition, np.sqrt(error))
+    return State(p, values, right, left, coupling, rounding, form)
+
+
+def _assigned(cost: Array) -> NDArray[np.intp]:
+    """For each row its column, at (nearly) the least total cost."""
+    order = np.argmin(cost, axis=1)
+    if len(set(order.tolist())) == len(order):
+        return order
+    from scipy.optimize import linear_sum_assignment
+
+    return np.asarray(linear_sum_assignment(np.nan_to_num(cost, nan=1e300, posinf=1e300))[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A place where one root may cross the line, or two may meet on it."""
+
+    value: float
+    root: complex
+    right: ComplexArray  # (N,) or (N, 2)
+    left: ComplexArray
+    coalesces: bool
+    width: float  # of the parameter within which it must lie
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two roots that may meet, by index, how far away, and their mean there."""
+
+    first: int
+    second: int
+    step: float
+    half: float  # of the way on which they stay close
+    mean: complex
+    doubtful: bool  # other roots decide over their coupling
+
+    def joins(self, other: Meeting) -> bool:
+        """True if both happen to one root at once, so that three meet."""
+        shared = {self.first, self.second} & {other.first, other.second}
+        return len(shared) == 1 and abs(self.step - other.step) <= self.half + other.half
+
+
+# of the half width of a close approach: where the pair is looked at
+LOOKS = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, 8.0, 12))])
+
+
+def near_coalescences(a: State, b: State, exchange: float = 0.3) -> list[tuple[State, Meeting]]:
+    """Meetings within a step, seen from both ends; steps are negative from b."""
+    found = []
+    for state, way in ((a, 1), (b, -1)):
+        met = _meetings(state, way, b.value - a.value, exchange)
+        for one in met:
+            doubtful = one.doubtful or any(map(one.joins, met))
+            found.append((state, replace(one, step=way * one.step, doubtful=doubtful)))
+    return found
+
+
+def _meetings(state: State, way: int, span: float, exchange: float) -> list[Meeting]:
+    """Pairs that may meet on the line, or exchange so much that one crosses it, in 0 <= x <= span;
+    `way` is 1 for a rising parameter, -1 for a falling one."""
+    of, z, noise = state.couplings, state.roots, state.rounding
+    k, l, conjugate = of.k, of.l, of.conjugate
+    own = way * state.slopes
+    with np.errstate(all="ignore"):
+        u, v = z[k] - z[l], own[k] - own[l]
+        x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
+        v = v + x * of.bend
+        a, b = way * of.direct + x * of.indirect
+        third = 0.5 * x * (np.abs(of.alone[0] * b) + np.abs(of.alone[1] * a))
+        s = 2 * np.sqrt(-a * b)
+        ends = np.stack([-u / (v - s), -u / (v + s)]).real
+        ends = np.where(np.isfinite(ends), ends, 1e9 * span)
+        centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
+        inside = np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2
+        near = inside.any(axis=0)
+        if not near.any():
+            return []
+        ends, inside = ends[:, near], inside[:, near]
+        k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
+        conjugate, third = conjugate[near], third[near]
+        centre, half = centre[near], half[near]
+        # of a wide window the end that lies in the step
+        at = np.where(np.abs(centre - span / 2) <= span / 2, centre, np.where(inside[0], *ends))
+        width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
+        x = np.clip(centre + LOOKS[:, None] * np.maximum(half, width), 0.0, span)
+        d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + exchange**2 * np.abs(w))
+        mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
+        if state.form == "damped":
+            slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
+            same, apart = (mean + x * mean_slope).real, np.sqrt(d).real
+            passes = _passes(same + apart, slack) | _passes(same - apart, slack)
+            passes &= ~conjugate | _passes(d.real, error)
+        else:
+            passes = _passes(d.real, error)
+        # what rounding alone couples
+        passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
+        mean = mean + at * mean_slope
+    return [
+        Meeting(
+            int(k[n]),
+            int(l[n]),
+            float(at[n]),
+            float(half[n]),
+            complex(mean[n]),
+            bool(third[n] > np.abs(w[n])),
+        )
+        for n in np.flatnonzero(passes)
+    ]
+
+
+def _passes(values: Array, slack: Array) -> Bools:
+    return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Two neighbouring states, and how their roots belong together: `order` is the index at `b` of
+    each root of `a`. `meetings` are the near-coalescences that are predicted within."""
+
+    a: State
+    b: State
+    order: NDArray[np.intp]
+    doubt: float
+    near: float
+    meetings: list[tuple[State, Meeting]]
+
+    @staticmethod
+    def of(a: State, b: State, options: ContinuationOptions) -> Step:
+        """The step between two states."""
+        mean = (b.value - a.value) / 2 * (a.slopes[:, None] + b.slopes[None, :])
+        order = _assigned(np.abs(b.roots[None, :] - a.roots[:, None] - mean))
+        met = near_coalescences(a, b, options.exchange)
+        return Step(a, b, order, options.doubt, options.near, met)
+
+    @cached_property
+    def ends(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Roots at a, their slopes over the step, the same at b."""
+        h = self.b.value - self.a.value
+        b = self.b.roots[self.order], h * self.b.slopes[self.order]
+        return self.a.roots, h * self.a.slopes, *b
+
+    @cached_property
+    def off(self) -> ComplexArray:
+        """By how much the slopes miss each root."""
+        za, da, zb, db = self.ends
+        return zb - za - (da + db) / 2
+
+    @cached_property
+    def rounding(self) -> Array:
+        """Of both ends the greater."""
+        return np.maximum(self.a.rounding, self.b.rounding[self.order])
+
+    @cached_property
+    def matched(self) -> Bools:
+        """Roots that the slopes at both ends foresee."""
+        way = np.abs(self.ends[2] - self.ends[0])
+        least = np.maximum(self.doubt * way, self.near * np.abs(self.ends[0]))
+        return np.asarray(np.abs(self.off) <= least + 4 * self.rounding)
+
+    @cached_property
+    def cubic(self) -> Array:
+        """Coefficients (4, m) of cubics through the real parts and their slopes."""
+        return hermite_cubic(*(x.real for x in self.ends))
+
+    @cached_property
+    def extremes(self) -> tuple[Array, Array]:
+        """The least and the greatest real parts by these cubics."""
+        c, t = self.cubic, np.linspace(0.0, 1.0, 17)[:, None]
+        values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
+        return values.min(axis=0), values.max(axis=0)
+
+    def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
+        """Right and left vectors of roots (indices at a) at the nearer end of the step."""
+        at, k = (self.a, list(roots)) if t < 0.5 else (self.b, self.order[list(roots)].tolist())
+        return at.right[:, k], at.left[:, k]
+
+    def pair(self, k: int, other: int) -> tuple[Array, Array] | None:
+        """Cubics (4,) of the mean and the squared half difference of two roots; None if these do
+        not fit the slopes."""
+        both = np.array([x[[k, other]] for x in self.ends])
+        mean, half = both.mean(axis=1), (both[:, 0] - both[:, 1]) / 2
+        square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
+        unit = max(abs(square[0]), abs(square[2]))
+        for (a, da, b, db), size in ((mean, abs(mean[0])), (square, unit)):
+            if abs(b - a - (da + db) / 2) > self.doubt * max(abs(b - a), self.near * size):
+                return None
+        return hermite_cubic(*mean), hermite_cubic(*square)
+
+
+def pairwise_steps(continuation: Continuation, ps: Sequence[float]) -> Iterator[Step]:
+    """Steps between neighbouring values, halved until every root is matched."""
+    continuation.prepare(ps)
+    for a, b in itertools.pairwise(ps):
+        yield from _halved(continuation, a, b, 12)
+
+
+def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
+    step = Step.of(continuation.at(a), continuation.at(b), continuation.options)
+    fits = step.matched.copy()
+    for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
+        if not fits[k] and not fits[other] and step.pair(k, other) is not None:
+            fits[[k, other]] = True
+    if fits.all() or not depth or len(continuation.states) > continuation.options.budget:
+        yield step
+        return
+    yield from _halved(continuation, a, (a + b) / 2, depth - 1)
+    yield from _halved(continuation, (a + b) / 2, b, depth - 1)
