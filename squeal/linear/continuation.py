@@ -252,6 +252,7 @@ class Continuation:
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         each = [self._checked(matrices) for matrices in self._many(inside)]
         self.rate = 1.0
+        self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
         self.n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
         self.form = _form(each)
@@ -333,7 +334,9 @@ class Continuation:
             P, Q = self._free
             matrices, slopes = ([P.T @ X @ Q for X in part] for part in (matrices, slopes))
         M, C, K = matrices
-        left, right = _normalising(M)
+        if self._normal is None or not np.array_equal(self._normal[0], M):
+            self._normal = (M, *_normalising(M))
+        left, right = self._normal[1:]
         A, B, mass, dA, dB = (left @ X @ right for X in (K, C, slopes[0], slopes[2], slopes[1]))
         L, R = np.abs(left), np.abs(right)
         off = L @ np.abs(M) @ R  # what rounding makes of L M R = 1

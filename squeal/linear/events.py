@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ from squeal.linear.matrices import EPS, Array, norm_of
 ASIDE = 0.4837  # of a step: where it is divided
 FINE = 101  # points at which a pair's roots are looked at
 ROUNDS = 25  # of Newton's method, and of inverse iteration
+SMALL = 40  # rows up to which loading SciPy costs more than it saves
 NUDGE = 1e-7  # of a shift, so that the matrix is regular
 
 
@@ -234,16 +236,19 @@ class Pair:
         return centre, float(np.abs(ends - centre).max())
 
 
-def _shifted_inverse(A: NDArray, shift: complex) -> NDArray:
-    """The inverse of A - shift, or of what rounding makes regular."""
-    for nudge in (0.0, EPS, 1e3 * EPS):
-        try:
-            found = np.linalg.inv(A - (shift + nudge * norm_of(A)) * np.eye(len(A)))
-        except np.linalg.LinAlgError:
-            continue
-        if np.isfinite(found).all():
-            return found
-    raise np.linalg.LinAlgError("singular matrix")
+Solve = Callable[[NDArray], NDArray]
+
+
+def _solvers(A: NDArray, shift: complex) -> tuple[Solve, Solve]:
+    """X -> (A - shift)^-1 X and Y -> (A - shift)^-H Y. The explicit inverse would not do: next to a
+    coalescence its rounding hides the second vector."""
+    P = A - shift * np.eye(len(A))
+    if len(A) <= SMALL:
+        return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    from scipy.linalg import lu_factor, lu_solve
+
+    factor = lu_factor(P, check_finite=False)
+    return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
 
 
 def pair_at(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Pair:
@@ -255,16 +260,16 @@ def pair_at(along: Continuation, p: float, near: complex, right: NDArray, left: 
         shift = shift.real
         # two conjugate columns have one real part
         right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
-    solve = _shifted_inverse(A, shift)
+    solve, transposed = _solvers(A, shift)
     X = _subspace(A, size, right, solve)
-    Y = _subspace(A.conj().T, size, left, solve.conj().T)
+    Y = _subspace(A.conj().T, size, left, transposed)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     small, slope = inverse @ (A @ X), inverse @ (derivative @ X)
     mean, mean_slope = np.trace(small) / 2, np.trace(slope) / 2
     N, S = small - mean * np.eye(2), slope - mean_slope * np.eye(2)
     # independent roundings in the entries of A, and what the subspaces miss, to second order
     entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
-    beside = solve @ (A @ X - X @ small)
+    beside = solve(A @ X - X @ small)
     missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
     error = along.options.sure * (EPS * entries + missed)
     return Pair(
@@ -281,13 +286,13 @@ def pair_at(along: Continuation, p: float, near: complex, right: NDArray, left: 
     )
 
 
-def _subspace(A: NDArray, size: float, start: NDArray, solve: NDArray) -> NDArray:
+def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
     """The invariant subspace (N, 2) that inverse iteration turns `start` to.
 
     Next to a coalescence both columns become one vector but for half the digits; what these leave
     is lessened by Newton's steps.
     """
-    X, before, step = np.linalg.qr(solve @ start)[0], np.inf, False
+    X, before, step = np.linalg.qr(solve(start))[0], np.inf, False
     for _ in range(2 * ROUNDS):
         image = A @ X
         rest = image - X @ (X.conj().T @ image)
@@ -296,10 +301,10 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: NDArray) -> NDArra
             break
         step = step or left > 0.9 * before
         if step:
-            beside = solve @ rest
+            beside = solve(rest)
             X = np.linalg.qr(X - beside + X @ (X.conj().T @ beside))[0]
         else:
-            X = np.linalg.qr(solve @ X)[0]
+            X = np.linalg.qr(solve(X))[0]
         before = left
     return X
 
@@ -319,10 +324,10 @@ def root_at(
 ) -> Root:
     """The root at p next to `near`, by inverse iteration and Rayleigh quotients."""
     A, derivative, sizes = along.both(p)
-    x, y, z, size = right, left, near, norm_of(A)
+    x, y, z, size = right, left, near, norm_of(A) or 1.0
     for _ in range(3):
-        solve = _shifted_inverse(A, z + 1e-14 * size * (1 + 1j))
-        x, y = solve @ x, solve.conj().T @ y
+        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j))
+        x, y = solve(x), transposed(y)
         x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
         across = y.conj() @ x
         if abs(across) < 1e-13:
@@ -435,13 +440,13 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
 def _of_root(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
     along, root = f.along, f.root
     assert root is not None
-    A = along.both(f.at)[0]
-    if abs(move * at.slope) > 1e-8 * norm_of(A):
+    A, derivative, _ = along.both(f.at)
+    if abs(move * at.slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * f.guess.width):
         return None  # where two roots coalesce the slope is without bound, and this no zero
     z = root.z + move * root.slope
     real = along.form != "damped" or abs(z.imag) <= 4 * root.noise
     direction = 1 if (at.slope > 0) == (along.form == "damped") else -1
-    rest = float(np.linalg.norm(A @ root.right - root.z * root.right) / norm_of(A))
+    rest = float(np.linalg.norm(A @ root.right - root.z * root.right) / (norm_of(A) or 1.0))
     return 0.0 if real else along.omega(z), direction, rest
 
 
