@@ -18,8 +18,8 @@ from squeal.linear import (
     System,
     thresholds,
 )
+from squeal.linear.crossing import TIGHT
 from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
-from squeal.linear.following.answer import TIGHT
 from squeal.linear.matrices import checked, reduce
 from squeal.schema.arguments import takes
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from squeal.linear.continuation import hermite_cubic
 from squeal.linear.events import ASIDE
-from squeal.linear.growth import Growth
+from squeal.linear.verdict import UnstableCount
 
 HALVINGS = 5  # of a step in which growth may change hands twice
 COARSE = 8  # halvings before a meeting of two roots is looked for
 
-Count = Callable[[float], Growth]
+Count = Callable[[float], UnstableCount]
 """p -> what grows at p."""
 Lead = Callable[[float], tuple[float, float, float] | None]
 """p -> by how much the fastest pair outgrows the fastest real root (1/s), slope and rounding."""
@@ -44,7 +44,7 @@ class VerdictChange:
 @dataclass(frozen=True)
 class _Mark:
     value: float
-    growth: Growth
+    growth: UnstableCount
     verdict: str
 
 
@@ -59,7 +59,7 @@ class Verdicts:
     Parameters
     ----------
     count : callable
-        p -> Growth.
+        p -> UnstableCount.
     lead : callable
         p -> (lead, slope, rounding) of the fastest pair over the fastest real root, or None.
     meeting : callable
@@ -73,7 +73,7 @@ class Verdicts:
     def changes(
         self,
         edges: Sequence[float],
-        stretches: Sequence[Growth],
+        stretches: Sequence[UnstableCount],
         places: Sequence[Place],
         values: Sequence[float],
     ) -> list[VerdictChange]:
@@ -86,7 +86,7 @@ class Verdicts:
         return list(self._changes(places, list(self._marks(edges, stretches, values))))
 
     def _marks(
-        self, edges: Sequence[float], stretches: Sequence[Growth], values: Sequence[float]
+        self, edges: Sequence[float], stretches: Sequence[UnstableCount], values: Sequence[float]
     ) -> Iterator[list[_Mark]]:
         """For each stretch marks at those values where as many roots grow as in all of it."""
         for low, high, growth in zip(edges, edges[1:], stretches, strict=False):

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError, MatrixError
+from squeal.errors import ComputationError, InputError, MatrixError
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -297,12 +297,12 @@ class Continuation:
 
     def _checked(self, matrices: Any) -> tuple[Array, Array, Array]:
         M, C, K = (None if X is None else dense(X) for X in matrices)
-        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+        if any(np.iscomplexobj(X) for X in (M, C, K) if X is not None):
             raise InputError(
                 "thresholds: complex matrices (structural damping) are not allowed; damping by "
                 "rayleigh or ratios is"
             )
-        M, C, K = checked(M, C, K)
+        M, C, K = checked(M, C, K)  # type: ignore[arg-type]
         return M, np.zeros_like(M) if C is None else C, K
 
     def _with_slopes(self, ps: Sequence[float]) -> Iterator[tuple[Any, Any]]:
@@ -436,7 +436,7 @@ def _normalising(M: Array) -> tuple[Array, Array]:
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
                 "mass those of a band can be given"
             ) from None
-        return np.linalg.inv(M), np.eye(len(M))
+        return np.asarray(np.linalg.inv(M), dtype=float), np.eye(len(M))
     return T.T, T
 
 
@@ -687,3 +687,49 @@ def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Itera
         return
     yield from _halved(continuation, a, (a + b) / 2, depth - 1)
     yield from _halved(continuation, (a + b) / 2, b, depth - 1)
+
+
+def divided(system: System, low: float, high: float) -> list[float]:
+    """Rising values from low to high between which a system is searched.
+
+    The ends alone, unless the range is thousands of times longer than the system's own scale of the
+    parameter: all thresholds then lie near zero, below what tolerances of the range resolve. The
+    scale is where the greatest of sqrt(|W_kl W_lk / (z_k z_l)|) is one, W being the change of the
+    matrix in the eigenvectors: there the parameter matters as much as all that is there without it.
+    """
+    origin = min(max(0.0, low), high)
+    inner = [x for end in (low, high) if end != origin for x in _inner(system, origin, end)]
+    return [low, *sorted({*inner, *([origin] if inner and low < origin < high else [])}), high]
+
+
+def _inner(system: System, origin: float, end: float) -> list[float]:
+    if isinstance(system, Batched):  # a branch, which ends where it has to
+        return []
+    try:
+        along = Continuation(system, min(origin, end), max(origin, end))
+        state = along.at(origin)
+    except (InputError, ComputationError):  # a factor divides by the parameter
+        return []
+    moves = np.abs(state.roots) > 8 * state.rounding  # what is free has no scale
+    across = np.sum(state.left.conj() * state.right, axis=0)
+    first = along.both(origin)[0]
+
+    def share(p: float) -> float:
+        with np.errstate(all="ignore"):
+            W = state.left.conj().T @ ((along.both(p)[0] - first) @ state.right)
+            W = np.abs(W / across[:, None] / state.roots[:, None])[np.ix_(moves, moves)]
+            greatest = float(np.max(np.sqrt(W) * np.sqrt(W.T), initial=0.0))
+        return greatest if np.isfinite(greatest) else np.inf
+
+    way, found = end - origin, share(end)
+    if found <= 3e3:
+        return []
+    x = way
+    while found > 1.0 and abs(x) > 1e-15 * abs(way):
+        x /= 100.0
+        found = share(origin + x)
+    step, inner = 30.0 * (x / found if found > 0.0 else x), []
+    while abs(step) < abs(way) / 3:
+        inner.append(origin + step)
+        step *= 100.0
+    return inner

@@ -99,8 +99,8 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     surely = np.abs(step.off.real) <= step.doubt * np.maximum(np.abs((zb - za).real), reach)
     single = known & ~settled & surely
     guesses: list[Guess] = []
-    for k in np.flatnonzero(single):
-        guesses += _singles(step, int(k), form, True)
+    for k in np.flatnonzero(single).tolist():
+        guesses += _singles(step, k, form, True)
     far = np.zeros(len(za), dtype=bool)
     if form == "damped":  # whichever of them is which, they stay on their side
         way = np.abs(step.off) + np.abs(zb - za)
@@ -324,7 +324,8 @@ def root_at(
 ) -> Root:
     """The root at p next to `near`, by inverse iteration and Rayleigh quotients."""
     A, derivative, sizes = along.both(p)
-    x, y, z, size = right, left, near, norm_of(A) or 1.0
+    size: float = norm_of(A) or 1.0
+    x, y, z = right, left, near
     for _ in range(3):
         solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j))
         x, y = solve(x), transposed(y)
@@ -338,7 +339,7 @@ def root_at(
             break
     across = y.conj() @ x
     entries = float(np.sqrt(np.abs(y) ** 2 @ (sizes**2 @ np.abs(x) ** 2)))
-    noise = along.options.sure * EPS * entries / max(abs(across), np.finfo(float).tiny)
+    noise = along.options.sure * EPS * entries / (float(abs(across)) or 1e-300)
     slope = complex(y.conj() @ (derivative @ x) / across) if across else 0j
     return Root(z, slope, float(noise), x, y)
 
@@ -510,9 +511,7 @@ def certain(
 # Windows
 
 
-def windows(
-    along: Continuation, met: list[tuple[State, Meeting]], width: float
-) -> Iterator[Guess]:
+def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float) -> Iterator[Guess]:
     """Where two roots that are predicted to meet within a step cross the line.
 
     Parameters
@@ -581,6 +580,12 @@ def _window(pair: Pair, form: str, width: float) -> Iterator[Guess]:
     both = pair.roots(steps)
     number = (both.real > 0.0).sum(axis=1)
     for n in np.flatnonzero(number[1:] != number[:-1]):
-        middle = (steps[n] + steps[n + 1]) / 2
-        mean = complex(pair.mean + middle * pair.mean_slope)
-        yield Guess(pair.value + middle, mean, right, left, False, min(4 * half, width))
+        low, high = float(steps[n]), float(steps[n + 1])
+        for _ in range(60):  # where the pair's own model crosses
+            middle = (low + high) / 2
+            if (pair.roots(np.array(middle)).real > 0.0).sum() == number[n]:
+                low = middle
+            else:
+                high = middle
+        mean = complex(pair.mean + low * pair.mean_slope)
+        yield Guess(pair.value + low, mean, right, left, False, min(4 * half, width))

@@ -15,6 +15,7 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,10 +30,10 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import hidden
 from squeal.linear.events import ASIDE, Event, Smooth, certain, guesses_of, located, windows
-from squeal.linear.growth import Growth, counted
 from squeal.linear.light import Slow
 from squeal.linear.matrices import checked, norm_of, reduce
 from squeal.linear.system import System, TermSystem, dense
+from squeal.linear.verdict import UnstableCount
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
@@ -42,17 +43,22 @@ FINEST = 1e-5  # of the parameter: a step that is divided no more
 ALIKE = 1e-3  # of a frequency: roots that may be one
 
 
-def growth_at(along: Continuation, p: float) -> Growth:
+def growth_at(along: Continuation, p: float) -> UnstableCount:
     """What grows at p by more than rounding."""
     state = along.at(p)
     z, rounding = state.roots, state.rounding
     if along.form == "undamped":
         rates = np.abs(np.sqrt(-z).real)
-        return counted(z.imag > rounding, state.real & (z.real < -rounding), rates)
+        return _counted(z.imag > rounding, state.real & (z.real < -rounding), rates)
     across, rates = (z.imag, z.real) if along.form == "damped" else (z.real, -z.imag)
     grows = rates > rounding
     pairs, reals = grows & (across > rounding), grows & (np.abs(across) <= rounding)
-    return counted(pairs, reals, rates * along.rate)
+    return _counted(pairs, reals, rates * along.rate)
+
+
+def _counted(pairs: np.ndarray, reals: np.ndarray, rates: np.ndarray) -> UnstableCount:
+    fastest = (float(np.max(rates[some], initial=0.0)) for some in (pairs, reals))
+    return UnstableCount(int(np.sum(pairs)), int(np.sum(reals)), *fastest)
 
 
 def grows(state: State) -> np.ndarray:
@@ -82,7 +88,7 @@ class Stretch:
 
     low: float
     high: float
-    growth: Growth
+    growth: UnstableCount
     counted: int | None  # growing roots, two for a pair
 
 
@@ -217,10 +223,11 @@ class _Walk:
 def _factors(
     system: System, low: float, high: float
 ) -> list[tuple[Callable[[float, float], float], float]]:
-    """Bounds of the second derivatives of the factors of terms, and the greatest of their values."""
+    """Bounds of the second derivatives of the factors of terms, and their greatest values."""
     if not isinstance(system, TermSystem):
         return []
-    name, found = system.parameter, []
+    name = system.parameter
+    found: list[tuple[Callable[[float, float], float], float]] = []
     formulas = {t.factor.text: t.factor for part in (system.M, system.C, system.K) for t in part}
     for formula in formulas.values():
         if name in formula.names:
@@ -228,10 +235,7 @@ def _factors(
             at = [low + x * (high - low) for x in np.linspace(0, 1, 33)]
             size = max(abs(formula.value(values | {name: p})) for p in at)
 
-            def bend(a: float, b: float, formula=formula, values=values) -> float:  # type: ignore
-                return float(formula.curvature(values, name, a, b))
-
-            found.append((bend, size))
+            found.append((partial(formula.curvature, values, name), size))
     return found
 
 
@@ -265,9 +269,7 @@ def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[flo
     return middles
 
 
-def _around(
-    along: Continuation, found: list[Event]
-) -> Iterator[tuple[list[Event], float, float]]:
+def _around(along: Continuation, found: list[Event]) -> Iterator[tuple[list[Event], float, float]]:
     """Each place with values of the parameter below and above; the whole range if there is none."""
     places = together(found, 4 * along.options.same * (along.high - along.low))
     if not places:
@@ -277,7 +279,7 @@ def _around(
         yield place, a, b
 
 
-def explained(place: Sequence[Event], a: Growth, b: Growth) -> bool:
+def explained(place: Sequence[Event], a: UnstableCount, b: UnstableCount) -> bool:
     """True if the events of a place add up to the change of what grows."""
     pairs = sum(c.direction for c in place if c.kind == "flutter")
     reals = sum(c.direction for c in place if c.kind == "divergence")
@@ -287,12 +289,10 @@ def explained(place: Sequence[Event], a: Growth, b: Growth) -> bool:
     return bool(rise[1] - reals == -2 * joined)
 
 
-def _steady(along: Continuation, low: float, high: float, growth: Growth) -> bool:
+def _steady(along: Continuation, low: float, high: float, growth: UnstableCount) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
     inside = [s.value for s in along.states if low < s.value < high]
-    return all(
-        least <= growth.roots <= most for least, most in (_bounds(along, p) for p in inside)
-    )
+    return all(least <= growth.roots <= most for least, most in (_bounds(along, p) for p in inside))
 
 
 def _steady_beside(along: Continuation, place: list[Event], a: float, b: float) -> bool:
@@ -316,9 +316,7 @@ def _cleaned(along: Continuation, found: list[Event], most: int) -> list[tuple[E
     return result
 
 
-def _several(
-    along: Continuation, place: list[Event], a: float, b: float
-) -> tuple[Event, ...]:
+def _several(along: Continuation, place: list[Event], a: float, b: float) -> tuple[Event, ...]:
     """The events of equal subsystems, which all lie at one place; empty if that is not so."""
     before, after = growth_at(along, a), growth_at(along, b)
     if place[0].value == along.low:
@@ -442,9 +440,7 @@ def _growing(along: Continuation, p: float) -> list[float]:
     """Angular frequencies (rad/s) of all that grows at p, 0 for a real root."""
     state = along.at(p)
     z, some = state.roots, grows(state)
-    if along.form == "undamped":
-        some = some & (z.imag >= -state.rounding)
-    elif along.form == "damped":
+    if along.form == "undamped" or along.form == "damped":
         some = some & (z.imag >= -state.rounding)
     else:
         some = some & (z.real >= -state.rounding)
@@ -552,9 +548,9 @@ def _hides(along: Continuation, p: float) -> bool:
     """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
     if isinstance(along.system, Slow):
         return False
-    M, C, K = (None if X is None else dense(X) for X in along.system(p))
+    M, C, K = along.system(p)
     with suppress(InputError):  # M is not symmetric
-        M, C, K = checked(M, C, K)
+        M, C, K = checked(dense(M), None if C is None else dense(C), dense(K))
         return hidden(reduce(M, C, K), K)
     return False
 
@@ -562,13 +558,12 @@ def _hides(along: Continuation, p: float) -> bool:
 def sign_count(along: Continuation, p: float) -> int | None:
     """How many roots grow at p, by the sign function: of rates above what separates them from
     rounding, without any eigenvalue. None if it does not settle."""
-    state = along.at(p)
-    A = along.both(p)[0]
+    state, A = along.at(p), along.both(p)[0]
     rounding, unit = state.rounding, 1.0
     if along.form == "undamped":
         unit = float(np.sqrt(norm_of(A))) or 1.0
-        z = np.sqrt(-state.roots + 0j) / unit
-        z = np.concatenate([z, -z])
+        half = np.sqrt(-state.roots + 0j) / unit
+        z: ComplexArray = np.concatenate([half, -half])
         rounding = np.concatenate([state.rounding, state.rounding]) / unit**2
         quiet = (np.abs(z.real) <= np.sqrt(rounding)) | (z.real <= 0)
         zero, eye = np.zeros_like(A), np.eye(len(A))

@@ -14,14 +14,19 @@ from dataclasses import replace
 import numpy as np
 
 from squeal.linear.changes import Place, VerdictChange, Verdicts
-from squeal.linear.continuation import Continuation, ContinuationOptions, Guess
+from squeal.linear.continuation import (
+    Continuation,
+    ContinuationOptions,
+    Guess,
+    divided,
+)
 from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing, Thresholds
 from squeal.linear.events import Event, located
-from squeal.linear.growth import GROWING, Growth, rises
 from squeal.linear.light import Slow
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import Counter, Searched, explained, fastest_first, growth_at, search
 from squeal.linear.system import System, check_range, check_system
+from squeal.linear.verdict import GROWING, UnstableCount
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
 
@@ -108,16 +113,17 @@ def _found(
     check_system(system, asked)
     check_range(asked, mu_min, mu_max)
     inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
-    edges = [mu_min, *inner, mu_max]
     try:
-        return _along(system, edges, options, counter)
+        return _along(system, mu_min, inner, mu_max, options, counter)
     except LightMassError:
-        return _along(Slow(system, mu_min), edges, options, counter)
+        return _along(Slow(system, mu_min), mu_min, inner, mu_max, options, counter)
 
 
 def _along(
     system: System,
-    edges: Sequence[float],
+    mu_min: float,
+    inner: Sequence[float],
+    mu_max: float,
     options: ContinuationOptions | None,
     counter: Counter | None,
 ) -> Thresholds:
@@ -125,9 +131,10 @@ def _along(
     crossed: list[Crossing] = []
     before: Searched | None = None
     certified: bool | None = True
+    edges = [mu_min, *inner, mu_max] if inner else divided(system, mu_min, mu_max)
     for a, b in itertools.pairwise(edges):
-        low = float(np.nextafter(a, b)) if a != edges[0] else a
-        high = float(np.nextafter(b, a)) if b != edges[-1] else b
+        low = float(np.nextafter(a, b)) if a in inner else a
+        high = float(np.nextafter(b, a)) if b in inner else b
         found = search(system, low, high, options, counter)
         certified = found.certified if certified else certified
         if before is not None:
@@ -178,7 +185,9 @@ def _lead(line: Continuation, p: float) -> tuple[float, float, float]:
     z = line.exponents(state.roots)
     with np.errstate(all="ignore"):
         by_root = 1 / (2 * np.abs(z)) if line.form == "undamped" else line.rate + 0 * np.abs(z)
-        turn = -1 / (2 * z) if line.form == "undamped" else z / np.where(state.roots, state.roots, 1)
+        turn = (
+            -1 / (2 * z) if line.form == "undamped" else z / np.where(state.roots, state.roots, 1)
+        )
     slopes, rounding = turn * state.slopes, by_root * state.rounding
     rates = []
     pairs = np.abs(z.imag) > rounding
@@ -282,9 +291,7 @@ def _growing_pairs(line: Continuation, p: float) -> list[float]:
 # Crossings
 
 
-def _crossings(
-    found: Searched, changes: Mapping[int | None, VerdictChange]
-) -> Iterator[Crossing]:
+def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
     for k, place in enumerate(found.places):
         below, above = found.stretches[k].growth, found.stretches[k + 1].growth
         change = changes.get(k)
@@ -305,7 +312,8 @@ def _jump(
     at: float, before: Searched, after: Searched
 ) -> tuple[list[CriticalPoint], list[Crossing]]:
     """What changes at a breakpoint."""
-    below, above = before.stretches[-1].growth, after.stretches[0].growth
+    below = _at_end(before, before.line.high, before.stretches[-1].growth)
+    above = _at_end(after, after.line.low, after.stretches[0].growth)
     changes = below.verdict != above.verdict
     sides = [(before.line, before.line.high), (after.line, after.line.low)]
     points = []
@@ -318,10 +326,16 @@ def _jump(
     return points, list(_counted(at, (at, at), (below, above), sides, changes))
 
 
+def _at_end(found: Searched, p: float, growth: UnstableCount) -> UnstableCount:
+    """What grows at an end of a range: that of the stretch there, but for a pair that has met."""
+    here = growth_at(found.line, p)
+    return here if here.roots == growth.roots else growth
+
+
 def _counted(
     mu: float,
     interval: tuple[float, float],
-    growth: tuple[Growth, Growth],
+    growth: tuple[UnstableCount, UnstableCount],
     sides: Sequence[tuple[Continuation, float]],
     changes: bool,
 ) -> Iterator[Crossing]:
@@ -330,8 +344,7 @@ def _counted(
     Of the pairs there those that are farthest from any pair that grows on the other side.
     """
     below, above = growth
-    rise = rises(above.pairs - below.pairs, above.reals - below.reals)
-    for kind, more in rise.items():
+    for kind, more in _rises(above.pairs - below.pairs, above.reals - below.reals).items():
         here, there = (sides[1], sides[0]) if more > 0 else (sides[0], sides[1])
         omegas = [0.0] * abs(more)
         if kind == "flutter" and more:
@@ -343,6 +356,13 @@ def _counted(
             mode = _number(here[0], here[1], omega, 1e-6)
             way = "up" if more > 0 else "down"
             yield Crossing(mu, kind, way, omega / (2 * math.pi), interval, mode, changes, None)
+
+
+def _rises(pairs: int, reals: int) -> dict[str, int]:
+    """How many pairs and real roots cross where so many more grow above; of two divergent ones that
+    join to a growing pair, or come from one, nothing crosses."""
+    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
+    return {"flutter": pairs - joined, "divergence": reals + 2 * joined}
 
 
 def _mode(line: Continuation, c: Event) -> int:

@@ -21,11 +21,9 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.following.line import Line
-from squeal.linear.following.line import State as LineState
-from squeal.linear.following.locate import located
-from squeal.linear.following.steps import hermite_cubic, zeros_between
-from squeal.linear.following.windows import foreseen, windows
+from squeal.linear.continuation import Continuation, hermite_cubic, near_coalescences, zeros_between
+from squeal.linear.continuation import State as LineState
+from squeal.linear.events import located, windows
 from squeal.linear.matrices import EPS
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.factor import Factor, factorise
@@ -188,9 +186,9 @@ class Along:
         system = replace(self.reduction.system, parameter=self.name)
         found = []
         with suppress(InputError):  # complex matrices, M singular
-            line = Line(system, states[0].value, states[-1].value)
+            line = Continuation(system, states[0].value, states[-1].value)
             for a, b in itertools.pairwise(_on(line, state) for state in states):
-                for guess in windows(line, foreseen(a, b), b.value - a.value):
+                for guess in windows(line, near_coalescences(a, b), b.value - a.value):
                     one = located(line, guess)
                     state = None if one is None else self.at(one.value)
                     if one is not None and state is not None and len(state.roots):
@@ -219,13 +217,13 @@ class Along:
         return (state, k) if near else None
 
 
-def _on(line: Line, state: State) -> LineState:
+def _on(line: Continuation, state: State) -> LineState:
     """A state in the line's units; pairs are iterated on from any vectors."""
     z, rng = state.roots / line.rate, np.random.default_rng(0)
     right, left = rng.normal(size=(2, 2 * line.n, len(z))).astype(complex)
     coupling = state.coupling / line.rate
     noise = ROOT_ROUNDING * np.abs(z)
-    return LineState(state.value, z, coupling.diagonal(), right, left, noise, coupling, line.damped)
+    return LineState(state.value, z, right, left, coupling, noise, line.form)
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,8 @@ import numpy as np
 import pytest
 
 from squeal.linear import Crossing, thresholds
-from squeal.linear.following import pairs
-from squeal.linear.following.line import Line
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
-
-ALL = pairs.ROUNDS
 
 
 def random_system(seed: int, n: int) -> TermSystem:
@@ -47,19 +43,6 @@ def test_intervals_hold_the_threshold(seed):
         at = exact(system, c)
         assert c.interval[0] <= at <= c.interval[1]
         assert c.mu == pytest.approx(float(at), abs=1e-13)
-
-
-@pytest.mark.parametrize("rounds", [2, 4, 8, ALL])
-def test_what_a_subspace_is_off_is_part_of_the_noise_of_a_pair(rounds, monkeypatch):
-    """Blocks of known roots, mixed: a pair at 1 +- 0.1 beside a third root at 1.3."""
-    rng = np.random.default_rng(1)
-    mixed = np.eye(9) + 0.3 * rng.standard_normal((9, 9))
-    K = mixed @ np.diag([0.9, 1.1, 1.3, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]) @ np.linalg.inv(mixed)
-    line = Line(lambda mu: (np.eye(9), None, K + mu * np.eye(9)), 0.0, 1.0)
-    monkeypatch.setattr(pairs, "ROUNDS", rounds)
-    pair = pairs.pair_at(line, 0.0, 1.0 + 0j, *rng.standard_normal((2, 9, 2)))
-    assert abs(pair.d - 0.01) <= pair.noise
-    assert (pair.noise < 1e-12) == (rounds == ALL)
 
 
 def flat_system(kind: str, n: int, power: int, mixed: bool):

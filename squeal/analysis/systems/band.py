@@ -8,16 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from squeal.linear import CriticalPoint, Crossing
+from squeal.linear.changes import Place, VerdictChange, Verdicts
+from squeal.linear.crossing import TIGHT
 from squeal.linear.eigen import ComplexArray
-from squeal.linear.following.answer import TIGHT
-from squeal.linear.following.verdicts import (
-    Lead,
-    Place,
-    VerdictChange,
-    marks_of,
-    verdict_changes,
-)
-from squeal.linear.growth import GROWING, Growth, counted
+from squeal.linear.verdict import GROWING, UnstableCount, unstable_count
 from squeal.numerics.grouping import together
 
 BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
@@ -31,23 +25,14 @@ class BandRates:
 
     roots: Callable[[float], ComplexArray]
     noise: float
-    _known: dict[float, Growth] = field(default_factory=dict)
+    _known: dict[float, UnstableCount] = field(default_factory=dict)
 
-    def growth(self, p: float) -> Growth:
+    def growth(self, p: float) -> UnstableCount:
         """What grows at p, of pairs the upper roots."""
         if p not in self._known:
             z = self.roots(p)
-            noise = self.noise * np.abs(z)
-            grows, oscillates = z.real > noise, np.abs(z.imag) > noise
-            upper = grows & oscillates & (z.imag > 0)
-            self._known[p] = counted(upper, grows & ~oscillates, z.real)
+            self._known[p] = unstable_count(z, self.noise * np.abs(z))
         return self._known[p]
-
-    def lead(self, p: float) -> Lead | None:
-        """Derivatives are not known."""
-
-    def meeting(self, low: float, high: float) -> tuple[float, float] | None:
-        """Nor are pairs that meet."""
 
     @property
     def known(self) -> list[float]:
@@ -86,9 +71,8 @@ def placed(rates: BandRates, rows: Sequence[Crossing], values: Sequence[float]) 
         agrees = (v for v in tried if a < v < b and rates.growth(v).roots == number)
         first.append(next(agrees, between[k]))
         stretches.append(rates.growth(first[k]))
-    marks = marks_of(rates, edges, stretches, rates.known)
     places = [Place(group[0].mu, *_kinds(group)) for group in groups]
-    changes = list(verdict_changes(rates, places, marks))
+    changes = Verdicts(rates.growth).changes(edges, stretches, places, rates.known)
     unexplained: list[float] = []
     left: dict[int, tuple[float, float]] = {}
     for v in sorted({*inside, *between}):

@@ -12,8 +12,8 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.journal import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.eigen import ComplexArray
-from squeal.linear.following.search import search
 from squeal.linear.matrices import ILL, unit_diagonal
+from squeal.linear.search import search
 from squeal.linear.system import TermSystem, dense
 from squeal.schema.arguments import takes
 from squeal.sparse.argument_principle import Rectangle

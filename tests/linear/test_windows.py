@@ -10,11 +10,6 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear import thresholds
-from squeal.linear.following import steps
-from squeal.linear.following.line import Line
-from squeal.linear.following.locate import located
-from squeal.linear.following.search import search
-from squeal.linear.following.windows import Guess
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
@@ -121,32 +116,3 @@ def test_no_window_of_random_systems_is_missed_and_none_invented(seed, damping):
             known[grid > c.mu] += size if c.direction == "up" else -size
         assert clear.sum() > 900
         assert np.array_equal(known[clear], number[clear])
-
-
-def test_without_foresight_a_window_is_missed_and_a_state_inside_it_denies_the_certificate(
-    monkeypatch,
-):
-    monkeypatch.setattr(steps, "foreseen", lambda *_: [])
-    found = search(of(*FOUR), 0.0, 1.0)
-    assert not found.places
-    assert found.certified  # the counts are at values that all lie outside
-    found.line.at(0.985)
-    assert not found.certified
-
-
-def test_roots_that_only_cross_are_no_coalescence(rng):
-    """Crossing squares of frequencies; with a coupling K12 K21 < 0 they coalesce close by."""
-    L, R = (np.eye(10) + 0.4 * rng.normal(size=(10, 10)) for _ in range(2))
-    for coupling, meets in ((0.0, False), (1e-3, True)):
-        K0, K1 = np.diag([1.0, 2.0, *np.linspace(5, 20, 8)]), np.diag([1.0, *np.zeros(9)])
-        K0[0, 1], K0[1, 0] = coupling, -coupling
-
-        def system(mu, K0=K0, K1=K1):
-            return L @ R, None, L @ (K0 + mu * K1) @ R
-
-        start = rng.normal(size=(2, 10, 2)).astype(complex)
-        guess = Guess(0.9, 2.0 + 0j, start[0], start[1], True, 0.5)
-        one = located(Line(system, 0.0, 2.0), guess)
-        assert (one is not None) == meets
-        if one is not None:
-            assert one.value == pytest.approx(1 - 2 * coupling, abs=1e-10)
