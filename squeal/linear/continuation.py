@@ -79,7 +79,7 @@ class ContinuationOptions:
     """
 
     steps: int = 24
-    depth: int = 40
+    depth: int = 12
     budget: int = 1500
     doubt: float = 0.25
     near: float = 1e-3
@@ -712,6 +712,8 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
         return []
     moves = np.abs(state.roots) > 8 * state.rounding  # what is free has no scale
     across = np.sum(state.left.conj() * state.right, axis=0)
+    if np.abs(across).min() < 1e-3:  # vectors that nearly coalesce tell no scale
+        return []
     first = along.both(origin)[0]
 
     def share(p: float) -> float:

@@ -3,8 +3,9 @@
 One root passes at a zero of its real part, with the derivative from left and right vectors. Two
 that come close are looked at in the 2 x 2 problem of their invariant subspace. Its mean and the
 squared half difference d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are well
-conditioned there although neither root is: on the line they meet where d vanishes, and one of them
-passes it where the product of their real parts, Re(mean)^2 - (|d| + Re d) / 2, does.
+conditioned there although neither root is. On the line they meet where d vanishes; with m the real
+part of the mean one of them passes it where m^2 Re d + (Im d)^2 / 4 - m^4 does: the product of
+their real parts times what does not vanish.
 """
 
 from __future__ import annotations
@@ -369,10 +370,11 @@ class _Search:
         self.at, self.near, self.slope = p, pair.mean, pair.mean_slope
         if self.guess.coalesces:
             return Smooth(pair.d.real, pair.d_slope.real, pair.d_bend.real, pair.noise)
-        m, d = pair.mean.real, pair.d
-        turn = (d.conjugate() * pair.d_slope).real / (abs(d) or 1.0) + pair.d_slope.real
-        noise = 2 * abs(m) * pair.mean_noise + pair.noise
-        value, slope = m * m - (abs(d) + d.real) / 2, 2 * m * pair.mean_slope.real - turn / 2
+        m, dm, d, dd = pair.mean.real, pair.mean_slope.real, pair.d, pair.d_slope
+        value = m**2 * d.real + d.imag**2 / 4 - m**4
+        slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
+        noise = abs(2 * m * d.real - 4 * m**3) * pair.mean_noise
+        noise += (m**2 + abs(d.imag) / 2) * pair.noise
         return Smooth(value, slope, 0.0, noise)
 
 

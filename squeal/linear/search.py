@@ -39,7 +39,6 @@ Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
 
 BESIDE = (1e-9, 1e-7, 1e-5, 1e-3)  # of the range: where what grows from its start is seen
-FINEST = 1e-5  # of the parameter: a step that is divided no more
 ALIKE = 1e-3  # of a frequency: roots that may be one
 
 
@@ -190,9 +189,7 @@ class _Walk:
         divide = share
         if bent or (several and len(along.states) < self.budget / 2):
             divide = ASIDE
-        # of the range, or of a parameter that lies far below it
-        wide = high - low > FINEST * min(along.high - along.low, max(abs(low), abs(high)))
-        if divide is not None and depth > 0 and wide and len(along.states) < self.budget:
+        if divide is not None and depth > 0 and len(along.states) < self.budget:
             middle = low + divide * (high - low)
             if low < middle < high:
                 self.go(low, middle, depth - 1)

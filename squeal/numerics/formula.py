@@ -166,7 +166,7 @@ def _scaled(x: float, a: _Interval) -> _Interval:
 
 def _raised(a: _Interval, b: float) -> _Interval:
     """a**b; raises ValueError where that is not real and bounded."""
-    if a[0] <= 0.0 <= a[1] and b < 0 or (a[0] < 0.0 and b != int(b)):
+    if (a[0] <= 0.0 <= a[1] and b < 0) or (a[0] < 0.0 and b != int(b)):
         raise ValueError
     ends = [a[0] ** b, a[1] ** b]
     return (0.0 if a[0] < 0.0 < a[1] and b and b % 2 == 0 else min(ends)), max(ends)
