@@ -256,8 +256,8 @@ def pair_at(along: Continuation, p: float, near: complex, right: NDArray, left: 
     """The pair of roots next to `near` at p; right, left (N, 2) are vectors that it begins from."""
     A, derivative, sizes = along.both(p)
     size = norm_of(A)
-    shift = near + NUDGE * (abs(near) or size) * (1 + 1j)
-    if along.form == "undamped" and abs(near.imag) <= NUDGE * abs(near):
+    shift = near + NUDGE * max(abs(near), 1e-4 * size) * (1 + 1j)
+    if along.form == "undamped" and abs(near.imag) <= NUDGE * max(abs(near), 1e-4 * size):
         shift = shift.real
         # two conjugate columns have one real part
         right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
@@ -293,7 +293,7 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
     Next to a coalescence both columns become one vector but for half the digits; what these leave
     is lessened by Newton's steps.
     """
-    X, before, step = np.linalg.qr(solve(start))[0], np.inf, False
+    X, before, step = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf, False
     for _ in range(2 * ROUNDS):
         image = A @ X
         rest = image - X @ (X.conj().T @ image)
