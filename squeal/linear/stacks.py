@@ -86,8 +86,9 @@ def stack_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Comple
         if C is None or not np.count_nonzero(C):
             return _undamped(A)
         B = np.broadcast_to(normalised(T, C), A.shape)
-        state, rate = first_order(A, B)
-        return _damped(state, rate)
+        if not np.abs(B).max() ** 2 < LARGEST:
+            raise ComputationError(BEYOND)
+        return _damped(first_order(A, B, 1.0)[0])  # LAPACK balances it
 
 
 def _stack(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -126,11 +127,11 @@ def _undamped(A: Array) -> ComplexArray:
     return _sorted(np.concatenate([half, half.conj()], axis=1))
 
 
-def _damped(state: Array, rate: Array) -> ComplexArray:
+def _damped(state: Array) -> ComplexArray:
     """Sorted eigenvalues (m, 2n) of first-order forms (m, 2n, 2n)."""
     if not np.isfinite(state).all():
         raise ComputationError(BEYOND)
-    values = np.linalg.eigvals(state) * rate[:, None]
+    values = np.linalg.eigvals(state)
     keys = np.empty(values.shape, dtype=complex)
     np.abs(values.imag, out=keys.real)
     keys.imag = -values.real
