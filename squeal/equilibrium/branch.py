@@ -57,18 +57,6 @@ class BranchOptions:
                     f"BranchOptions: {one.name}: {value!r} is not allowed; it must be a finite "
                     "number above 0"
                 )
-        for name, allowed, holds in (
-            ("growth", "above 1", self.growth > 1),
-            ("cosine", "below 1", self.cosine < 1),
-            ("tilt", "at most pi/2", self.tilt <= math.pi / 2),
-            ("first_step", "at most longest_step", self.first_step <= self.longest_step),
-            ("shortest_step", "at most first_step", self.shortest_step <= self.first_step),
-        ):
-            if not holds:
-                raise InputError(
-                    f"BranchOptions: {name}: {getattr(self, name)!r} is not allowed; it must be "
-                    f"{allowed}"
-                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,8 +184,7 @@ class Branches:
             start, end = start / start[3] * rate[0], end / end[3] * rate[1]
             chord = self.z[:, k] - self.z[:, j]
             end = np.where(np.isfinite(end).all(axis=0) & (high != 0.0), end, 2 * chord - start)
-            bend = (start - chord) * (1.0 - t) - (end - chord) * t
-            z = self.z[:, j] + chord * t + t * (1.0 - t) * bend
+            z = cubic(self.z[:, j], self.z[:, k], start, end, t)
         z[3] = mu
         return z
 
@@ -264,6 +251,15 @@ def follow(
     """
     walk = _Walk(statics, z, touching, mu_max, options or BranchOptions(), rising, there)
     return walk.run()
+
+
+def cubic(
+    a: np.ndarray, b: np.ndarray, start: np.ndarray, end: np.ndarray, s: np.ndarray
+) -> np.ndarray:
+    """The cubic from a to b with these derivatives by its share s at both ends."""
+    chord = b - a
+    bend = (start - chord) * (1.0 - s) - (end - chord) * s
+    return np.asarray(a + chord * s + s * (1.0 - s) * bend)
 
 
 def along(J: np.ndarray, row: np.ndarray) -> np.ndarray:
@@ -365,8 +361,7 @@ class _Walk:
         who = self.active
         part = self.statics.pick(who)
         taken = self._tried(part, who)
-        self._finish_tilted(part, who, taken)
-        self._finish_reached(part, who, taken)
+        self._finish(part, who, taken)
         failed = who[~taken.good & (self.end[who] == GOING)]
         self.step[failed] /= 2
         self.end[failed[self.step[failed] < self.options.shortest_step]] = LOST
@@ -479,13 +474,13 @@ class _Walk:
     def _cubic(
         self, who: np.ndarray, z: np.ndarray, new: np.ndarray, turn: np.ndarray, s: np.ndarray
     ) -> np.ndarray:
-        """Places at shares s (..., k) of the way to new ones, by the cubic with both tangents."""
-        scale, chord = self.scale[:, who], new - z
-        length = np.sqrt(((chord * scale) ** 2).sum(axis=0))
+        """Places (4, ..., k) at shares s (..., k) of the way to new ones, by `cubic`."""
+        scale = self.scale[:, who]
+        length = np.sqrt((((new - z) * scale) ** 2).sum(axis=0))
         start, end = length * self.ahead[:, who] / scale, length * turn / scale
-        bend = (start - chord)[:, None] * (1.0 - s) - (end - chord)[:, None] * s
-        z = z[:, None] + chord[:, None] * s + s * (1.0 - s) * bend
-        return z[:, 0] if np.ndim(s) == 1 else z
+        if np.ndim(s) == 1:
+            return cubic(z, new, start, end, s)
+        return cubic(z[:, None], new[:, None], start[:, None], end[:, None], s)
 
     def _within(
         self, who: np.ndarray, z: np.ndarray, new: np.ndarray, met: np.ndarray
@@ -520,12 +515,8 @@ class _Walk:
         tangent = self._tangents(part, own, end, state, self.ahead[:, own])
         tangent[3] = 0.0
         row = tangent * scale
-        length = np.sqrt((((end - z) * scale) ** 2).sum(axis=0))
-        chord, start, bent = end - z, self.ahead[:, own] / scale * length, tangent / scale * length
         for back in TO_FOLD:
-            s = 1.0 - back
-            bend = (start - chord) * (1.0 - s) - (bent - chord) * s
-            guess = z + chord * s + s * (1.0 - s) * bend
+            guess = self._cubic(own, z, end, tangent, np.full(own.size, 1.0 - back))
             value = (row * guess).sum(axis=0)
             met, J, good = _corrected(part, guess, state, row, value, 1.0 / scale)
             good &= (met[3] < end[3]) & (met[3] > z[3])
@@ -555,72 +546,65 @@ class _Walk:
         self.bend[:, who] = 0.0
         self._record(who, CHANGE)
 
-    def _finish_tilted(self, part: Statics, who: np.ndarray, taken: _Step) -> None:
-        """End branches on which the pad turns past 90 degrees within a step that was taken."""
-        limit = self.options.tilt
-        over = taken.good & (np.abs(part.tilt(taken.z)) >= limit)
-        i = np.flatnonzero(over)
-        if not i.size:
-            return
-        sub, own = part.pick(i), who[i]
-        tilt = sub.tilt(taken.z[:, i])
-        row = np.zeros((4, i.size))
-        row[2] = 1.0
-        target = np.broadcast_to(sub.model.pad.w, i.shape) * (
-            np.copysign(limit, tilt) - sub.model.pad.theta0
-        )
-        state = self.touching[:, own]
-        z, J, good = _corrected(sub, taken.z[:, i], state, row, target, 1.0 / self.scale[:, own])
-        good &= ~taken.folds[i]
-        taken.good[i[~good]] = False
-        # what is asked for may lie before
-        k = np.flatnonzero(good & (z[3] < self.mu_max[own]))
-        if k.size:
-            who = own[k]
-            turn = _unit(along(J[:, :, k], row[:, k]) * self.scale[:, who])
-            turn *= np.sign((turn * self.ahead[:, who]).sum(axis=0))
-            self.z[:, who], self.arriving[:, who], self.ahead[:, who] = z[:, k], turn, turn
-            self.end[who] = TILTED
-            self._record(who, NODE)
-            taken.good[i[k]] = False
+    def _finish(self, part: Statics, who: np.ndarray, taken: _Step) -> None:
+        """End branches that reach mu_max, or turn past 90 degrees, within a step that was taken."""
+        pad, limit = part.model.pad, self.options.tilt
+        mu, tilt = self.mu_max[who], part.tilt(taken.z)
+        upright = np.broadcast_to(pad.w * (np.copysign(limit, tilt) - pad.theta0), tilt.shape)
+        # a fold may lie beyond
+        before = taken.folds & (taken.fold[3] > mu)
+        to, turn = np.where(before, taken.fold, taken.z), taken.turn.copy()
+        if (b := np.flatnonzero(before)).size:  # there mu is stationary
+            own = who[b]
+            state, ahead = self.touching[:, own], self.ahead[:, own]
+            turn[:, b] = self._tangents(part.pick(b), own, to[:, b], state, ahead)
+            turn[3, b] = 0.0
+        for component, target, over, end in (
+            (2, upright, np.abs(tilt) >= limit, TILTED),
+            (3, mu, (taken.z[3] >= mu) | before, REACHED),
+        ):
+            i = np.flatnonzero(taken.good & over & (self.end[who] == GOING))
+            if not i.size:
+                continue
+            way = to[:, i], turn[:, i]
+            self._end_at(part.pick(i), who[i], component, target[i], *way, end)
+            # a shorter step where that was not met; what is asked for may lie before 90 degrees
+            missed = i[self.end[who[i]] == GOING]
+            taken.good[missed] = (component == 2) & (taken.z[3, missed] >= mu[missed])
+        taken.good &= self.end[who] == GOING
 
-    def _finish_reached(self, part: Statics, who: np.ndarray, taken: _Step) -> None:
-        """End branches that reach mu_max within a step that was taken."""
-        target = self.mu_max[who]
-        before = taken.folds & (taken.fold[3] > target)
-        i = np.flatnonzero(taken.good & ((taken.z[3] >= target) | before))
-        if not i.size:
-            return
-        sub, own = part.pick(i), who[i]
-        to = np.where(before[i], taken.fold[:, i], taken.z[:, i])
-        z, state = self.z[:, own], self.touching[:, own]
-        turn = taken.turn[:, i]
-        share = (target[i] - z[3]) / (to[3] - z[3])
-        share = np.where(before[i], 1.0 - np.sqrt(1.0 - np.clip(share, 0.0, 1.0)), share)
-        s, mu = np.clip(share, 0.0, 1.0), target[i]
-        turn = np.where(before[i], self._tangents(sub, own, to, state, self.ahead[:, own]), turn)
-        if before.any():  # there mu is stationary
-            turn[3] = np.where(before[i], 0.0, turn[3])
-        guess = self._cubic(own, z, to, turn, s)
-        low, high = np.zeros_like(s), np.ones_like(s)
-        for _ in range(30):  # where the cubic has this mu
-            above = guess[3] > mu
-            high, low = np.where(above, s, high), np.where(above, low, s)
+    def _end_at(
+        self,
+        part: Statics,
+        who: np.ndarray,
+        component: int,
+        target: np.ndarray,
+        to: np.ndarray,
+        turn: np.ndarray,
+        end: int,
+    ) -> None:
+        """End branches where a component of z has its target on the way to places (4, k)."""
+        z, state, scale = self.z[:, who], self.touching[:, who], self.scale[:, who]
+        sign = np.sign(target - z[component])
+        low, high = np.zeros(who.size), np.ones(who.size)
+        for _ in range(30):  # where the cubic has it first
             s = (low + high) / 2
-            guess = self._cubic(own, z, to, turn, s)
-        guess[3] = mu
-        row = np.zeros((4, i.size))
-        row[3] = 1.0
-        found, J, good = _corrected(sub, guess, state, row, mu, 1.0 / self.scale[:, own], fine=True)
-        good &= ~sub.wrong(found, state).any(axis=0)
-        good &= np.abs((found - guess) * self.scale[:, own]).max(axis=0) <= self.step[own]
-        found[3] = mu
+            guess = self._cubic(who, z, to, turn, s)
+            above = sign * (guess[component] - target) > 0.0
+            high, low = np.where(above, s, high), np.where(above, low, s)
+        guess[component] = target
+        row = np.zeros((4, who.size))
+        row[component] = 1.0
+        found, J, good = _corrected(part, guess, state, row, target, 1.0 / scale, fine=True)
+        good &= ~part.wrong(found, state).any(axis=0) & (found[3] <= self.mu_max[who])
+        good &= np.abs((found - guess) * scale).max(axis=0) <= self.step[who]
+        found[component] = target
         k = np.flatnonzero(good)
-        taken.good[i] = False
-        own = own[k]
-        ahead = _unit(along(J[:, :, k], row[:, k]) * self.scale[:, own])
-        self.z[:, own], self.arriving[:, own], self.ahead[:, own] = found[:, k], ahead, ahead
-        self.end[own] = REACHED
+        own, ahead = who[k], self.ahead[:, who[k]]
+        tangent = _unit(along(J[:, :, k], row[:, k]) * scale[:, k])
+        tangent = tangent * np.sign((tangent * ahead).sum(axis=0))
+        self.z[:, own], self.arriving[:, own], self.ahead[:, own] = found[:, k], tangent, tangent
+        self.end[own] = end
         self._record(own, NODE)
 
 
