@@ -97,9 +97,12 @@ def integrator(law: ContactLaw, contact: State | None, terms: tuple[str, ...] = 
     on = _touching(law, contact)
     system, heights, limits = equations(law, on, terms)
     upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-    events = [hy.t_event(e, direction=upwards) for e in rising(heights, on)]
+    changes = rising(heights, on)
+    events = [hy.t_event(e, direction=upwards) for e in changes]
     events += [hy.t_event(limit, direction=downwards) for limit in limits]
-    pars = [1.0] * (len(NAMES) + law.points + term_count(terms))
+    used = hy.get_params([*(rhs for _, rhs in system), *changes, *limits])
+    most = len(NAMES) + law.points + term_count(terms)
+    pars = [1.0] * (1 + max(i for i in range(most) if hy.par[i] in used))
     how: Any = {"tol": DEFAULT_TOLERANCE, "t_events": events} | PLAIN
     return hy.taylor_adaptive(system, [0.0] * 6, pars=pars, **how)
 
