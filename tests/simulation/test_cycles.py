@@ -12,10 +12,9 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.linear import linearise
-from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.cycles import Cycle, Shooting, variations
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
-from squeal.simulation.variations import variations
 from tests.conftest import hammering_scene, needs_heyoka
 
 

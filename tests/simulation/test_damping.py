@@ -8,8 +8,6 @@ import pytest
 from scipy.linalg import expm
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.stack import PadStack
-from squeal.article.claims.motions import measure_alone, measures
 from squeal.article.findings.work import contact_work
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
@@ -17,10 +15,7 @@ from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.pad import Pad
 from squeal.simulation import simulate
-from squeal.simulation.ensemble import DONE, simulate_many, stack
-from squeal.simulation.reference import reference
-from squeal.simulation.run import in_natural_units
-from squeal.simulation.variations import variations
+from squeal.simulation.cycles import variations
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
 from tests.simulation.closed import assert_moves_so
@@ -97,19 +92,6 @@ def test_rayleigh_damping_has_the_ratios_of_its_formula(name):
     assert [e.damping_ratio for e in damped] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    "damping", [DAMPED, Damping(ratios=(0.01, 0.03, 0.02)), Damping(rayleigh=(30.0, 2e-7))]
-)
-@pytest.mark.parametrize("name", ["b2-d", "b3"])
-def test_maps_damp_as_eigenvalues_do(name, damping):
-    one = dataclasses.replace(read_scene(SCENES / f"{name}.yaml"), damping=damping)
-    mus = np.array([0.1, 0.3])
-    fastest = PadStack.of(one, ("mu",), mus[None]).fastest()[0]
-    for mu, value in zip(mus, fastest, strict=True):
-        mode = analyse(one.replace(mu=float(mu))).spectrum.dominant.value
-        assert value.real == pytest.approx(mode.real, rel=1e-6)
-
-
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
 def test_works_balance(name):
     one = scene(name, tolerance=1e-14)
@@ -118,41 +100,6 @@ def test_works_balance(name):
     total = found.normal + found.friction + found.damping
     assert total == pytest.approx(found.gained, abs=1e-9 * found.kinetic)
     assert contact_work(dataclasses.replace(one, damping=None)).damping == 0.0
-
-
-@needs_heyoka
-def test_double_precision_is_that_of_quad_precision():
-    one = scene("b2-c", tolerance=1e-15)
-    exact = reference(one)
-    units, *_ = in_natural_units(one)
-    final = units.to_scaled(np.array(simulate(one).final[1:]))
-    assert final == pytest.approx(exact.state, abs=1e-9 * np.abs(exact.state).max())
-
-
-@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-@needs_heyoka
-def test_batches_damp_each_pad_with_its_own_matrix(name):
-    one = scene(name, tolerance=1e-12)
-    factors = np.array([0.0, 0.5, 1.0, 3.0, 10.0])
-    pads = stack([one.pad] * len(factors))
-    found = simulate_many(
-        one.model,
-        pads,
-        np.tile(one.initial, (len(factors), 1)),
-        one.stop,
-        one.tolerance,
-        measure=measures,
-        damping=factors[:, None, None] * C,
-    )
-    assert (found["outcome"] == DONE).all()
-    for i, factor in enumerate(factors):
-        damping = Damping(matrix=tuple(map(tuple, (factor * C).tolist())))
-        single = simulate(dataclasses.replace(one, damping=damping))
-        assert found["changes"][i] == single.contact_changes
-        scale = np.abs(single.final[1:]).max()
-        assert found["final"][i] == pytest.approx(single.final[1:], abs=1e-6 * scale)
-        alone = measure_alone(dataclasses.replace(one, damping=damping))
-        assert found["calm"][i] == pytest.approx(alone["calm"][0], rel=3e-2)
 
 
 def test_phase_space_shrinks_by_the_trace_of_damping():

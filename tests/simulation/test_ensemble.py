@@ -1,15 +1,16 @@
-"""Many pads at once against single simulations, closed forms and the limits of the model."""
+"""Ensembles against single simulations, histories, closed forms and the limits of the model."""
 
 import dataclasses
 import math
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
 
 from squeal.article.claims.motions import measure_alone, measures
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene
+from squeal.io.scene import Damping, Scene
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.simulation import simulate
 from squeal.simulation.ensemble import DONE, simulate_many, stack
@@ -20,8 +21,14 @@ from tests.simulation.closed import bouncing, upright
 pytestmark = needs_heyoka
 
 STOP = 60.0
-PRINTED = Formulation("mean", "frame", "-")
-LAWS = [("B1", CONSISTENT), ("B2", CONSISTENT), ("B2", Formulation("mean")), ("B2", PRINTED)]
+LAWS = [
+    ("B1", CONSISTENT),
+    ("B2", CONSISTENT),
+    ("B2", Formulation("mean")),
+    ("B2", Formulation("mean", "frame", "-")),
+    ("BN", Formulation(springs=5)),
+]
+FALLING = {"mu": None, "V": 3.0, "mu_s": 0.8, "mu_k": 0.3, "v_ref": 2.0}
 
 
 def some(model, count, seed, **fixed):
@@ -39,47 +46,41 @@ def scene(model, formulation, pad, initial, **more):
 
 
 @pytest.mark.parametrize(("model", "formulation"), LAWS)
-def test_batch_and_single_runs_agree(model, formulation):
-    pads, initial = some(model, 21, 100)
-    r = simulate_many(model, stack(pads), initial, STOP, 1e-12, formulation, events=True)
+@pytest.mark.parametrize("terms", ["plain", "damped", "falling"])
+def test_each_motion_is_that_of_a_single_run(model, formulation, terms):
+    """Also of those that leave the model, and of pads that damp each with a matrix of its own."""
+    pads, initial = some(model, 13, 100, **(FALLING if terms == "falling" else {}))
+    rows = np.array([i * np.diag([1e-2, 2e-2, 1e-3]) for i in range(13)])
+    damping: Any = {"damping": rows} if terms == "damped" else {}
+    r = simulate_many(model, stack(pads), initial, STOP, 1e-12, formulation, events=True, **damping)
     for i, pad in enumerate(pads):
+        more: Any = {"tolerance": 1e-12}
+        if damping:
+            more["damping"] = Damping(matrix=rows[i])
         try:
-            one = simulate(scene(model, formulation, pad, initial[i], tolerance=1e-12))
+            one = simulate(scene(model, formulation, pad, initial[i], **more))
         except ComputationError as refused:
-            assert r["outcome"][i] in (1, 2, 3)
+            assert r["outcome"][i] in (1, 2, 3, 4)
             ended = float(str(refused).split("t = ")[1].split()[0])
             assert r["ended"][i] == pytest.approx(ended, rel=1e-6)
             assert np.isnan(r["final"][i]).all()
             continue
         assert r["outcome"][i] == DONE
         assert r["changes"][i] == one.contact_changes
-        times = [e.t for e in one.events]
         # two paths differ by rounding, which a weakly chaotic motion amplifies
-        assert r["events"][i][:, 0] == pytest.approx(times, rel=1e-7)
+        assert r["events"][i][:, 0] == pytest.approx([e.t for e in one.events], rel=1e-6)
         scale = np.abs(one.final[1:]).max()
-        assert r["final"][i] == pytest.approx(one.final[1:], abs=1e-6 * scale)
-
-
-def naive_range(values, start=1e-9):
-    """Least and greatest value; a start at zero does not count until the signal first turns."""
-    if abs(values[0]) <= start:
-        way = np.sign(np.diff(values))
-        turns = np.flatnonzero(way[1:] != way[:-1])
-        values = values[turns[0] + 1 :] if turns.size else values[-1:]
-    return np.nanmin(values), np.nanmax(values)
+        assert r["final"][i] == pytest.approx(one.final[1:], abs=1e-5 * scale)
 
 
 def naive(one):
     """Measures from the history and the events of a single run, by their definitions."""
     run = simulate(dataclasses.replace(one, samples=100_001, outputs=("history", "events")))
-    touching = {"1": (1, 1), "2": (0, 0), "3": (1, 0), "4": (0, 1), "FC": (1, 1), "SS": (0, 0)}
     h, state = run.history, run.history["state"]
-    free = touching.get(state[0]) == (0, 0)
-    begin = run.events[0].t if free else 0.0
+    begin = run.events[0].t if state[0] in ("2", "SS") else 0.0
     seen = h["t"] >= begin
-    first, second = (
-        h[name][seen] for name in (("F3", "F4") if one.model == "B1" else ("Rn", "delta"))
-    )
+    names = ("F3", "F4") if one.model == "B1" else ("Rn", "delta")
+    first, second = (h[name][seen] for name in names)
     speed = np.array([np.gradient(h[name], h["t"]) for name in ("x_dot", "y_dot", "theta_dot")])
     size = np.hypot(np.hypot(speed[0], speed[1]), one.pad.w * speed[2])
     late = h["t"] >= one.stop - 0.1 * (one.stop - begin)
@@ -88,10 +89,8 @@ def naive(one):
     return {
         "face": face[~np.isin(state, ("2", "SS"))].max(),
         "duration": one.stop - begin,
-        "first": naive_range(first),
-        "second": naive_range(second),
-        "together": naive_range(first + second),
-        "tilt": naive_range(one.pad.theta0 + h["theta"][seen]),
+        "top": np.nanmax(first),
+        "reach": np.nanmax(second),
         "mean": np.trapezoid(first, h["t"][seen]) / (one.stop - begin),
         "calm": size[late].max() / np.maximum(size, 1e-30).max(),
         "shares": [np.mean([name in names for name in state[seen]]) for names in ("1FC", "2SS")],
@@ -100,7 +99,7 @@ def naive(one):
 
 @pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
 def test_measures_are_those_of_a_history(model, formulation):
-    """Of the same functions a batch has coarse samples, a single run fine ones."""
+    """Of the same functions an ensemble has coarse samples, a single run fine ones."""
     pads, initial = some(model, 6, 300)
     r = simulate_many(model, stack(pads), initial, STOP, 1e-10, formulation, measure=measures)
     compared = 0
@@ -115,17 +114,17 @@ def test_measures_are_those_of_a_history(model, formulation):
         assert r["losses"][i] == fine["losses"][0]
         assert r["swings"][i] == fine["swings"][0]
         assert r["separated"][i] == pytest.approx(fine["separated"][0] * unit, rel=1e-7, abs=1e-9)
-        for found, j, close, time in ((r, i, 1e-3, 1.0), (fine, 0, 1e-6, unit)):
+        for name in ("first", "second", "together", "tilt"):
+            assert r[name][i] == pytest.approx(fine[name][0], rel=1e-4, nan_ok=True)
+        for found, j, time in ((r, i, 1.0), (fine, 0, unit)):
             assert found["duration"][j] * time == pytest.approx(exact["duration"], rel=1e-9)
             assert found["shares"][j][:2] == pytest.approx(exact["shares"], abs=1e-4)
             assert found["face"][j] == pytest.approx(exact["face"], rel=2e-3)
-            assert found["mean"][j] == pytest.approx(exact["mean"], rel=max(close, 1e-4))
-            assert found["calm"][j] == pytest.approx(exact["calm"], rel=max(10 * close, 2e-4))
-            for name in ("first", "second", "tilt") + (("together",) if model == "B1" else ()):
-                # histories hardly ever sample delta where contact is lost, with its limit
-                limit = 5e-3 if model == "B2" and name == "second" else close
-                wide = np.abs(exact[name]).max()
-                assert found[name][j] == pytest.approx(exact[name], abs=limit * wide, nan_ok=True)
+            assert found["mean"][j] == pytest.approx(exact["mean"], rel=1e-4)
+            assert found["calm"][j] == pytest.approx(exact["calm"], rel=3e-2)
+            assert found["first"][j][1] == pytest.approx(exact["top"], rel=1e-5)
+            # histories hardly ever sample delta where contact is lost, with its limit
+            assert found["second"][j][1] == pytest.approx(exact["reach"], rel=5e-3)
     assert compared >= 4
 
 
@@ -139,51 +138,28 @@ def test_both_edges_in_the_same_instant_in_closed_form():
     times = [n * period + t for n in range(5) for t in (touch, touch, touch + back, touch + back)]
     for i in range(3):
         assert r["events"][i][:, 0] == pytest.approx(times[:18], rel=1e-10)
-        assert r["events"][i][:, 1].reshape(-1, 2).sum(axis=1) == pytest.approx(np.ones(9))
         assert sorted(r["losses"][i]) == [0] * 4 + [1] * 4
         # the force starts from zero at first contact and comes back to it
         assert r["first"][i] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-4)
         assert r["duration"][i] == pytest.approx(4.5 * period - touch, rel=1e-10)
 
 
-def test_the_face_is_faster_than_the_mass_centre_of_a_pad_that_turns():
-    """By hand: the face lies h below the mass centre; off the surface it does not rub."""
-    pad, initial = upright(), np.zeros((4, 6))
-    initial[:, 1] = -1e-5, -1e-5, 1e-2, -1e-5
-    initial[:, 3:] = (0.1, 0.0, 2.0), (0.1, 0.0, -2.0), (0.1, 0.0, 2.0), (-0.1, 0.0, 2.0)
-    r = simulate_many("B1", pad, initial, 1e-9, 1e-12, measure=measures)
-    assert r["fastest"] == pytest.approx([0.1, 0.1, 0.1, -0.1], rel=1e-3)
-    assert r["face"] == pytest.approx([0.14, 0.06, np.nan, -0.06], rel=1e-3, nan_ok=True)
-
-
 def test_rise_from_zero_at_first_contact_does_not_count():
-    """A run that ends before the force is back at zero, in a batch and alone."""
+    """A run that ends before the force is back at zero, in an ensemble and alone."""
     pad, height = upright(), 1e-3
     touch, back, lowest = bouncing(pad, height)
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
     middle, pressed = pad.F_n / K, math.sqrt(K / pad.m)
     left = middle + (lowest - middle) * math.cos(pressed * 0.2 * back)
     stop, start = touch + 0.7 * back, (0.0, height, 0.0, 0.0, 0.0, 0.0)
-    exact = pytest.approx((pad.k3 * left / pad.F_n, pad.k3 * lowest / pad.F_n), rel=1e-3)
+    exact = pytest.approx((pad.k3 * left / pad.F_n, pad.k3 * lowest / pad.F_n), rel=1e-6)
     many = simulate_many("B1", pad, np.array([start]), stop, 1e-12, measure=measures)
     assert many["first"][0] == exact
     one = scene("B1", CONSISTENT, pad, start, stop=stop, tolerance=1e-12)
     assert measure_alone(one)["first"][0] == exact
 
 
-def test_signal_that_starts_at_zero_counts_from_its_first_turn():
-    # delta = 0 at the start of a level pad from rest; friction then turns it to one side first
-    pads = [random_pad(8, theta0=0.0, x0=0.0, y0=-0.02).replace(k3=None, k4=None)]
-    r = simulate_many("B2", stack(pads), np.zeros((1, 6)), 5.0, 1e-10, measure=measures)
-    low, high = r["tilt"][0]
-    one = scene("B2", CONSISTENT, pads[0], np.zeros(6), stop=5.0, samples=4001, tolerance=1e-12)
-    theta = simulate(dataclasses.replace(one, outputs=("history",))).history["theta"]
-    turn = int(np.flatnonzero(np.diff(np.sign(np.diff(theta))))[0]) + 1
-    assert (low, high) == pytest.approx((theta[turn:].min(), theta[turn:].max()), abs=1e-5)
-    assert 0.0 not in (low, high)
-
-
-def test_pad_that_leaves_the_model_does_not_disturb_the_others():
+def test_a_pad_that_leaves_the_model_does_not_disturb_the_others():
     pads, initial = some("B1", 8, 40)
     before = simulate_many("B1", stack(pads), initial, 20.0, 1e-10)
     over = int(np.flatnonzero(before["outcome"] == DONE)[2])
@@ -192,21 +168,14 @@ def test_pad_that_leaves_the_model_does_not_disturb_the_others():
     assert r["outcome"][over] == 1
     assert 0.0 < r["ended"][over] < 20.0
     others = np.arange(8) != over
-    assert np.array_equal(r["outcome"][others], before["outcome"][others])
-    assert np.array_equal(r["changes"][others], before["changes"][others])
+    for name in ("outcome", "changes"):
+        assert np.array_equal(r[name][others], before[name][others])
     good = r["outcome"] == DONE
     assert good.sum() >= 4
     assert np.allclose(r["final"][good], before["final"][good], rtol=0, atol=1e-8)
     assert np.isnan(r["final"][over]).all()
     assert np.isnan(r["first"][over]).all()
     assert r["losses"][over] is None
-
-
-def test_numbers_that_are_not_finite_are_refused():
-    pads, initial = some("B1", 3, 40)
-    initial[1, 0] = math.nan
-    with pytest.raises(ComputationError, match="pad 1 of the ensemble are not finite"):
-        simulate_many("B1", stack(pads), initial, 20.0)
 
 
 def test_other_units_and_processes_change_nothing():
@@ -221,25 +190,15 @@ def test_other_units_and_processes_change_nothing():
     assert np.allclose(s["first"], r["first"], rtol=1e-6, equal_nan=True)
     assert np.allclose(s["separated"], r["separated"] * time, rtol=1e-6, equal_nan=True)
     two = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measure=measures, workers=2)
-    # lanes are independent: other neighbours, same bits
-    assert np.array_equal(two["final"], r["final"], equal_nan=True)
+    assert np.allclose(two["final"], r["final"], rtol=0, atol=1e-9, equal_nan=True)
     assert two["losses"].tolist() == r["losses"].tolist()
 
 
-def test_batches_without_heyoka_say_so(monkeypatch):
+def test_what_cannot_be_simulated_is_refused(monkeypatch):
+    pads, initial = some("B1", 3, 40)
+    initial[1, 0] = math.nan
+    with pytest.raises(ComputationError, match="pad 1 of the ensemble are not finite"):
+        simulate_many("B1", stack(pads), initial, 20.0)
     monkeypatch.setitem(sys.modules, "squeal.simulation.taylor", None)
-    pads, initial = some("B1", 1, 1)
     with pytest.raises(ComputationError, match="heyoka"):
-        simulate_many("B1", stack(pads), initial, 1.0)
-
-
-@pytest.mark.parametrize(("model", "formulation"), LAWS[:3])
-def test_measures_do_not_depend_on_the_pads_beside(model, formulation):
-    pads, initial = some(model, 9, 300)
-    together = simulate_many(model, stack(pads), initial, STOP, 1e-8, formulation, measure=measures)
-    for i, pad in enumerate(pads):
-        alone = simulate_many(
-            model, stack([pad]), initial[i : i + 1], STOP, 1e-8, formulation, measure=measures
-        )
-        for name in ("first", "second", "tilt", "mean", "fastest", "face", "calm"):
-            assert alone[name][0] == pytest.approx(together[name][i], rel=1e-12, nan_ok=True)
+        simulate_many("B1", stack(pads), np.zeros((3, 6)), 1.0)

@@ -13,7 +13,7 @@ from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
 from squeal.simulation import simulate
 from squeal.simulation.hybrid import Options, integrate
-from squeal.simulation.observers import Events, observers_for
+from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.scipy_solver import SciPyIntegrator
 from tests.conftest import BACKENDS, HEYOKA, needs_heyoka, random_pad
@@ -144,14 +144,6 @@ def test_sliding_is_lost_however_narrowly(excess):
     if excess > 0:
         lost = math.asin(1 / (1 + excess)) / rate
         assert result.sliding_lost_at == pytest.approx(lost, rel=1e-6)
-
-
-def test_shares_alone_need_no_dense_output_and_no_history():
-    scene = bounce(upright(), 1e-3, 0.02, outputs=("shares", "events"))
-    units, model, _, stop = in_natural_units(scene)
-    watching = observers_for(scene, model, units, stop, None)
-    assert {type(o).__name__ for o in watching} == {"Shares", "Events"}
-    assert not any(o.dense for o in watching)
 
 
 @pytest.mark.parametrize("seed", range(100, 106))

@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
-from squeal.analysis.stack import PadStack
-from squeal.analysis.thresholds import critical_friction
-from squeal.article.claims.motions import measure_alone, measures
-from squeal.article.findings.work import contact_work
+from squeal.analysis.sensitivity import eigenvalue_sensitivities
 from squeal.article.studies._growth import fit
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
@@ -20,9 +16,8 @@ from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
 from squeal.simulation import simulate
-from squeal.simulation.ensemble import DONE, simulate_many, stack
+from squeal.simulation.ensemble import simulate_many
 from squeal.simulation.hybrid import LIMITS
-from squeal.simulation.variations import variations
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
 from tests.simulation.closed import assert_moves_so
@@ -67,14 +62,6 @@ def test_the_law_is_whole_or_refused(left_out):
     part = {name: value for name, value in whole.items() if name != left_out}
     with pytest.raises(InputError, match=r"^Pad: \w+: missing; [\w ]+ needs it \(.*\)$"):
         Pad(**part)
-
-
-def test_what_is_missing_is_named_in_a_few_words():
-    with pytest.raises(InputError) as caught:
-        scene("b2-c").pad.replace(mu_s=None)
-    assert str(caught.value) == (
-        "Pad: mu_s: missing; mu_k needs it (coefficient of friction at rest)"
-    )
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
@@ -152,39 +139,6 @@ def test_motion_is_that_of_the_equations_written_out(name, damped):
 
 
 @needs_heyoka
-@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-def test_batches_and_single_runs_agree(name):
-    rows = ((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))
-    one = scene(name, tolerance=1e-12, damping=Damping(matrix=rows)).replace(V=20.0)
-    speeds = np.array([15.0, 20.0, 40.0])
-    pads = [one.pad.replace(V=float(V)) for V in speeds]
-    found = simulate_many(
-        one.model,
-        stack(pads),
-        np.tile(one.initial, (3, 1)),
-        one.stop or 0.0,
-        one.tolerance,
-        measure=measures,
-        damping=np.array(rows),
-    )
-    assert (found["outcome"] == DONE).all()
-    for i, pad in enumerate(pads):
-        own = dataclasses.replace(one, pad=pad)
-        single = simulate(own)
-        scale = np.abs(single.final[1:]).max()
-        assert found["changes"][i] == single.contact_changes
-        assert found["final"][i] == pytest.approx(single.final[1:], abs=1e-6 * scale)
-        assert found["calm"][i] == pytest.approx(measure_alone(own)["calm"][0], rel=1e-2)
-
-
-@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-def test_works_balance(name):
-    found = contact_work(scene(name, tolerance=1e-14).replace(V=20.0))
-    total = found.normal + found.friction
-    assert total == pytest.approx(found.gained, abs=1e-9 * found.kinetic)
-
-
-@needs_heyoka
 def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
     one = scene("b2-c", tolerance=1e-12).replace(V=2.0)
     messages = []
@@ -207,28 +161,6 @@ def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
     fast = dataclasses.replace(one, initial=(0.0, 0.0, 0.0, 2.0, 0.0, 0.0))
     with pytest.raises(InputError, match=r"x_dot: 2.0 is not allowed .* it must be below V = 2$"):
         simulate(fast)
-
-
-def test_phase_space_swells_where_friction_falls():
-    # the trace of the linear equations is mu' R_n/m in contact, in place of zero
-    one = scene("b1-c")
-    one = dataclasses.replace(one, stop=0.1 * one.stop)
-    found = variations(one)
-    _, logarithm = np.linalg.slogdet(found.matrix)
-    assert logarithm + 6 * found.logarithm > 1e-2
-
-
-@pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.01, 0.01))])
-def test_maps_know_it(damping):
-    one = scene("b2-d", damping=damping)
-    V = np.array([3.0, 8.0, 30.0])
-    values = PadStack.of(one, ("V",), V[None]).fastest()[0]
-    scales = np.array([0.2, 0.4])
-    scaled = PadStack.of(one, ("mu",), scales[None]).fastest()[0]
-    for names, given, found in (("V", V, values), ("mu", scales, scaled)):
-        for value, fastest in zip(given, found, strict=True):
-            mode = analyse(one.replace(**{names: float(value)})).spectrum.dominant.value
-            assert fastest.real == pytest.approx(mode.real, rel=1e-6)
 
 
 def difference(value, x):
@@ -256,29 +188,3 @@ def test_sensitivities_of_eigenvalues_against_differences():
         expected = difference(lambda x, n=name: value(n, x), x)
         size = max(abs(expected), 1e-6 * abs(first) / abs(x))
         assert abs(rates[name][0] - expected) < 1e-4 * size
-
-
-def test_sensitivities_of_thresholds_against_differences():
-    one = scene("b2-d", damping=Damping(matrix=((90.0, 0, 0), (0, 80.0, 0), (0, 0, 0.1))))
-
-    # mu scales the law, whose shape the other parameters give
-    held = one.replace(mu=one.pad.mu)
-
-    first = critical_friction(one).points[0]
-    rates = threshold_sensitivities(one, first)
-
-    def threshold(changed):
-        return critical_friction(changed, 1.01 * first.mu).points[0].mu
-
-    for name in ("mu_s", "V", "F_n"):
-        x = getattr(one.pad, name)
-        expected = difference(lambda x, n=name: threshold(held.replace(**{n: x})), x)
-        assert rates[name] == pytest.approx(expected, rel=1e-4)
-
-
-def test_friction_that_does_not_fall_has_no_such_term():
-    model = read_scene(SCENES / "b2-c.yaml").pad_model
-    assert model.pad.fall is None
-    assert (model.terms, model.term_values.size) == ((), 0)
-    flat = scene("b2-c").replace(mu_s=0.3)
-    assert not analyse(flat).matrices.C.any()

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.cli.main import main
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
-from squeal.simulation.response import Response, Watch, _settled
-from squeal.simulation.run import in_natural_units
+from squeal.simulation.response import Response
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 
@@ -111,21 +109,6 @@ def test_a_pad_at_rest_has_settled():
     assert found.amplitude == pytest.approx({"x": 0.0, "y": 0.0, "theta": 0.0}, abs=1e-12)
 
 
-def test_irregular_motion_has_no_amplitude():
-    one = read_scene(SCENES / "b1-a.yaml", "simulate")
-    found = response(dataclasses.replace(one, stop=10 * (one.stop or 0.0)))
-    assert found.settled is False
-    assert found.amplitude is None
-
-
-def test_settled_on_both_sides():
-    still, moving = [1.0] * 16, [1.0] * 18
-    assert _settled(np.array([*moving, 0.009, 0.009])) is True
-    assert _settled(np.array([*moving, 0.011, 0.011])) is None
-    assert _settled(np.array([*still, 0.5, 0.5, 0.46, 0.46])) is False
-    assert _settled(np.array([*still, 0.5, 0.5, 0.44, 0.44])) is None
-
-
 def test_the_command_tells_it(capsys):
     scene = str(SCENES / "b2-d.yaml")
     changes = ["--set", "initial=equilibrium", "--set", "y_dot=1e-3", "--set", "outputs=[response]"]
@@ -139,46 +122,3 @@ def test_the_command_tells_it(capsys):
         assert words in out
     assert main(["simulate", scene, "--json", "--set", "stop=1e-5", *changes]) == 0
     assert set(json.loads(capsys.readouterr().out)["response"].values()) == {None}
-
-
-@pytest.mark.parametrize(("lines", "told"), [(3, True), (9, False)])
-def test_a_frequency_needs_a_line_with_a_quarter_of_the_power(lines, told):
-    rates = 0.37 * 1.31 ** np.arange(lines)
-    rates /= rates.max()
-
-    def dense(t):
-        """Oscillations in y alone, each with the same kinetic energy."""
-        states = np.zeros((len(t), 6))
-        states[:, 1] = (np.sin(np.outer(t, rates)) / rates).sum(axis=1)
-        states[:, 4] = np.cos(np.outer(t, rates)).sum(axis=1)
-        return states
-
-    found, units = watched(dense)
-    assert (found.frequency_hz is not None) == told
-    if told:
-        hertz = rates / (2 * math.pi * units.time)
-        assert np.abs(hertz - found.frequency_hz).min() < 1e-3 * hertz.max()
-
-
-def watched(dense):
-    """What is told of a motion in full contact, and its units."""
-    units, model, _, _ = in_natural_units(bounce(0.1))
-    watch = Watch(model, units, 4000.0)
-    whole = {"t0": [0.0], "t1": [4000.0], "t": np.empty(0)}
-    course: Any = SimpleNamespace(at=lambda t: (dense(t), None), **whole)
-    watch.see(course)
-    return watch.result()["response"], units
-
-
-@pytest.mark.parametrize(("rate", "told"), [(1.5e-4, True), (4e-4, False)])
-def test_an_amplitude_is_steady_to_a_tenth(rate, told):
-    # an amplitude exp(-rate t) falls by rate stop/8 from one half of the last quarter to the other
-    def dense(t):
-        states = np.zeros((len(t), 6))
-        states[:, 1] = np.exp(-rate * t) * np.sin(t)
-        states[:, 4] = np.exp(-rate * t) * np.cos(t)
-        return states
-
-    found, units = watched(dense)
-    assert (found.amplitude is not None) == told
-    assert found.frequency_hz == pytest.approx(1 / (2 * math.pi * units.time), rel=1e-4)

@@ -7,10 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.maps import Axis, stability_map
-from squeal.analysis.sensitivity import threshold_sensitivities
-from squeal.analysis.thresholds import critical_friction
 from squeal.article.claims.motions import measures
 from squeal.article.findings.work import contact_work
 from squeal.errors import InputError
@@ -26,7 +22,7 @@ from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Events
 from squeal.simulation.reference import reference
 from squeal.simulation.run import in_natural_units, make_integrator
-from tests.conftest import SCENES, needs_heyoka, random_pad
+from tests.conftest import SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 
 
@@ -84,54 +80,6 @@ def test_motion_converges_to_the_line_with_order_two(case):
     assert errors[-1] < 1e-4 * np.abs(exact).max()
 
 
-def test_eigenvalues_converge_to_those_of_the_line():
-    """With order one in partial contact, where springs come and go; exactly in full contact."""
-    full, partial = Scene("B2", random_pad(2, "B2")), Scene("B2", random_pad(5, "B2", mu=0.8))
-    for scene, name in ((full, "FC"), (partial, "PC")):
-        expected = analyse(scene)
-        assert expected.contact == name
-        size = np.abs(expected.spectrum.values).max()
-        errors = []
-        for count in (4, 32):
-            found = analyse(on_springs(scene, count))
-            assert found.contact == name
-            errors.append(np.abs(found.spectrum.values - expected.spectrum.values).max() / size)
-        if name == "FC":
-            assert max(errors) < 1e-9
-        else:
-            assert errors[0] > 8 * errors[1] > 0.0
-            assert errors[1] < 1e-2
-
-
-@needs_heyoka
-def test_contact_times_agree_with_the_second_integrator():
-    scene = on_springs(line("a", 0.25), 5, tolerance=1e-12, outputs=("events",))
-    ours, other = simulate(scene), simulate(scene, backend="scipy")
-    assert len(ours.events) == len(other.events) >= 8
-    assert [(e.source, e.target) for e in ours.events] == [
-        (e.source, e.target) for e in other.events
-    ]
-    times = [[e.t for e in run.events] for run in (ours, other)]
-    assert times[0] == pytest.approx(times[1], rel=1e-9)
-    assert ours.final == pytest.approx(other.final, rel=1e-7)
-
-
-def test_energy_is_kept_without_friction():
-    pad = random_pad(3, "BN", mu=0.0)
-    scene = Scene("BN", pad, Formulation(springs=7), (0, 0.02, 0.01, 0, 0, 0), 60.0, samples=2)
-    run = simulate(scene)
-    assert run.contact_changes > 50
-    model = scene.pad_model
-    energy = [
-        model.energy(q, v, model.state_at(q))
-        for q, v in (
-            (scene.initial[:3], scene.initial[3:]),
-            (np.array(run.final[1:4]), np.array(run.final[4:])),
-        )
-    ]
-    assert energy[1] == pytest.approx(energy[0], rel=1e-12)
-
-
 SPRUNG = {"k3": None, "k4": None, "k_c": 1e6}
 
 
@@ -184,36 +132,6 @@ def test_the_normal_reaction_gives_back_what_it_took():
     work = contact_work(on_springs(line("a", 0.25), 9))
     assert abs(work.fed) < 1e-9 * work.kinetic
     assert abs(work.friction) > 1e-3 * work.kinetic
-
-
-def test_queries_of_a_pad_in_full_contact_are_those_of_the_line():
-    scene = Scene("B2", random_pad(10, "B2", mu=0.3))
-    springs = on_springs(scene, 6)
-    one, other = critical_friction(scene, 0.8), critical_friction(springs, 0.8)
-    assert one.points
-    for a, b in zip(one.points, other.points, strict=True):
-        assert a.kind == b.kind
-        assert a.mu == pytest.approx(b.mu, rel=1e-9)
-    slopes = [threshold_sensitivities(s, one.points[0]) for s in (scene, springs)]
-    assert slopes[0] == pytest.approx(slopes[1], rel=1e-6, abs=1e-9)
-    axes = Axis("mu", 0.0, 0.8, 9), Axis("k1", 0.9, 1.1, 5)
-    assert stability_map(springs, axes).share == stability_map(scene, axes).share
-
-
-def test_a_scene_file_names_the_number_of_springs(tmp_path):
-    text = (SCENES / "b2-c.yaml").read_text(encoding="utf-8").replace("model: B2", "model: BN")
-    lines = [line for line in text.splitlines() if not line.startswith("formulation")]
-    file = tmp_path / "bn.yaml"
-    for more, count in (("", 16), ("formulation: {springs: 5}", 5)):
-        file.write_text("\n".join([*lines, more]), encoding="utf-8")
-        assert read_scene(file, "simulate").pad_model.law.points == count
-    for wrong, allowed in (
-        ("{springs: 1}", "a whole number from 2 to 1000"),
-        ("{line_force: mean}", "model BN does not use it"),
-    ):
-        file.write_text("\n".join([*lines, f"formulation: {wrong}"]), encoding="utf-8")
-        with pytest.raises(InputError, match=allowed):
-            read_scene(file)
 
 
 @pytest.mark.parametrize("count", [2, 3, 8])

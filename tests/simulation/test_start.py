@@ -13,7 +13,6 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.schema.place import Place
 from squeal.simulation import simulate
 from squeal.simulation.run import first_place
 from tests.conftest import SCENES, random_pad
@@ -54,24 +53,6 @@ def test_where_there_is_no_equilibrium_one_sentence_says_so():
     turned = scene("b2-a", initial=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0))
     with pytest.raises(ComputationError, match="initial: theta: 2 turns the pad past 90 degrees"):
         simulate(turned)
-
-
-@pytest.mark.parametrize(
-    ("text", "start", "kick"),
-    [
-        ("initial: equilibrium\n", "equilibrium", 0.0),
-        ("initial: origin\n", "origin", 0.0),
-        ("initial: {from: equilibrium, y_dot: 0.01}\n", "equilibrium", 0.01),
-        ("initial: {y_dot: 0.01}\n", "origin", 0.01),
-        ("", "origin", 0.0),
-    ],
-)
-def test_scene_files_name_it(tmp_path, text, start, kick):
-    path = tmp_path / "scene.yaml"
-    path.write_text((SCENES / "b2-c.yaml").read_text() + text)
-    one = read_scene(path)
-    assert (one.start, one.initial[4]) == (start, kick)
-    assert Scene.from_dict(one.to_dict(), Place("here")) == one
 
 
 def test_set_changes_the_start_and_keeps_it(tmp_path, capsys):

@@ -8,9 +8,9 @@ import pytest
 
 from squeal.article.studies.accuracy import accuracy
 from squeal.io.scene import Scene, read_scene
+from squeal.simulation.cycles import variations
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.run import in_natural_units
-from squeal.simulation.variations import variations
 from tests.conftest import HEYOKA, SCENES, needs_heyoka
 from tests.simulation.closed import upright
 

@@ -10,9 +10,9 @@ import numpy as np
 from squeal.article.results.accuracy import Accuracy, SceneAccuracy
 from squeal.io.scene import Scene, read_scene
 from squeal.simulation import simulate
+from squeal.simulation.cycles import variations
 from squeal.simulation.reference import error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units
-from squeal.simulation.variations import variations
 
 LONGER = 5  # the exponent is measured over this many times the scene's time
 LOST = 0.01  # a motion is predictable until its tolerance has grown to this share
