@@ -15,7 +15,7 @@ from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
 from squeal.article.report.plain import plain
 from squeal.io.document import with_named_files
-from squeal.io.sources import sources
+from squeal.io.provenance import sources
 from workflow.warm import start
 
 LOCK = "requirements/environment.txt"

@@ -15,7 +15,7 @@ from squeal.article.commands.claims import scene_files
 from squeal.article.report.captions import captions, sections
 from squeal.article.report.chapters import CHAPTERS
 from squeal.article.studies.findings import study
-from squeal.io.sources import digest
+from squeal.io.provenance import digest
 
 FINDINGS = "squeal.article.studies.findings"
 PACKAGES = sorted({m.name for m in pkgutil.iter_modules(squeal.__path__)} - {"__main__"})

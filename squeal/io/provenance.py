@@ -1,9 +1,17 @@
-"""Where a result comes from: the files, the sources and the versions that made it."""
+"""Where a result comes from: the files, the sources and the versions that made it.
+
+Snakemake does not see imports; its rules take `sources` as input, so that a change in a module
+reruns what imports it and nothing else. The same list is digested into every result, with the
+versions of `packages`. Imports inside functions count too; modules loaded by name only (the command
+line's) do not. A module that imports `importlib.resources` reads the files of its folder: they are
+sources too.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import platform
+import re
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -12,10 +20,95 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.io.sources import digest, packages
 
 NOT_INSTALLED = "not installed"
 WITHOUT_HEYOKA = "Left out here, since heyoka is not installed:"
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT.name
+_TEXT = re.compile(r'"""(?:[^"\\]|\\.|"(?!""))*"""', re.S)  # docstrings may hold lines of code
+_TYPES = re.compile(r"^if TYPE_CHECKING:\n(?: +.*\n|\n)*", re.M)  # seen by type checkers alone
+_LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", re.M)
+
+
+@cache
+def _imports(path: Path) -> frozenset[str]:
+    """Names of all modules that a file imports (absolute imports, the house style).
+
+    Read from its lines: to parse hundreds of files would take longer than most of what runs them.
+    """
+    text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
+    found: set[str] = set()
+    for module, some, others in _LINE.findall(text):
+        words = (w.split() for w in re.sub(r"#.*", "", some or others).strip("()\n").split(","))
+        names = {word[0] for word in words if word}
+        found |= {module, *(f"{module}.{name}" for name in names)} if module else names
+    return frozenset(found)
+
+
+@cache
+def _files(name: str) -> frozenset[Path]:
+    """The file of a module of this package, if it is one, and of the packages that it lies in."""
+    parts = name.split(".")
+    places = [ROOT.parent.joinpath(*parts[: end + 1]) for end in range(len(parts))]
+    if parts[0] != PACKAGE:
+        return frozenset()
+    each = (f for p in places for f in (p.with_suffix(".py"), p / "__init__.py") if f.is_file())
+    return frozenset(each)
+
+
+@cache
+def _needed(path: Path) -> frozenset[Path]:
+    """Files of this package that a file imports itself."""
+    return frozenset().union(*map(_files, _imports(path)))
+
+
+def _modules(modules: Iterable[str]) -> set[Path]:
+    """Files of some modules and of all that they import from this package, directly or not."""
+    seen: set[Path] = set()
+    wanted: set[Path] = set()
+    for module in modules:
+        place = ROOT.parent.joinpath(*module.split("."))
+        if not place.with_suffix(".py").is_file() and not (place / "__init__.py").is_file():
+            raise ModuleNotFoundError(f"no module {module} in this package")
+        wanted |= _files(module)
+    while wanted:
+        seen |= wanted
+        wanted = set().union(*map(_needed, wanted)) - seen
+    return seen
+
+
+def sources(*modules: str) -> list[str]:
+    """Files, relative to the folder that holds the package, that the modules need to run.
+
+    Raises ModuleNotFoundError if the package has no such module.
+    """
+    files = _modules(modules)
+    read = [path for path in files if "importlib.resources" in _imports(path)]
+    files |= {
+        data
+        for path in read
+        for data in path.parent.rglob("*")
+        if data.is_file() and not data.suffix.startswith(".py")
+    }
+    return sorted(str(path.relative_to(ROOT.parent)) for path in files)
+
+
+def packages(module: str) -> list[str]:
+    """Names of the packages beside this one and Python's own that `module` or its sources import.
+
+    Raises ModuleNotFoundError if the package has no such module.
+    """
+    named = {name.partition(".")[0] for path in _modules([module]) for name in _imports(path)}
+    return sorted(named - {PACKAGE} - sys.stdlib_module_names)
+
+
+def digest(module: str) -> str:
+    """SHA-256 over the files of `sources(module)`, shortened to 16 digits."""
+    total = hashlib.sha256()
+    for path in sources(module):
+        total.update(path.encode())
+        total.update((ROOT.parent / path).read_bytes())
+    return total.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -30,11 +123,11 @@ class InputFile:
 class Provenance:
     """What made a result.
 
-    inputs: every file that was read; source_sha256: over the module and all that it imports, see
-    `squeal.io.sources.digest`; versions: of this package, of Python and of every other package
-    that those sources import, `NOT_INSTALLED` for one that is missing; platform: system and
-    processor; loaded: those of the packages that had been loaded when the result was made, since
-    sources also import what a scene may need and this one did not.
+    inputs: every file that was read; source_sha256: the `digest` of the module; versions: of this
+    package, of Python and of every other package that its sources import, `NOT_INSTALLED` for one
+    that is missing; platform: system and processor; loaded: those of the packages that had been
+    loaded when the result was made, since sources also import what a scene may need and this one
+    did not.
     """
 
     inputs: tuple[InputFile, ...]

@@ -13,8 +13,7 @@ import numpy as np
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
-from squeal.io.provenance import Provenance
-from squeal.io.sources import digest
+from squeal.io.provenance import Provenance, digest
 from squeal.io.writing import write_text, write_whole
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model

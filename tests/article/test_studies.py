@@ -16,7 +16,7 @@ from squeal.article.results.extreme import Extreme, Outcome
 from squeal.article.results.records import Plain, Result
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies.__main__ import main
-from squeal.io.sources import sources
+from squeal.io.provenance import sources
 from tests.conftest import ROOT, SCENES
 
 RESULTS = squeal.article.results.__name__

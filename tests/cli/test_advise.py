@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from squeal.io.sources import ROOT as PACKAGE
+from squeal.io.provenance import ROOT as PACKAGE
 from tests.cli.calls import assert_refused, run
 from tests.cli.conftest import PAD
 from tests.conftest import SCENES, only_levers

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from squeal.cli.main import COMMANDS, main
-from squeal.io.sources import ROOT
+from squeal.io.provenance import ROOT
 from squeal.io.writing import column_name
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES, needs_heyoka

@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from squeal.io.sources import ROOT
+from squeal.io.provenance import ROOT
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from squeal.cli.main import main
-from squeal.io.sources import ROOT as PACKAGE
+from squeal.io.provenance import ROOT as PACKAGE
 from tests.cli.calls import assert_refused, run
 from tests.conftest import ROOT, SCENES
 

@@ -6,10 +6,10 @@ from jsonschema import Draft202012Validator as Validator
 from squeal.errors import InputError
 from squeal.io.document import read_document
 from squeal.io.documentation import documents, page, scene_schema, system_schema
+from squeal.io.provenance import ROOT as PACKAGE
 from squeal.io.scene import read_scene
 from squeal.io.scene_keys import SCENE
 from squeal.io.short_form import read_plain
-from squeal.io.sources import ROOT as PACKAGE
 from squeal.model.contact import MODELS
 from squeal.model.pad import PARAMETERS
 from tests.conftest import ROOT, SCENES

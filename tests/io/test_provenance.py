@@ -12,8 +12,7 @@ import pytest
 
 from squeal.article.studies.__main__ import main
 from squeal.cli.main import command
-from squeal.io.provenance import NOT_INSTALLED, Provenance, provenance, version
-from squeal.io.sources import digest, packages
+from squeal.io.provenance import NOT_INSTALLED, Provenance, digest, packages, provenance, version
 from tests.conftest import ROOT, SCENES
 
 MODULE = "squeal.article.commands.sliding"

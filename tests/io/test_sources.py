@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from squeal.io import sources as sources_module
-from squeal.io.sources import ROOT, digest, packages, sources
+from squeal.io import provenance as sources_module
+from squeal.io.provenance import ROOT, digest, packages, sources
 
 MODULES = ["squeal.cli.simulate", "squeal.article.commands.sliding", "squeal.cli.map"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from squeal.article.report.chapters import STUDIES
-from squeal.io.sources import packages
+from squeal.io.provenance import packages
 from tests.conftest import ROOT
 from workflow.warm import FOR_OTHERS, LIGHT, LOADED, NEED_CONTROL, VARIABLE, ask
 

@@ -17,7 +17,7 @@ import pytest
 from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.report.captions import captions
 from squeal.article.report.chapters import CHAPTERS, FIGURES, RESULTS, STUDIES
-from squeal.io.sources import sources
+from squeal.io.provenance import sources
 from tests.conftest import ROOT
 from workflow.warm import LIGHT, VARIABLE
 

@@ -10,7 +10,7 @@ from squeal.article.studies.claims import study
 from squeal.cli.base import Answer, Parser
 from squeal.cli.tables import table
 from squeal.errors import InputError
-from squeal.io.sources import ROOT
+from squeal.io.provenance import ROOT
 
 
 def options(parser: Parser) -> None:

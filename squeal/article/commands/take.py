@@ -8,7 +8,7 @@ from squeal.article.report.taking import names, take
 from squeal.cli.base import Answer, Parser
 from squeal.cli.tables import table
 from squeal.errors import InputError
-from squeal.io.sources import ROOT
+from squeal.io.provenance import ROOT
 
 
 def options(parser: Parser) -> None:

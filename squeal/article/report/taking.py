@@ -19,8 +19,7 @@ from squeal.article.report.chapters import CHAPTERS, FIGURES
 from squeal.article.report.plain import plain, table_rows
 from squeal.article.results.records import call
 from squeal.errors import InputError
-from squeal.io.provenance import Provenance, version
-from squeal.io.sources import digest
+from squeal.io.provenance import Provenance, digest, version
 from squeal.io.writing import new_folder, to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
