@@ -117,7 +117,7 @@ def copy(tmp_path, monkeypatch):
     [
         ("article/literature/systems/bicycle.yaml", "squeal.article.studies.stability", True),
         ("article/literature/systems/bicycle.yaml", "squeal.cli.eigenvalues", False),
-        ("linear/cubic.py", "squeal.cli.eigenvalues", True),
+        ("linear/eigen.py", "squeal.cli.eigenvalues", True),
         ("article/literature/comparison.py", "squeal.cli.eigenvalues", False),
     ],
 )
