@@ -78,18 +78,3 @@ def newton(
             return Newton(x, "converged")
         last = size
     return Newton(x, "unfinished")
-
-
-def newton_steps(value: np.ndarray, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's steps (m, n) of n systems at once, and the signs (n,) of their determinants.
-
-    value (m, n), slope (m, m, n). The sign is 0 where a system is not finite, whose step is zero,
-    or singular, whose step is its value.
-    """
-    unit = np.eye(len(value))
-    finite = np.isfinite(slope).all(axis=(0, 1)) & np.isfinite(value).all(axis=0)
-    value, rows = np.where(finite, value, 0.0).T, np.moveaxis(slope, -1, 0)
-    rows = np.where(finite[:, None, None], rows, unit)
-    side = np.where(finite, np.sign(np.linalg.det(rows)), 0.0)
-    rows = np.where(side[:, None, None] == 0.0, unit, rows)
-    return np.linalg.solve(rows, value[:, :, None])[:, :, 0].T, side

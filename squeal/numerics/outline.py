@@ -17,11 +17,7 @@ import numpy as np
 Codes = Callable[[np.ndarray], np.ndarray]
 """Codes (n,) at points (2, n)."""
 
-Near = Callable[[np.ndarray, np.ndarray], Codes]
-"""Codes between points (2, n) and others close to them, in the order of these pairs."""
-
 HALVINGS = 20  # of an edge: places to a millionth of it
-COARSE = 6  # of them are made before the codes are told from nearby, where they can be
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +86,7 @@ class Outline:
 
 
 def crossings(
-    x: np.ndarray, y: np.ndarray, codes: np.ndarray, at: Codes | None, near: Near | None = None
+    x: np.ndarray, y: np.ndarray, codes: np.ndarray, at: Codes | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the code changes on the edges of a grid, as a share of the edge, one half elsewhere.
 
@@ -108,9 +104,7 @@ def crossings(
     step[0, : len(ix)] = x[ix + 1] - x[ix]
     step[1, len(ix) :] = y[jy + 1] - y[jy]
     low, width = np.zeros(len(first)), 1.0
-    for k in range(HALVINGS if len(first) else 0):
-        if k == COARSE and near is not None:
-            at = near(start + low * step, start + (low + width) * step)
+    for _ in range(HALVINGS if len(first) else 0):
         width /= 2
         low = low + width * (at(start + (low + width) * step) == first)
     share = low + width / 2
@@ -124,13 +118,12 @@ def outline(
     y: np.ndarray,
     codes: np.ndarray,
     at: Codes | None = None,
-    near: Near | None = None,
 ) -> Outline:
     """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
 
     Features smaller than the grid are not seen; corners are cut within one square of it.
     """
-    along_x, along_y = crossings(x, y, codes, at, near)
+    along_x, along_y = crossings(x, y, codes, at)
     # the outer points stand for the strips between them and the ends
     x, y = (np.concatenate([[e[0]], v, [e[1]]]) for e, v in zip(ends, (x, y), strict=True))
     codes = np.pad(codes, 1, mode="edge")

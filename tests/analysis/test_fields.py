@@ -7,7 +7,6 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, field_of
-from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, read_scene
 from tests.conftest import SCENES
@@ -25,23 +24,6 @@ def scenes(stem, damping=None):
         for j, b in enumerate(axes[1].values)
     ]
     return scene, axes, points
-
-
-@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
-def test_critical_friction_is_the_first_loss_of_each_pad(stem):
-    scene, axes, points = scenes(stem)
-    values = field_of(scene, axes, "critical-friction", 1.0).values
-    met = 0
-    for i, j, one in points:
-        found = critical_friction(one, 1.0)
-        loss = found.first
-        if loss is not None:
-            exact = 1e-6 if loss.kind == "fold" else 1e-10
-            assert values[i, j] == pytest.approx(loss.mu, rel=exact), loss.kind
-            met += 1
-        elif found.mu_end == 1.0:
-            assert np.isnan(values[i, j])
-    assert met
 
 
 @pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.02, 0.03))])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.numerics.newton import complex_step, newton, newton_steps
+from squeal.numerics.newton import complex_step, newton
 
 
 def curve(x):
@@ -53,11 +53,3 @@ def test_steps_that_stall_count_only_if_they_may():
 
     assert newton(rounded, [0.0], stalled=1e-8).converged
     assert newton(rounded, [0.0]).status == "unfinished"
-
-
-def test_steps_of_many_systems_at_once():
-    slope = np.array([np.diag([2.0, 4.0]), [[0.0, 1.0], [1.0, 0.0]], np.ones((2, 2)), np.eye(2)])
-    value = np.array([[2.0, 4.0], [3.0, 5.0], [6.0, 7.0], [np.nan, 1.0]]).T
-    step, side = newton_steps(value, np.moveaxis(slope, 0, -1))
-    assert pytest.approx(np.array([[1.0, 1.0], [5.0, 3.0], [6.0, 7.0], [0.0, 0.0]])) == step.T
-    assert side.tolist() == [1.0, -1.0, 0.0, 0.0]
