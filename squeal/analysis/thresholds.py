@@ -11,6 +11,7 @@ from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
+from squeal.io.short_form import PlainSystem
 from squeal.linear import (
     GROWING,
     CriticalPoint,
@@ -130,7 +131,8 @@ def _widened(at: Located, path: Path) -> Located:
 
 def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:
     """The same for a system of matrices along its parameter from 0 to `high`."""
-    found = thresholds(system, high)
+    terms = system.terms() if isinstance(system, PlainSystem) else system  # of known factors
+    found = thresholds(terms, high)
     end = f"{name} = {high:g} is reached"
     _, at_zero = roots_and_verdict(*system(0.0))
     located = tuple(found.points), high, end, tuple(found.crossings)
