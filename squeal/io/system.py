@@ -130,7 +130,9 @@ SYSTEM = Group(
         "M": Key("mass", Part(), required=True),
         "C": Key("damping and gyroscopic forces", Part(), default="none"),
         "K": Key("stiffness, friction included", Part(), required=True),
-        "damping": Key("of the structure: K without parameters, M", DAMPING, default="none"),
+        "damping": Key(
+            "of the structure: M and the symmetric K without friction", DAMPING, default="none"
+        ),
         "coordinates": Key(
             "a table with the columns node, dof, x, y, z, a line for each row; for mode shapes",
             Group({"file": Key("a .csv file", Text(), required=True)}, owner="coordinates"),
