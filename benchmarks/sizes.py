@@ -19,8 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.systems.solid_brake import solid_brake
-from squeal.numerics.threads import one_thread
+from benchmarks.solid_brake import solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import lowest_modes, modes_in
@@ -75,32 +74,31 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
     scaled = ScaledSystem(brake.system)
     problem, region = scaled.at(), band(*BAND)
     mu = [float(x) for x in np.linspace(0.0, 1.0, VALUES)]
-    with one_thread():
-        start = clock()
-        factorise(problem.at(region.centre))
-        factored = ended("factor", start)
-        start = clock()
-        if certify and not lowest_modes(problem, 20).certified:
-            raise SystemExit(f"{problem.n} rows: the modes are not certified")
-        certified = ended("certified", start) if certify else float("nan")
-        start = clock()
-        reduction = reduce_system(scaled, region, [{"mu": x} for x in mu[::2] + mu[-1:]])
-        basis = ended("basis", start)
-        start = clock()
-        for x in mu:
-            reduction.modes(region, {"mu": x})
-        sweep = ended("sweep", start)
-        start = clock()
-        found = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
-        thresholds = ended("thresholds", start)
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
-        for x in CHECKED if check else ():
-            full = modes_in(scaled.at({"mu": x}), region, left=False, certify=False).values
-            near = reduction.modes(region, {"mu": x}).values
-            off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
-            value = max(value, float(np.max(np.abs(off / full))))
-            growth = max(growth, float(np.max(np.abs(off.real / full))))
+    start = clock()
+    factorise(problem.at(region.centre))
+    factored = ended("factor", start)
+    start = clock()
+    if certify and not lowest_modes(problem, 20).certified:
+        raise SystemExit(f"{problem.n} rows: the modes are not certified")
+    certified = ended("certified", start) if certify else float("nan")
+    start = clock()
+    reduction = reduce_system(scaled, region, [{"mu": x} for x in mu[::2] + mu[-1:]])
+    basis = ended("basis", start)
+    start = clock()
+    for x in mu:
+        reduction.modes(region, {"mu": x})
+    sweep = ended("sweep", start)
+    start = clock()
+    found = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
+    thresholds = ended("thresholds", start)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
+    for x in CHECKED if check else ():
+        full = modes_in(scaled.at({"mu": x}), region, left=False, certify=False).values
+        near = reduction.modes(region, {"mu": x}).values
+        off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
+        value = max(value, float(np.max(np.abs(off / full))))
+        growth = max(growth, float(np.max(np.abs(off.real / full))))
     return Size(
         problem.n,
         factored,

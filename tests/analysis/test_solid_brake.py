@@ -9,7 +9,7 @@ from squeal.errors import InputError
 from squeal.io.system import read_system
 
 pytest.importorskip("skfem")
-from squeal.analysis.systems.solid_brake import Geometry, solid_brake, write_brake
+from benchmarks.solid_brake import Geometry, solid_brake, write_brake
 
 PAD_NODES = 3 * 9 * 3  # the last ones: radial, along the pad, through it
 

@@ -2,7 +2,7 @@
 
 A disc clamped at its inner edge and a pad on part of its upper face, linear hexahedra on matching
 meshes. Normal springs join the faces over the whole contact; friction mu times their force acts
-along the disc's motion. `python -m squeal.analysis.systems.solid_brake FOLDER [ROWS]` writes
+along the disc's motion. `python -m benchmarks.solid_brake FOLDER [ROWS]` writes
 matrices, coordinates and a system file.
 """
 
