@@ -233,7 +233,7 @@ class _Search:
         shift, factor = factorise_at(problem, shift)
         rng = np.random.default_rng(seed)
         krylov = Krylov(problem, shift, factor, radius, rng)
-        limit = min(STEPS, 2 * problem.n - 1)
+        limit = min(STEPS, 2 * problem.n)
         while True:
             more = krylov.advance(limit)
             if not more or enough(krylov.found(vectors=False)):
@@ -259,7 +259,7 @@ class _Search:
         """Left vectors of the wanted roots, y^H P = 0; NaN where none converged."""
         krylov = Krylov(self.problem, near.shift, factor, radius, rng, transposed=True)
         scale = abs(near.shift) + radius
-        most = min(steps + 24, 2 * self.problem.n - 1)
+        most = min(steps + 24, 2 * self.problem.n)
         while True:
             more = krylov.advance(most)
             if more and krylov.steps < steps * 2 // 3:

@@ -419,7 +419,7 @@ def corrected_modes(
     shift, factor = factorise_at(problem, region.centre, single=True)
     krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
     start = np.zeros((problem.n, 0)) if start is None else start
-    limit = min(STEPS, 2 * problem.n - 1)
+    limit = min(STEPS, 2 * problem.n)
     more = True
     while more:
         more = krylov.advance(limit)

@@ -224,3 +224,11 @@ def test_far_from_all_roots_nothing_is_counted(n):
     for damping in (None, csc_array(diags_array(0.004 * w))):
         found = modes_in(quadratic(M, damping, K), band(1591.5, 3183.1), left=False)
         assert (found.count.inside, found.certified) == (0, True)
+
+
+def test_two_rows_in_a_wide_band_have_all_their_roots():
+    """The subspace is then the whole space, however far the roots are from the shift."""
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    found = modes_in(quadratic(np.eye(2), None, K), Rectangle(-16.0, 16.0, -1e-4, 63.0))
+    assert found.certified
+    assert_same(found.values, [1j, 3**0.5 * 1j])
