@@ -1,111 +1,78 @@
 """squeal: hammering brake squeal, simulated, linearised and judged.
 
-    from squeal import read_scene, analyse, critical_friction
-    scene = read_scene("pad.yaml")
-    print(analyse(scene).judgement, critical_friction(scene).points)
+    import squeal
+    scene = squeal.read_scene("pad.yaml")
+    print(squeal.eigenvalues(scene), squeal.thresholds(scene))
 
-What takes a scene takes a `Scene`, made by `read_scene` or in Python; what takes a system takes a
-function of one parameter that gives M, C and K. Figures are in `squeal.plots`. The names below
-are loaded when they are first used, so that importing the package costs nothing.
+A pad is a `Scene`; matrices come from `read_system`, or from arrays by `System`. The verbs take
+both, and answer with records that print, draw (`plot`) and save themselves. Names are loaded when
+they are first used.
 """
 
 from __future__ import annotations
 
 import importlib
-import re
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.advice import Advice, Lever, Outcome, Tolerance, advise
-    from squeal.analysis.eigenvalues import (
-        Analysis,
-        analyse,
-        article_linearisation,
-        growing_modes,
-        judged_equilibria,
-        sweep_mu,
-    )
-    from squeal.analysis.maps import Axis, StabilityMap, angle_axes, stability_map
-    from squeal.analysis.modes import ModeShape, ModeSweep, mode_shapes, sweep_modes
-    from squeal.analysis.records import to_dataframe, to_records
-    from squeal.analysis.scatter import Quantile, Scatter, Spread, scatter
-    from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
-    from squeal.analysis.spread_file import SpreadFile, read_spreads
+    from squeal.analysis.advice import Advice, Tolerance, advise
+    from squeal.analysis.answers import Axis, Eigenvalues, Map, Sweep, Thresholds
+    from squeal.analysis.scatter import Scatter, Spread, Spreads, read_spreads, scatter
+    from squeal.analysis.sensitivity import Sensitivity
     from squeal.analysis.state_space import friction_plant, state_space
-    from squeal.analysis.systems.chart import Chart, Side, system_chart
-    from squeal.analysis.systems.critical import SystemThresholds, system_thresholds
-    from squeal.analysis.systems.roots import SystemRoots, system_roots
-    from squeal.analysis.systems.state_space import system_state_space
-    from squeal.analysis.systems.wanted import Wanted
-    from squeal.analysis.thresholds import CriticalFriction, critical_friction
-    from squeal.equilibrium import Equilibrium
+    from squeal.analysis.subject import System
+    from squeal.analysis.verbs import eigenvalues, map, reduce, sensitivity, sweep, thresholds
     from squeal.errors import ComputationError, InputError
+    from squeal.io.answer import Answer, Column, Table
     from squeal.io.scene import Damping, Scene, read_scene
-    from squeal.io.short_form import PlainSystem, read_plain
     from squeal.io.system import SystemFile, read_system
-    from squeal.linear import (
-        CriticalPoint,
-        Crossing,
-        Eigenvalue,
-        FrictionLoop,
-        Judgement,
-        LoopAnswer,
-        LoopThreshold,
-        Spectrum,
-        TrackedModes,
-        UnstableMode,
-        complex_eigenvalues,
-        critical_points,
-        crossings,
-        friction_loop,
-        judge,
-        track,
-        unstable_modes,
-        verdict,
-    )
+    from squeal.linear.loop import FrictionLoop, friction_loop
     from squeal.linear.system import Term, TermSystem
     from squeal.model.contact import Formulation
-    from squeal.model.linear import Linearisation
     from squeal.model.pad import Pad
-    from squeal.simulation import Event, Response, Simulation, simulate
+    from squeal.simulation.run import Simulation, simulate
 
+_HOMES = {
+    "analysis.advice": "Advice Tolerance advise",
+    "analysis.answers": "Axis Eigenvalues Map Sweep Thresholds",
+    "analysis.scatter": "Scatter Spread Spreads read_spreads scatter",
+    "analysis.sensitivity": "Sensitivity",
+    "analysis.state_space": "friction_plant state_space",
+    "analysis.subject": "System",
+    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
+    "io.answer": "Answer Column Table",
+    "errors": "ComputationError InputError",
+    "io.scene": "Damping Scene read_scene",
+    "io.system": "SystemFile read_system",
+    "linear.loop": "FrictionLoop friction_loop",
+    "linear.system": "Term TermSystem",
+    "model.contact": "Formulation",
+    "model.pad": "Pad",
+    "simulation.run": "Simulation simulate",
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
-    "Advice", "Analysis", "Axis", "Chart", "ComputationError", "CriticalFriction",
-    "CriticalPoint", "Crossing", "Damping", "Eigenvalue", "Equilibrium", "Event", "Formulation",
-    "FrictionLoop", "InputError", "Judgement", "Lever", "Linearisation", "LoopAnswer",
-    "LoopThreshold", "ModeShape", "ModeSweep", "Outcome", "Pad", "PlainSystem", "Quantile",
-    "Response", "Scatter", "Scene", "Side", "Simulation", "Spectrum", "Spread", "SpreadFile",
-    "StabilityMap", "SystemFile", "SystemRoots", "SystemThresholds", "Term", "TermSystem",
-    "Tolerance", "TrackedModes", "UnstableMode", "Wanted", "advise", "analyse", "angle_axes",
-    "article_linearisation", "complex_eigenvalues", "critical_friction", "critical_points",
-    "crossings", "eigenvalue_sensitivities", "friction_loop", "friction_plant", "growing_modes",
-    "judge", "judged_equilibria", "mode_shapes", "read_plain", "read_scene", "read_spreads",
-    "read_system", "scatter", "simulate", "stability_map", "state_space", "sweep_modes",
-    "sweep_mu", "system_chart", "system_roots", "system_state_space", "system_thresholds",
-    "threshold_sensitivities", "to_dataframe", "to_records", "track", "unstable_modes",
-    "verdict",
+    "Advice", "Answer", "Axis", "Column", "ComputationError", "Damping", "Eigenvalues",
+    "Formulation", "FrictionLoop", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
+    "Simulation", "Spread", "Spreads", "Sweep", "System", "SystemFile", "Table", "Term",
+    "TermSystem", "Thresholds", "Tolerance", "advise", "eigenvalues", "friction_loop",
+    "friction_plant", "map", "read_scene", "read_spreads", "read_system", "reduce", "scatter",
+    "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
-
-
-@cache
-def _modules() -> dict[str, str]:
-    """The module of each name, read from the imports above, which are for type checkers alone."""
-    text = __spec__.loader.get_source(__name__)  # type: ignore[union-attr]
-    found = re.findall(r"^    from (squeal\.[\w.]+) import (\([^)]*\)|.+)$", text, re.M)
-    return {name: module for module, names in found for name in re.findall(r"\w+", names)}
 
 
 def __getattr__(name: str) -> Any:
     if name == "plots":
         return importlib.import_module("squeal.plots")
-    if name not in __all__:
+    if name not in _HOME:
         raise AttributeError(f"module 'squeal' has no attribute {name!r}")
-    return getattr(importlib.import_module(_modules()[name]), name)
+    found = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:

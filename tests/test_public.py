@@ -1,180 +1,221 @@
-"""What `import squeal` offers: names, arguments, types of results, representations."""
+"""What `import squeal` offers: names, verbs for pads and matrices, answers that save themselves."""
 
+import ast
+import csv
 import inspect
+import json
 import subprocess
 import sys
+import types
 import typing
 
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
+from scipy.sparse import csc_array
 
 import squeal
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
-from squeal.io.scene import Scene
+from squeal.io.answer import Column, Table, located, number
 from tests.conftest import ROOT, SCENES
-from tests.known import coupled as system
 
-FUNCTIONS = [n for n in squeal.__all__ if inspect.isfunction(getattr(squeal, n))]
-OF_SCENES = [
-    n
-    for n in FUNCTIONS
-    if next(iter(inspect.signature(getattr(squeal, n)).parameters), "") == "scene"
-]
-OF_SYSTEMS = ["critical_points", "crossings", "friction_loop", "track", "unstable_modes"]
+api: typing.Any = squeal  # asked for what its types do not allow
+SCENE: typing.Any = api.read_scene(SCENES / "b1-c.yaml")
+VERBS = ("eigenvalues", "sweep", "thresholds", "map", "sensitivity", "reduce", "advise", "scatter")
+COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
+
+SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
 
 
-def test_only_public_names_are_listed():
-    assert dir(squeal) == sorted([*squeal.__all__, "__version__"])
-    assert list(squeal.__all__) == sorted(squeal.__all__)
-    code = "import sys, squeal; print(dir(squeal) == sorted([*squeal.__all__, '__version__']))"
-    run = [sys.executable, "-c", f"{code}; print('numpy' in sys.modules)"]
-    done = subprocess.run(run, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.split() == ["True", "False"]  # and nothing is loaded in vain
+@pytest.fixture(scope="module")
+def scene():
+    return squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml", "simulate")
+
+
+@pytest.fixture(scope="module")
+def system():
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
+    return squeal.System(np.eye(2), K=COUPLED, name="coupled")
+
+
+def test_names_for_type_checkers_are_those_that_are_loaded():
+    tree = ast.parse((ROOT / "squeal" / "__init__.py").read_text(encoding="utf-8"))
+    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    listed = {alias.name: node.module for node in imports for alias in node.names}
+    assert sorted(listed) == squeal.__all__ == sorted(squeal.__all__)
+    for name, module in listed.items():
+        assert getattr(squeal, name) is getattr(sys.modules[module], name)
+        assert inspect.getdoc(getattr(squeal, name))
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         squeal.nothing  # noqa: B018
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_words_of_the_field_and_a_docstring(name):
-    assert not {"told", "swept", "found", "of"} & set(name.split("_"))
-    assert inspect.getdoc(getattr(squeal, name))
+def test_importing_loads_nothing_in_vain():
+    code = "import sys, squeal; dir(squeal); print('numpy' in sys.modules)"
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.split() == ["False"]
 
 
-@pytest.mark.parametrize("name", OF_SCENES)
-def test_what_takes_a_scene_refuses_anything_else(name):
-    scene = squeal.read_scene(SCENES / "b1-c.yaml")
-    needed = [
-        p
-        for p in inspect.signature(getattr(squeal, name)).parameters.values()
-        if p.default is p.empty
-    ]
-    for wrong in (scene.pad, scene.pad_model, "b1-c.yaml", None, system):
-        with pytest.raises(InputError, match=rf"^{name}: .* it must be a Scene") as caught:
-            getattr(squeal, name)(wrong, *[None] * (len(needed) - 1))
-        assert "\n" not in str(caught.value)
+@pytest.mark.parametrize("name", VERBS)
+def test_verbs_say_what_they_take_and_give(name):
+    told = inspect.getdoc(getattr(squeal, name))
+    assert all(f"\n{part}\n" in told for part in ("Parameters", "Returns", "Raises"))
 
 
-def test_there_are_functions_of_scenes():
-    assert {"analyse", "critical_friction", "judged_equilibria", "simulate"} <= set(OF_SCENES)
-    assert {"stability_map", "sweep_mu"} <= set(OF_SCENES)
+def test_a_pad_and_matrices_answer_the_same_verbs(scene, system):
+    for subject, value in ((scene, 0.4), (system, 1.0)):
+        found = squeal.eigenvalues(subject, at=value)
+        assert (found.verdict, found.unstable[0].kind, found.certified) == (
+            "flutter", "flutter", True
+        )  # fmt: skip
+        steps = squeal.sweep(subject, [0.1, value]).steps
+        assert [step.verdict for step in steps] == ["marginal", "flutter"]
+        first = squeal.thresholds(subject).first
+        assert first.kind == "flutter"
+        assert found.unstable[0].onset == pytest.approx(first.mu, rel=1e-9)
+        moved = squeal.sensitivity(subject)
+        assert {len(slopes) for slopes in moved.slopes.values()} == {len(found.eigenvalues)}
+    assert first.mu == pytest.approx(0.75, rel=1e-12)
+    assert squeal.thresholds(scene).first.mu == critical_friction(scene).first.mu
+    assert np.array_equal(squeal.eigenvalues(scene).values, analyse(scene).spectrum.values)
 
 
-@pytest.mark.parametrize("name", OF_SYSTEMS)
-def test_what_takes_a_system_refuses_anything_else(name):
-    scene = squeal.read_scene(SCENES / "b1-c.yaml")
-    for wrong in (scene, scene.pad, None):
-        with pytest.raises(InputError, match=rf"^{name}: .* must be a system"):
-            getattr(squeal, name)(wrong, [0.0, 1.0])
+def test_sparse_arrays_and_all_kinds_of_systems_are_one(system, tmp_path):
+    sparse = squeal.System(csc_array(np.eye(2)), K={k: csc_array(X) for k, X in COUPLED.items()})
+    file = tmp_path / "system.yaml"
+    rows = f"K: [{{matrix: {COUPLED['1']}}}, {{matrix: {COUPLED['mu']}, factor: mu}}]\n"
+    file.write_text(f"M: [[1, 0], [0, 1]]\n{rows}")
+    expected = squeal.eigenvalues(system, at=1.0).values
+    for one in (sparse, squeal.read_system(file)):
+        assert squeal.eigenvalues(one, at=1.0).values == pytest.approx(expected, rel=1e-12)
 
 
-def classes(hint):
-    """The classes of this package in a type."""
-    inner = typing.get_args(hint)
-    found = set().union(*map(classes, inner)) if inner else set()
-    if inspect.isclass(hint) and hint.__module__.startswith("squeal."):
-        found.add(hint)
-    return found
+def test_the_sensitivity_of_a_system_is_that_of_differences(system):
+    slopes = squeal.sensitivity(squeal.System(np.eye(2), K=COUPLED, parameters={"mu": 0.3}))
+    ends = [squeal.eigenvalues(system, at=0.3 + step).values for step in (-1e-6, 1e-6)]
+    assert slopes.slopes["mu"] == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_the_types_of_all_results_are_public(name):
-    hint = typing.get_type_hints(getattr(squeal, name))["return"]
-    for kind in classes(hint):
-        assert getattr(squeal, kind.__name__, None) is kind
+def test_a_reduced_system_keeps_its_band():
+    n = 60
+    stiffness = np.diag((2 * np.pi * np.arange(1.0, n + 1)) ** 2)
+    small = squeal.reduce(squeal.System(np.eye(n), K=stiffness), band=(0.5, 3.7))
+    assert small.n < n
+    found = squeal.eigenvalues(small, band=(0.5, 3.7))
+    hertz = [root.frequency_hz for root in found.eigenvalues]
+    assert hertz == pytest.approx([1.0, 2.0, 3.0], rel=1e-9)
 
 
-def test_a_linear_model_has_no_equilibria():
-    with pytest.raises(InputError, match="B3 is not allowed"):
-        squeal.judged_equilibria(squeal.read_scene(SCENES / "b3.yaml"))
+def test_an_answer_prints_and_saves_what_it_holds(scene, system, tmp_path):
+    axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
+    short = scene.replace(outputs=("history",), samples=7, stop=1e-3)
+    answers = [
+        squeal.eigenvalues(scene), squeal.sweep(system, [0.0, 1.0]), squeal.thresholds(system),
+        squeal.map(scene, axes), squeal.sensitivity(scene), squeal.simulate(short),
+        squeal.sensitivity(scene, of="threshold"),
+    ]  # fmt: skip
+    for answer in answers:
+        rows = answer.to_records()
+        assert rows
+        assert repr(answer).count("\n") < 60
+        assert "<table>" in answer._repr_html_()
+        json.dumps(answer.to_dict(), allow_nan=False)
+        for ending in ("csv", "json", "nc"):
+            answer.save(tmp_path / f"table.{ending}")
+        assert json.loads((tmp_path / "table.json").read_text())["rows"] == rows
+        with (tmp_path / "table.csv").open() as stream:
+            written = list(csv.reader(stream))
+        assert len(written) == 1 + len(rows)
+        assert [head.partition(" [")[0] for head in written[0]] == list(rows[0])
+        with netcdf_file(tmp_path / "table.nc", mmap=False) as file:
+            assert set(rows[0]) == set(file.variables)
+        with pytest.raises(InputError, match="must end in"):
+            answer.save("table.txt")
 
 
-def test_results_show_what_matters_in_a_few_lines():
-    scene = squeal.read_scene(SCENES / "b1-b.yaml", "simulate").replace(stop=1e-3, samples=9)
-    results = [
-        squeal.analyse(scene),
-        squeal.analyse(scene).spectrum,
-        squeal.stability_map(scene, squeal.angle_axes(3)),
-        squeal.simulate(scene),
-        squeal.track(system, [0.0, 0.1]),
-        squeal.friction_loop(system),
-        squeal.read_plain(ROOT / "squeal" / "article" / "literature" / "systems" / "wing.yaml"),
-    ]
-    for result in (scene, *results):
-        assert len(repr(result)) < 600, repr(result)
-        assert "array(" not in repr(result)
+def test_answers_draw_themselves(scene, system, tmp_path):
+    for answer in (squeal.eigenvalues(scene), squeal.thresholds(system)):
+        figure = answer.plot(tmp_path / "figure.png")
+        assert figure.axes
+        assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InputError, match="no figure"):
+        squeal.sensitivity(scene).plot()
 
 
-api: typing.Any = squeal  # asked for what its types do not allow
-SCENE, BLOCK = api.read_scene(SCENES / "b1-c.yaml"), api.read_scene(SCENES / "b2-c.yaml")
-LINEAR = api.read_scene(SCENES / "b3.yaml")
-MU = api.Axis("mu", 0.0, 1.0, 3)
+def test_data_frames_where_pandas_is(system, monkeypatch):
+    found = squeal.eigenvalues(system, at=1.0)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="pandas is not installed"):
+        found.to_dataframe()
+    frame = types.SimpleNamespace(from_records=lambda rows, columns: (columns[0], len(rows)))
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=frame))
+    assert found.to_dataframe() == ("mode", 4)
+
+
+def test_long_tables_show_both_ends():
+    table = Table((Column("a", "m", float),), list(range(100)), "title")
+    lines = table.text(10).split("\n")
+    assert len(lines) == 13
+    assert (lines[1].split(), lines[2].split(), lines[-1].split()) == (["a,", "m"], ["0"], ["99"])
+    assert "90 more" in lines[7]
+    assert number(-0.0) == "0"
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "shown"),
+    [
+        (0.7071067811865, 0.29, 1.13, "0.7"),
+        (0.7071067811865, 0.7071, 0.70712, "0.70711"),
+        (0.7071067811865, 0.7071067811865, 0.7071067811865, "0.707106781187"),
+        (123.456, 23.0, 223.0, "1e+02"),
+        (0.0, -1.0, 1.0, "0"),
+    ],
+)
+def test_a_value_shows_the_digits_that_its_interval_leaves(value, low, high, shown):
+    """Fault A.18: 12 digits of a threshold whose interval runs from 0.29 to 1.13."""
+    assert located(value, low, high) == shown
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        *(
-            lambda f=f, mu_max=mu_max: f(mu_max)
-            for mu_max in (np.nan, np.inf, 5000, True, "2", None, 0, -1)
-            for f in (
-                lambda mu_max: api.critical_friction(SCENE, mu_max),
-                lambda mu_max: api.critical_friction(LINEAR, mu_max),
-                lambda mu_max: api.advise(SCENE, mu_max=mu_max),
-                lambda mu_max: api.scatter(SCENE, (), 10, mu_max=mu_max),
-            )
-        ),
-        *(lambda mus=mus: api.sweep_mu(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf])),
-        *(lambda axes=axes: api.stability_map(SCENE, axes) for axes in (None, (MU,), "ab")),
-        *(lambda end=end: api.critical_points(system, end) for end in ("2", np.nan, -1, True)),
-        lambda: api.crossings(system, 1.0, mu_min="0"),
-        *(lambda mu=mu: api.friction_loop(system, mu) for mu in (0, "1")),
-        *(lambda mus=mus: api.track(system, mus) for mus in (-1.0, [np.nan], "2", [])),
-        lambda: api.sweep_modes(None, 0.0, 1.0),
-        *(lambda end=end: api.sweep_modes(SCENE, 0.0, end) for end in ("1", np.inf, 0)),
-        lambda: api.sweep_modes(SCENE, 0.5, 0.4),
-        lambda: api.mode_shapes(SCENE),
-        lambda: SCENE.replace(damping={"ratios": [0.1] * 3}),
+        *(lambda end=end: api.thresholds(SCENE, end) for end in (np.nan, 5000, True, "2", None, 0)),
+        *(lambda mus=mus: api.sweep(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf], [-1])),
+        lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)),
+        lambda: api.eigenvalues("pad.yaml"),
+        lambda: api.eigenvalues(SCENE.pad),
+        lambda: api.reduce(SCENE),
+        lambda: api.map(SCENE, (api.Axis("mu", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
+        lambda: api.map(SCENE, (api.Axis("k9", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
+        lambda: api.Axis("mu", 1.0, 0.0, 3),
+        lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
+        lambda: api.sensitivity(SCENE, of="colour"),
+        lambda: api.sensitivity(SYSTEM, of="threshold"),
+        lambda: api.thresholds(SYSTEM, -1.0),
+        lambda: api.map(SYSTEM),
+        lambda: api.System(np.eye(2)),
+        lambda: api.System(np.eye(2), K=np.eye(3)),
+        lambda: api.System(np.eye(2), K={"nu": np.eye(2)}),
+        lambda: api.advise(SYSTEM),
+        lambda: api.advise(SCENE, mu_max=-1),
+        lambda: api.scatter(SCENE, ()),
+        lambda: api.scatter("pad.yaml", (api.Spread("k1", "relative", 0.1),)),
+        lambda: api.read_scene(None),
+        lambda: api.read_system(None),
+        lambda: api.simulate("pad.yaml"),
         lambda: SCENE.replace(pad=3),
-        lambda: SCENE.replace(pad=3, mu=0.1),
-        lambda: BLOCK.replace(formulation="mean"),
-        *(
-            lambda read=read: read(None)
-            for read in (api.read_scene, api.read_plain, api.read_system)
-        ),
-        lambda: api.Axis("mu", 0.0, 1.0, 3, part=(2, 9)),
-        lambda: api.Axis("mu", 0.0, 1.0, 3, part=(2, 2)),
-        lambda: api.Axis("mu", 0.0, 1.0, 3, part=1),
         lambda: api.Damping(matrix=np.eye(2)),
     ],
 )
 def test_wrong_arguments_are_refused_in_a_sentence(wrong):
     with pytest.raises(InputError) as caught:
         wrong()
-    assert "it must be " in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert "thresholds" not in str(caught.value)
-
-
-def test_arguments_at_the_ends_of_what_is_allowed_pass():
-    assert api.critical_friction(LINEAR, 1000).mu_end == 1000.0
-    assert api.critical_friction(LINEAR, np.float32(0.5)).mu_end == 0.5
-    assert [mu for mu, _ in api.sweep_mu(LINEAR, (mu / 4 for mu in (2, 0)))] == [0.5, 0.0]
-    assert api.stability_map(LINEAR, [MU, api.Axis("h", 0.01, 0.02, 2)]).codes.shape == (3, 2)
-    assert api.Axis("mu", 0.0, 3.0, 3, part=(2, 3)).values == pytest.approx([2.5])
-    assert api.track(system, np.array([0.1])).values.shape == (1, 4)
-
-
-def test_damping_takes_arrays_and_holds_tuples():
-    given = api.Damping(matrix=np.eye(3))
-    assert given == api.Damping(matrix=((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)))
-    assert hash(api.Damping(ratios=np.full(3, 0.1))) == hash(api.Damping(ratios=(0.1,) * 3))
-
-
-def test_matrices_of_a_result_are_not_written_to():
-    analysis = api.analyse(SCENE)
-    for X in (analysis.matrices.M, analysis.matrices.C, analysis.matrices.K):
-        with pytest.raises(ValueError, match="read-only"):
-            X[0, 0] = 1.0
+    assert "--" not in str(caught.value)  # words of Python, not of the command line
 
 
 def test_scenes_are_made_changed_and_asked_in_python():
@@ -182,8 +223,8 @@ def test_scenes_are_made_changed_and_asked_in_python():
         m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,
         alpha1=np.pi / 2, alpha2=np.pi, mu=0.4, F_n=4500.0,
     )  # fmt: skip
-    scene = Scene("B1", pad)
-    (first, *_) = squeal.critical_friction(scene).points
+    scene = squeal.Scene("B1", pad)
+    first = squeal.thresholds(scene).first
     assert first.mu == pytest.approx(0.315281722069, abs=1e-12)  # as the README prints it
-    assert squeal.analyse(scene).judgement.verdict == "flutter"
-    assert squeal.analyse(scene.replace(mu=0.99 * first.mu)).judgement.verdict == "marginal"
+    assert squeal.eigenvalues(scene).verdict == "flutter"
+    assert squeal.eigenvalues(scene.replace(mu=0.99 * first.mu)).verdict == "marginal"

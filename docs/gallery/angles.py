@@ -5,18 +5,20 @@ Where to put the springs
 The verdict over the angles of the two springs, each at the sliding equilibrium of a pad of its own.
 """
 
+import io
+
 import matplotlib.pyplot as plt
 import numpy as np
 
 import squeal
-from squeal.plots.parts import VERDICT_COLOURS, angle_axes_of_pi, draw
 
 pad = squeal.Pad(
     m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,
     alpha1=0.5 * np.pi, alpha2=np.pi, mu=0.4, F_n=4500.0,
 )
 
-found = squeal.stability_map(squeal.Scene("B1", pad), squeal.angle_axes(20), traced=True)
+axes = squeal.Axis("alpha1", 0.0, np.pi, 20), squeal.Axis("alpha2", 0.0, np.pi, 20)
+found = squeal.map(squeal.Scene("B1", pad), axes)
 print({name: round(share, 3) for name, share in found.share.items() if share > 0.0})
 
 # %%
@@ -24,7 +26,8 @@ print({name: round(share, 3) for name, share in found.share.items() if share > 0
 # stable, light blue is marginal (undamped, nothing grows), red flutters; grey has no equilibrium on
 # the branch from the frictionless pad.
 
-figure, axes = plt.subplots(layout="constrained")
-draw(axes, found.outline, VERDICT_COLOURS, np.pi)
-angle_axes_of_pi(axes)
+picture = io.BytesIO()
+found.plot().savefig(picture, dpi=200)
+plt.imshow(plt.imread(picture))
+plt.axis("off")
 plt.show()

@@ -16,14 +16,14 @@ pad = squeal.Pad(
     alpha1=0.5 * np.pi, alpha2=np.pi, mu=0.4, F_n=4500.0,
 )
 scene = squeal.Scene("B1", pad)
-first = squeal.critical_friction(scene).points[0]
+first = squeal.thresholds(scene).points[0]
 print(f"{first.kind} from mu = {first.mu:.6f}")
 
 # %%
 # Exact derivatives of that threshold by every parameter, no differences of repeated runs:
 
-slopes = squeal.threshold_sensitivities(scene, first)
-shifts = {name: 1e-2 * slope * getattr(pad, name) / first.mu for name, slope in slopes.items()}
+slopes = squeal.sensitivity(scene, of="threshold").slopes
+shifts = {name: 1e-2 * slope[0] * getattr(pad, name) / first.mu for name, slope in slopes.items()}
 shifts = dict(sorted(shifts.items(), key=lambda item: abs(item[1]))[-10:])
 
 figure, axes = plt.subplots(layout="constrained")
@@ -36,5 +36,5 @@ plt.show()
 # A check by repetition: one per cent more height.
 
 taller = squeal.Scene("B1", pad.replace(h=1.01 * pad.h))
-moved = squeal.critical_friction(taller).points[0].mu / first.mu - 1.0
+moved = squeal.thresholds(taller).points[0].mu / first.mu - 1.0
 print(f"h: {100.0 * moved:+.4f} % by repetition, {100.0 * shifts['h']:+.4f} % by derivative")

@@ -20,7 +20,7 @@ scene = squeal.Scene("B1", pad)
 # %%
 # Every change of stability along the equilibrium branch, each as precise as the arithmetic allows:
 
-found = squeal.critical_friction(scene)
+found = squeal.thresholds(scene)
 for point in found.points:
     print(f"{point.kind} from mu = {point.mu:.9f} at {point.frequency_hz:.1f} Hz")
 
@@ -28,7 +28,7 @@ for point in found.points:
 # The frequencies and growth rates on the way:
 
 mus = np.linspace(0.0, 0.6, 61)
-values = np.array([analysis.spectrum.values for _, analysis in squeal.sweep_mu(scene, list(mus))])
+values = np.array([step.roots for step in squeal.sweep(scene, mus).steps])
 
 figure, (above, below) = plt.subplots(2, 1, sharex=True, layout="constrained")
 above.plot(mus, np.abs(values.imag) / (2e3 * np.pi), "k.", markersize=2)

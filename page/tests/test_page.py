@@ -6,11 +6,12 @@ import statistics
 
 import pytest
 
-import squeal
 from page.build import PAGE
 from page.tests.browser import Browser
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
@@ -181,12 +182,12 @@ def test_damping_counts_in_motion_eigenvalues_and_threshold(page, tmp_path):
     assert text(page, "n_final") != first
     scene = page_scene(page, tmp_path)
     roots = [complex(*part) for part in json.loads(page.run(EIGEN))]
-    analysis = squeal.analyse(scene)
+    analysis = analyse(scene)
     assert roots == pytest.approx(list(analysis.spectrum.values[::2]), rel=1e-9)
     assert text(page, "n_verdict") == analysis.judgement.verdict
     assert max(r.real for r in roots) < max(e["re"] for e in free)
     (given,) = json.loads(page.run("JSON.stringify(squeal.view.thresholds)"))[:1]
-    expected = squeal.critical_friction(scene).points[0]
+    expected = critical_friction(scene).points[0]
     assert (given["kind"], given["mu"]) == (expected.kind, pytest.approx(expected.mu, rel=1e-6))
 
 
@@ -197,7 +198,7 @@ def test_damping_that_has_no_mode_to_refer_to_is_refused(page, tmp_path):
     assert text(page, "n_damping").startswith("none: ")
     assert "Undamped: " in text(page, "status")
     with pytest.raises(ComputationError):
-        squeal.analyse(page_scene(page, tmp_path))
+        analyse(page_scene(page, tmp_path))
 
 
 def test_a_click_on_the_map_moves_the_pad_there(page):

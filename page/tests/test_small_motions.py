@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-import squeal
 from page.export import bits
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
+from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
@@ -34,7 +35,7 @@ def test_equilibria_and_eigenvalues(node):
     compared = others = 0
     for scene, answer in zip(scenes, answers, strict=True):
         try:
-            analysis = squeal.analyse(scene)
+            analysis = analyse(scene)
         except ComputationError:
             assert answer["q"] is None or answer["refusal"]
             continue
@@ -90,7 +91,7 @@ def test_thresholds(node, ratio):
         if answer["refusal"] or not answer["thresholds"]:
             continue
         first = answer["thresholds"][0]
-        expected = squeal.critical_friction(scene).points[0]
+        expected = critical_friction(scene).points[0]
         compared += 1
         assert first["kind"] == expected.kind
         assert first["mu"] == pytest.approx(expected.mu, rel=1e-6)

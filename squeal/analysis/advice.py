@@ -6,13 +6,15 @@ instead, which flutter needs to close.
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from squeal.analysis import subject as subjects
 from squeal.analysis.eigenvalues import analyse
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
+from squeal.io.answer import Answer, Column, Table, columns, number
 from squeal.io.scene import Scene
 from squeal.linear import GROWING, Spectrum, complex_eigenvalues
 
@@ -78,26 +80,29 @@ class Lever:
     changes: tuple[float | None, float | None]
     gap_changes: tuple[float | None, float | None]
 
-    def to_record(self) -> dict[str, Any]:
-        """A row of a table."""
-        same = {name: getattr(self, name) for name in ("parameter", "unit", "value", "step")}
-        sides = ("lowered", "raised")
-        critical = {f"critical_{side}": getattr(self, side).critical for side in sides}
-        changes = (f"{name}_{side}" for name in ("change", "gap_change") for side in sides)
-        return same | critical | dict(zip(changes, self.changes + self.gap_changes, strict=True))
-
     @property
     def size(self) -> tuple[float, float]:
         """By what levers are ranked: the larger change, then that of the gap."""
         return _largest(self.changes), _largest(self.gap_changes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The lever as a JSON row."""
+        sides = {}
+        for k, name in enumerate(("lowered", "raised")):
+            outcome = asdict(getattr(self, name))
+            outcome["frequency_gap"] = outcome.pop("gap")
+            changes = {"change": self.changes[k], "frequency_gap_change": self.gap_changes[k]}
+            sides[name] = outcome | changes
+        own = {name: getattr(self, name) for name in ("parameter", "unit", "value", "step")}
+        return own | sides
 
 
 def _largest(changes: tuple[float | None, float | None]) -> float:
     return max((abs(one) for one in changes if one is not None), default=0.0)
 
 
-@dataclass(frozen=True)
-class Advice:
+@dataclass(frozen=True, eq=False, repr=False)
+class Advice(Answer):
     """Levers by effect, the strongest first, on the critical friction in 0 to mu_max.
 
     name: of the free parameter; nominal: the pad as it is. Where that has no threshold in the
@@ -109,6 +114,7 @@ class Advice:
     mu_max: float
     nominal: Outcome
     levers: tuple[Lever, ...]
+    warnings: tuple[str, ...] = ()
 
     @property
     def best(self) -> tuple[Lever, str, float] | None:
@@ -136,21 +142,102 @@ class Advice:
             if change is not None
         ]
 
+    def table(self) -> Table:
+        """A row for each parameter: its step, and both critical values and their changes."""
+        sides = [(k, side) for side in ("lowered", "raised") for k in [int(side == "raised")]]
+
+        def at(side: str) -> Column:
+            def shown(lever: Lever) -> str:
+                outcome = getattr(lever, side)
+                if outcome.reason is not None:
+                    return "no such pad"
+                beyond = outcome.critical is None
+                return f"> {self.mu_max:g}" if beyond else number(outcome.critical)
+
+            return Column(
+                f"critical_{side}", "", lambda lever: getattr(lever, side).critical, shown,
+                words=f"{self.name} if {side}",
+            )  # fmt: skip
+
+        def moved(k: int, side: str, gap: bool) -> Column:
+            def value(lever: Lever) -> float | None:
+                return (lever.gap_changes if gap else lever.changes)[k]
+
+            name, hidden = ("gap_change", self.nominal.gap is None) if gap else ("change", False)
+            return Column(f"{name}_{side}", "", value, hidden=hidden)
+
+        return Table(
+            (
+                *columns("parameter unit value step"),
+                *(at(side) for _, side in sides),
+                *(moved(k, side, gap) for gap in (False, True) for k, side in sides),
+            ),
+            self.levers,
+        )
+
+    def line(self) -> str:
+        """Where stability is lost, and the change that moves this most, in a line."""
+        nominal, told = self.nominal, f"no threshold up to {self.name} = {self.mu_max:.3g}"
+        if nominal.critical is not None:
+            at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
+            told = f"{nominal.kind} from {at}"
+        if self.best is not None:
+            lever, word, change = self.best
+            what = "frequency gap" if nominal.critical is None else self.name
+            told += f"; best: {word} {lever.parameter} ({what} {change:+.2g})"
+        if self.worst is not None:
+            lever, word, change = self.worst
+            told += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        return told
+
+    def parts(self) -> Sequence[str | Table]:
+        """The table of levers and the line."""
+        return [
+            replace(self.table(), title="one parameter at a time, strongest first"),
+            self.line(),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal advise`."""
+        found = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
+        found |= {"critical": self.nominal.critical, "kind": self.nominal.kind}
+        found |= {"frequency_hz": self.nominal.frequency_hz, "frequency_gap": self.nominal.gap}
+        levers = [lever.to_dict() for lever in self.levers]
+        return found | {"levers": levers, "advice": self.line()}
+
 
 def advise(
-    subject: subjects.Subject,
+    subject: object,
     tolerances: Mapping[str, Tolerance] | None = None,
     mu_max: float = 2.0,
     progress: Progress | None = None,
 ) -> Advice:
-    """Each parameter lowered and raised by its tolerance, the critical friction computed anew.
+    """Lower and raise each parameter by its tolerance, and compute the critical friction anew.
 
-    Without a tolerance of its own a parameter changes by 2 per cent, an angle by 0.02 rad; what
-    is zero stays as it is unless its tolerance is named. `progress(done, count)` is called after
-    each parameter. Raises InputError, and ComputationError if the pad as it is has no equilibrium
-    without friction.
+    Parameters
+    ----------
+    subject : Scene or TermSystem
+        A scene, or a system with named parameters of at most 100 rows.
+    tolerances : mapping of str to Tolerance, optional
+        Left out, a parameter changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
+    mu_max : float
+        Upper end of the range in which the critical friction is sought.
+    progress : callable, optional
+        Called with (done, count) after each parameter.
+
+    Returns
+    -------
+    Advice
+        The parameters with what became of the pad, the strongest first.
+
+    Raises
+    ------
+    InputError
+        For a name that is no parameter.
+    ComputationError
+        If the pad as it is has no equilibrium without friction.
     """
-    subjects.check_subject(subject, "advise", mu_max)
+    subject = subjects.varied_subject(subject, "advise", mu_max)
     named = dict(tolerances or {})
     for name, tolerance in named.items():
         subjects.check_name(subject, name, "tolerance", tolerance.relative)
@@ -175,7 +262,12 @@ def advise(
         if progress is not None:
             progress(done, len(values))
     ranked = tuple(sorted(levers, key=lambda lever: lever.size, reverse=True))
-    return Advice(subjects.free_name(subject), subjects.own_value(subject), mu_max, nominal, ranked)
+    warned: tuple[str, ...] = ()
+    if isinstance(subject, Scene) and not subject.pad_model.linear:
+        own = sliding_equilibrium(subject.pad_model)[0]
+        warned = () if own is None else own.warnings
+    free, at = subjects.free_name(subject), subjects.own_value(subject)
+    return Advice(free, at, mu_max, nominal, ranked, warned)
 
 
 def _changed(

@@ -9,115 +9,67 @@ from pathlib import Path
 
 import numpy as np
 
+from squeal.analysis import of_systems
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.systems.sweeps import reduced_for
-from squeal.analysis.systems.wanted import check_memory
 from squeal.analysis.systems.writing import write_system
-from squeal.cli import system_options
-from squeal.cli.base import Answer, Parser
-from squeal.cli.numbers import few, spaced
-from squeal.cli.systems import basis_row
-from squeal.cli.tables import table
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import refuse, said, take, word
+from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
+from squeal.io.answer import aligned
+from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
-from squeal.sparse.reduction import Reduction
 
 FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
-VALUES = 9  # at which a reduced system has to be good, if no sweep names them
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal export`."""
-    parser.add_argument(
-        "--output", metavar="FOLDER", type=Path, required=True, help="a new or empty folder"
-    )
-    parser.add_argument(
-        "--format", metavar="NAME", default="mtx", help=f"one of {', '.join(FORMATS)} (mtx)"
-    )
-    parser.add_argument(
-        "--method", metavar="NAME", help="systems only: full (left out), reduced or modal"
-    )
-    parser.add_argument("--band", metavar="LOW:HIGH", help="of a reduced system, Hz")
-    parser.add_argument("--region", metavar="RE0:RE1:IM0:IM1", help="of a reduced system")
-    parser.add_argument(
-        "--sweep", metavar="A:B:N", help="values of the parameter that it has to serve"
-    )
-    system_options.work_options(parser)
+    words = "a new or empty folder"
+    parser.add_argument("--output", metavar="FOLDER", type=Path, required=True, help=words)
+    words = f"one of {', '.join(FORMATS)} (mtx)"
+    parser.add_argument("--format", metavar="NAME", default="mtx", help=words, read=word(*FORMATS))
+    take(parser, "method band region sweep memory")
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Write the matrices and the system file."""
-    if given.format not in FORMATS:
-        raise InputError(
-            f"--format {given.format}: is not allowed; it must be one of {', '.join(FORMATS)}"
-        )
     folder: Path = given.output
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
-    file = system_options.system_of(given)
-    reduction: Reduction | None = None
-    if file is None:
-        system_options.refuse_options(given, ("method", "band", "region", "sweep"))
-        plain = given.source.system()
-        system = _of_scene(given) if plain is None else plain.terms()
-        inputs = [given.source.file]
+    subject, inputs = given.source.subject()
+    reduction = basis = None
+    if isinstance(subject, Scene):
+        refuse(given, "method band region sweep", f"{given.source.name}, a scene with six roots")
+        system = _of_scene(given.source.name, subject)
+    elif given.method in (None, "full"):
+        refuse(given, "band region sweep", "a whole system; --method reduced or modal takes it")
+        system = subject.system
     else:
-        system, inputs = file.system, [given.source.file, *file.inputs]
-        if given.method not in (None, "full"):
-            reduction = _reduced(given, system)
-            system = reduction.system
-        elif which := next((n for n in ("band", "region", "sweep") if getattr(given, n)), None):
-            raise InputError(
-                f"--{which} {getattr(given, which)}: is of a reduced system; --method reduced or "
-                "modal is allowed with it"
-            )
+        wanted = of_systems.wanted(given.band, given.region, None)
+        if wanted.rectangle is None:
+            raise InputError(f"{said(given, 'method')}: needs --band or --region")
+        own = subject.system
+        values = given.sweep or [own.parameters[own.parameter]]
+        progress = steps(given.progress)
+        reduction = of_systems.reduced(own, wanted, values, given.method, given.memory, progress)
+        if reduction.spurious:
+            words = f"the reduced system has {reduction.spurious} roots that the full one has not"
+            warnings.warn(words, InputWarning, stacklevel=2)
+        system, basis = reduction.system, of_systems.basis_row(reduction, wanted)
     rows = write_system(folder, system, given.format)
-    return Answer(
-        lambda: {
-            "folder": str(folder),
-            "rows": system.n,
-            "files": rows,
-            "basis": basis_row(reduction, system_options.wanted_of(given)),
-        },
-        lambda: "\n".join(
-            [
-                f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}",
-                table([(f"  {r['file']}", r["part"], r["factor"]) for r in rows], right=False),
-            ]
-        ),
+    cells = [(r["file"], r["part"], r["factor"]) for r in rows]
+    head = f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}"
+    return Reply(
+        lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},
+        lambda: f"{head}\n{aligned(cells, right=False)}",
         inputs,
     )
 
 
-def _of_scene(given: argparse.Namespace) -> TermSystem:
-    scene = given.source.scene()
+def _of_scene(name: str, scene: Scene) -> TermSystem:
     found = analyse(scene).matrices
     damping = (Term(found.C),) if np.any(found.C) else ()
-    name, mu = Path(given.source.name).stem, scene.pad.mu
-    return TermSystem((Term(found.M),), damping, (Term(found.K),), {"mu": mu}, "mu", name)
-
-
-def _reduced(given: argparse.Namespace, system: TermSystem) -> Reduction:
-    if given.method not in ("reduced", "modal"):
-        raise InputError(
-            f"--method {given.method}: is not allowed; it must be one of full, reduced, modal"
-        )
-    wanted = system_options.wanted_of(given)
-    if wanted.rectangle is None:
-        raise InputError("--band: is missing; a reduced system needs --band or --region")
-    check_memory(system, given.memory)
-    own = system.parameters[system.parameter]
-    values = spaced(given.sweep, "--sweep") if given.sweep else [own]
-    changes = [{system.parameter: v} for v in few(values, VALUES)]
-    reduction, _ = reduced_for(
-        system, wanted, changes, given.method, system_options.progress_of(given)
-    )
-    if reduction.spurious:
-        warnings.warn(
-            f"the reduced system has {reduction.spurious} roots in the band that the full one has "
-            "not, over all values checked",
-            InputWarning,
-            stacklevel=2,
-        )
-    return reduction
+    mu, stem = scene.pad.mu, Path(name).stem
+    return TermSystem((Term(found.M),), damping, (Term(found.K),), {"mu": mu}, "mu", stem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import sys
 from collections.abc import Sequence
@@ -11,43 +12,46 @@ from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
 
 if TYPE_CHECKING:
-    from squeal.cli.base import Command
+    from squeal.cli.command import Command
 
-# a command's summary, and the package that holds it (the toolkit never imports the companion)
+# the package that holds a group of commands (the toolkit never imports the companion)
 _HERE, _ARTICLE = "squeal.cli", "squeal.article.commands"
-COMMANDS = {
-    "simulate": "integrate a B1 or B2 scene through its contact changes",
-    "eigenvalues": "complex eigenvalues and verdict of the sliding equilibrium",
-    "critical-friction": "every threshold of stability in a range of mu",
-    "advise": "which parameter moves the critical friction most, each changed both ways",
-    "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
-    "claims": "the statements of the article, each with its measured verdict",
-    "findings": "what is wrong in the article's equations, each measured",
-    "identify": "search for the pad that reproduces most of the article's statements",
-    "cite": "BibTeX for the article, this software and what a result was computed with",
-    "take": "a figure, table or number of the report, with its data, caption and references",
-    "export": "matrices of a pad or a reduced system as files with a system file",
-    "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
-    "map": "verdict over alpha1 and alpha2, or over any two parameters",
+GROUPS = {
+    "pads and systems from matrices": {
+        "eigenvalues": "complex eigenvalues and verdict",
+        "critical-friction": "every threshold of stability in a range of mu",
+        "map": "verdict over alpha1 and alpha2, or over any two parameters",
+        "advise": "which parameter moves the critical friction most",
+        "export": "matrices of a pad or a reduced system as files with a system file",
+        "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
+    },
+    "motions": {"simulate": "integrate a B1 or B2 scene through its contact changes"},
+    "the article": {
+        "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
+        "claims": "the statements of the article, each with its measured verdict",
+        "findings": "what is wrong in the article's equations, each measured",
+        "identify": "search for the pad that reproduces most of the article's statements",
+        "cite": "BibTeX for the article, this software and what a result was computed with",
+        "take": "a figure, table or number of the report, with data, caption and references",
+    },
 }
-
-
-OF_ARTICLE = ("sliding", "claims", "findings", "identify", "cite", "take")
+COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
+OF_ARTICLE = tuple(GROUPS["the article"])
 WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "terms")
 
 
 def _help() -> str:
     width = max(map(len, COMMANDS))
-    lines = [f"  {name.ljust(width)}  {summary}" for name, summary in COMMANDS.items()]
-    return "\n".join(
-        ["usage: squeal COMMAND [OPTIONS] SCENE.yaml", "", "commands", *lines, ""]
-        + ["squeal COMMAND --help tells the options; squeal --version the version."]
-    )
+    lines = ["usage: squeal COMMAND [OPTIONS] SCENE.yaml"]
+    for title, commands in GROUPS.items():
+        lines += ["", title]
+        lines += [f"  {name.ljust(width)}  {about}" for name, about in commands.items()]
+    return "\n".join([*lines, "", "squeal COMMAND --help lists its options; --version the version"])
 
 
 def command(name: str) -> Command:
     """A command by its name, for which its module is imported."""
-    from squeal.cli.base import Command
+    from squeal.cli.command import Command
 
     home = _ARTICLE if name in OF_ARTICLE else _HERE
     module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
@@ -66,6 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given[0] == "--version":
         return printed(f"squeal {__version__}")
     if given[0] not in COMMANDS:
-        say(f"squeal: {given[0]!r} is no command; allowed are {', '.join(COMMANDS)}")
+        close = difflib.get_close_matches(given[0], COMMANDS, 1)
+        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(COMMANDS)}"
+        say(f"squeal: {given[0]!r} is no command; {meant}")
         return 2
     return exit_code("squeal", lambda: command(given[0]).main(given[1:]))

@@ -2,31 +2,29 @@
 
 import argparse
 import dataclasses
-import sys
+import math
+import warnings
 from typing import Any
 
-from squeal.cli.base import Answer, Parser
-from squeal.cli.motion import UNITS, asked, task_of, write_files
-from squeal.cli.outputs import file_options
-from squeal.cli.streams import say
-from squeal.cli.tables import number, table
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import said, take_files
+from squeal.cli.streams import progress_line
+from squeal.errors import InputWarning
+from squeal.io.answer import number
 from squeal.io.scene import Scene
-from squeal.io.scene_keys import COORDINATES
-from squeal.io.writing import plain
-from squeal.model.contact import contact_law
 from squeal.simulation import Simulation, simulate
-from squeal.simulation.response import Response
 
-SHOWN_EVENTS = 20
+DRAWN = ("events", "shares", "extrema", "response", "history")
+LEAST, MOST = 4_001, 100_001  # samples of a picture
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    file_options(
+    take_files(
         parser,
-        table="write the history to FILE",
-        figure="draw forces, place of the reaction, contact states and spectrum into FILE",
-        sound="write one second of the pad's normal velocity to FILE",
+        table="the history",
+        figure="a picture of forces, place of the reaction, contact states and spectrum",
+        sound="one second of the pad's normal velocity",
     )
     parser.add_argument(
         "--integrator",
@@ -36,111 +34,85 @@ def options(parser: Parser) -> None:
     )
 
 
-def data(scene: Scene, result: Simulation) -> dict[str, Any]:
-    """The JSON object of a simulation: only what the scene asked for."""
-    events, response = result.events, result.response
-    wanted: dict[str, Any] = {
-        "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
-        "shares": result.shares,
-        "extrema": result.extrema,
-        "response": response and dataclasses.asdict(response),
-    }
-    found = {
-        "model": result.model,
-        "final": dict(zip(("t", *COORDINATES), result.final, strict=True)),
-        **{name: value for name, value in wanted.items() if value is not None},
-        "sliding_holds": result.sliding_holds,
-    }
-    if result.sliding_holds is False:
-        found["sliding_lost_at"] = result.sliding_lost_at
-    if result.history is not None and scene.wants("history"):
-        columns = result.history.items()
-        found["history"] = {name: [plain(v) for v in values.tolist()] for name, values in columns}
-    last = ("method", "tolerance", "steps", "contact_changes", "run_time")
-    return found | {name: getattr(result, name) for name in last}
+def task_of(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
+    """The scene with all outputs that the wanted files need, and how many samples of its history
+    come for each that the scene names.
 
-
-def text(scene: Scene, result: Simulation) -> str:
-    """The same for people."""
-    final = zip(UNITS.items(), result.final, strict=True)
-    tables: dict[str, list[tuple[str, ...]]] = {
-        "final state": [(f"  {name}", number(v, 9), unit) for (name, unit), v in final]
-    }
-    if result.shares is not None:
-        tables["share of time"] = [(f"  {s}", f"{100 * v:.3f} %") for s, v in result.shares.items()]
-    if result.extrema is not None:
-        tables["extrema"] = [
-            (f"  {signal.name}/{signal.over}", *_range(result.extrema[signal.name]))
-            for signal in contact_law(result.model).plotted
-        ]
-    parts = [
-        f"model {result.model}, {result.method}, tolerance {result.tolerance:g}: "
-        f"{result.steps} steps, {result.contact_changes} contact changes",
-        *(f"{title}\n{table(rows)}" for title, rows in tables.items()),
-    ]
-    if result.response is not None:
-        parts.append("response\n" + table(response_rows(result.response), right=False))
-    if result.events is not None:
-        rows = [(f"  {e.t:.9g} s", f"{e.source} -> {e.target}") for e in result.events]
-        left = len(rows) - SHOWN_EVENTS
-        shown = f"\n{table(rows[:SHOWN_EVENTS])}" if rows else ": none"
-        more = f"\n  and {left} more (all with --json)" if left > 0 else ""
-        parts.append(f"contact changes{shown}{more}")
-    if result.sliding_holds is not None:
-        parts.append(
-            "sliding: the surface stays faster than the pad"
-            if result.sliding_holds
-            else f"WARNING: the pad reaches the speed V of the surface at t = "
-            f"{result.sliding_lost_at:.9g} s; the equations do not hold from there on"
+    Raises InputError for a scene without brake force, over which a history gives its forces.
+    """
+    name = next((name for name in ("figure", "table") if getattr(given, name) is not None), None)
+    if name is None:
+        return scene, 1
+    if scene.pad.F_n == 0.0:
+        raise (given.source.at / "parameters" / "F_n").refuse(
+            f"0 is not allowed with {said(given, name)}, whose history gives forces over F_n; it "
+            "must be above 0"
         )
-    return "\n\n".join(parts)
+    if given.figure is None:
+        more = () if scene.wants("history") else ("history",)
+        return dataclasses.replace(scene, outputs=(*scene.outputs, *more)), 1
+    from squeal.simulation.response import sampling_step
+    from squeal.simulation.run import in_natural_units
+
+    _, model, _, stop = in_natural_units(scene)
+    assert scene.samples is not None
+    parts = min(max(math.ceil(stop / sampling_step(model)), LEAST), MOST)
+    every = max(1, math.ceil((parts - 1) / (scene.samples - 1)))
+    samples = (scene.samples - 1) * every + 1
+    return dataclasses.replace(scene, outputs=DRAWN, samples=samples), every
 
 
-def response_rows(response: Response) -> list[tuple[str, str]]:
-    """Name and value of all that a response tells."""
-    unknown = "cannot be told"
-    size = response.amplitude and ", ".join(
-        f"{name} {number(value)} {UNITS[name]}" for name, value in response.amplitude.items()
-    )
-    frequency, growth = response.frequency_hz, response.growth_rate
-    grows = unknown
-    if growth is not None:
-        grows = f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz"
-    settled = {True: "yes", False: "no", None: unknown}[response.settled]
-    return [
-        ("  dominant frequency", unknown if frequency is None else f"{number(frequency)} Hz"),
-        ("  amplitude", size or unknown),
-        ("  growth at the start", grows),
-        ("  settled", settled),
-    ]
+def asked(scene: Scene, result: Simulation, every: int) -> Simulation:
+    """The result without what is only for files, its history at the scene's own times."""
+    history = result.history
+    if history is not None:
+        history = {name: values[::every] for name, values in history.items()}
+    fields: dict[str, Any] = {name: None for name in DRAWN if not scene.wants(name)}
+    return dataclasses.replace(result, **({"history": history} | fields))
 
 
-def _range(limits: tuple[float, float] | None) -> tuple[str, str]:
-    return ("none", "none") if limits is None else (number(limits[0]), number(limits[1]))
-
-
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are asked for."""
     scene = given.source.scene("simulate")
     task, every = task_of(given, scene)
-    progress = _progress if sys.stderr.isatty() else None
-    whole = simulate(task, given.integrator, progress)
-    files = write_files(given, scene, whole, every)
+    with progress_line("per cent") as progress:
+        told = None if progress is None else lambda share: progress(round(100 * share), 100)
+        whole = simulate(task, given.integrator, told)
+    if given.table is not None:
+        asked(dataclasses.replace(scene, outputs=DRAWN), whole, every).save(given.table)
+    if given.figure is not None:
+        name = given.source.name.removesuffix(".yaml")
+        whole.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
+    more: dict[str, Any] = {}
+    if given.sound is not None:
+        more["sound"] = _sound(given, scene)
     result = asked(scene, whole, every)
-    return Answer(
-        lambda: data(scene, result) | files,
-        lambda: "\n\n".join([text(scene, result), *map(sound_text, files.values())]),
-        warnings=_start_warnings(scene),
-    )
+    reply = Reply.of(result, **more)
+    warned = _start_warnings(scene)
+    return dataclasses.replace(reply, text=lambda: _text(result, more), warnings=warned)
 
 
-def sound_text(sound: dict[str, Any]) -> str:
-    """What the sound's file holds."""
-    return (
-        f"sound: {sound['signal']} from {number(sound['start'])} s for "
-        f"{number(sound['duration'])} s at {sound['rate_hz']} samples a second, full scale "
-        f"{number(sound['full_scale'])} m/s"
-    )
+def _text(result: Simulation, more: dict[str, Any]) -> str:
+    lines = [
+        f"sound: {heard['signal']} from {number(heard['start'])} s for "
+        f"{number(heard['duration'])} s at {heard['rate_hz']} samples a second, full scale "
+        f"{number(heard['full_scale'])} m/s"
+        for heard in more.values()
+    ]
+    return "\n\n".join([result.text(), *lines])
+
+
+def _sound(given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+    """Write the sound; what the JSON object says of it."""
+    from squeal.simulation.sound import LENGTH, RATE, sound
+
+    heard = sound(scene, given.integrator)
+    heard.write(given.sound)
+    length = len(heard.samples) / RATE
+    if length < LENGTH:
+        words = f"the sound lasts {length:.3g} s: the model ends before one of {LENGTH:g} s does"
+        warnings.warn(words, InputWarning, stacklevel=2)
+    return heard.to_dict()
 
 
 def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
@@ -151,7 +123,3 @@ def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
 
     found, _ = sliding_equilibrium(scene.pad_model)
     return () if found is None else found.warnings
-
-
-def _progress(share: float) -> None:
-    say(f"\r{100 * share:3.0f} %", end="" if share < 1 else "\n")

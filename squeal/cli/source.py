@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from squeal.cli.streams import all_input, name_of
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.document import named_files, parse_document, read_content, scalar
 from squeal.io.provenance import InputFile
 from squeal.io.scene import Scene, check_simulation
 from squeal.io.scene_keys import SCENE
-from squeal.io.short_form import PlainSystem, plain_system, system_keys
+from squeal.io.short_form import plain_system, system_keys
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import Number
 
 if TYPE_CHECKING:
-    from squeal.analysis.subject import Subject
     from squeal.io.system import SystemFile
 
 STANDARD_INPUT = "-"
@@ -48,39 +49,38 @@ class Source:
             check_simulation(found, self.at)
         return found
 
-    def system(self) -> PlainSystem | None:
-        """The system of the short form that the file holds, else None. Raises InputError."""
-        short = "M" in self.document and not _is_general(self.document)
-        return plain_system(self.document, self.at) if short else None
-
-    def subject(self, asked: str) -> Subject:
-        """The scene, or the system with named parameters, whose parameters are varied.
-
-        Raises InputError.
-        """
-        terms = self.terms()
-        if terms is not None:
-            return terms.system
-        if self.system() is not None:
-            raise InputError(
-                f"{asked}: is not allowed with {self.name}, a plain system without named "
-                "parameters; a scene or a system with parameters is allowed"
-            )
-        return self.scene()
+    def subject(self) -> tuple[Scene | SystemFile, list[Path | InputFile]]:
+        """The scene or system that the file holds, and all files behind it. Raises InputError."""
+        if "M" not in self.document:
+            return self.scene(), [self.file]
+        found = self.system()
+        return found, [self.file, *found.inputs]
 
     def named_files(self) -> list[Path]:
         """The files that the document names: matrices and coordinates of a system."""
         folder = Path() if self.path is None else self.path.parent
         return [folder / name for name in named_files(self.document)]
 
-    def terms(self) -> SystemFile | None:
-        """The system of the general form that the file holds, else None. Raises InputError."""
-        if not _is_general(self.document):
-            return None
-        from squeal.io.system import system_file
+    def check_at(self, file: SystemFile, said: str) -> None:
+        """Refuse a value of the parameter that --set gives too. Raises InputError."""
+        name = file.system.parameter
+        if f"parameters.{name}" in self.changes:
+            raise InputError(f"{said}: --set gives {name} too; one of both is allowed")
 
+    def warn_if_constant(self, file: SystemFile) -> None:
+        """Warn where a range of the parameter was asked for and nothing depends on it."""
+        name = file.system.parameter
+        if name not in file.system.names:
+            warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=2)
+
+    def system(self) -> SystemFile:
+        """The system that the file holds, in either form. Raises InputError."""
+        room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
+        if not room.is_general(self.document):
+            plain = plain_system(self.document, self.at)
+            return room.SystemFile(plain.terms(), plain.reference)
         folder = Path() if self.path is None else self.path.parent
-        found = system_file(self.document, self.at, folder)
+        found: SystemFile = room.system_file(self.document, self.at, folder)
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
             if name != key and name not in found.system.names:
@@ -146,18 +146,13 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
 
 def _is_general(document: dict[str, Any]) -> bool:
     """True for a system of the general form, without loading what reads it for a scene."""
-    if "M" not in document:
-        return False
-    from squeal.io.system import is_general
-
-    return is_general(document)
+    return "M" in document and importlib.import_module("squeal.io.system").is_general(document)
 
 
 def _with_parameters(document: dict[str, Any]) -> Group:
     """The table of a system's keys, with those of its own named numbers."""
-    from squeal.io.system import SYSTEM
-
+    table: Group = importlib.import_module("squeal.io.system").SYSTEM
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
     numbers = Group({str(name): Key("a parameter", Number()) for name in names})
-    return Group({**SYSTEM.keys, "parameters": Key("named numbers", numbers)}, SYSTEM.owner)
+    return Group({**table.keys, "parameters": Key("named numbers", numbers)}, table.owner)

@@ -4,10 +4,25 @@ And the one line on them with which a program ends that does not come to its end
 """
 
 import os
+import re
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from squeal.errors import BEYOND, ComputationError, InputError
+
+EVERY = 0.2  # s between two lines of progress
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # but tab and the line's end
+
+
+def visible(text: str) -> str:
+    r"""A text with its control characters as escapes: names and keys may hold any.
+
+    >>> print(visible("a\x1b[2Jb"))
+    a\\x1b[2Jb
+    """
+    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 def exit_code(name: str, work: Callable[[], int]) -> int:
@@ -21,6 +36,9 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
         code, words = 2, str(error)
     except ComputationError as error:
         code, words = 1, str(error)
+    except UnicodeEncodeError as error:
+        letter = error.object[error.start]
+        code, words = 2, f"{letter!r} is not allowed in a text; it stands for no letter"
     except (ArithmeticError, ValueError) as error:
         from numpy.linalg import LinAlgError
 
@@ -38,7 +56,7 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
         code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
     except KeyboardInterrupt:
         code, words = 130, "stopped"
-    say(f"{name}: {words}")
+    say(f"{name}: {' '.join(words.splitlines())}")
     return code
 
 
@@ -52,12 +70,44 @@ def open_closed() -> None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, way), "w"))
 
 
-def say(text: str, end: str = "\n") -> None:
+def say(text: str) -> None:
+    """Print a line on standard error, control characters as escapes."""
+    _tell(f"{visible(text)}\n")
+
+
+def _tell(text: str) -> None:
     """Print on standard error; what cannot be said there stops nothing and changes no exit code."""
     try:
-        print(text, end=end, file=sys.stderr, flush=True)
+        print(text, end="", file=sys.stderr, flush=True)
     except OSError:  # a full disc, a terminal that is gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
+def steps(wanted: bool) -> Callable[[str], None]:
+    """What says the steps of long work on standard error: to a terminal, or where it is wanted."""
+    if wanted or sys.stderr.isatty():
+        return lambda text: say(f"squeal: {text}")
+    return lambda _: None
+
+
+@contextmanager
+def progress_line(what: str) -> Iterator[Callable[[int, int], None] | None]:
+    """A function of (done, count) that shows both on a terminal; None where there is none."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    last = 0.0
+
+    def show(done: int, count: int) -> None:
+        nonlocal last
+        if done == count or time.monotonic() - last > EVERY:
+            last = time.monotonic()
+            _tell(f"\r{done} of {count} {what}")
+
+    try:
+        yield show
+    finally:
+        _tell("\r\033[K")
 
 
 def printed(text: str) -> int:
@@ -67,7 +117,7 @@ def printed(text: str) -> int:
     """
     letters, code = sys.stdout.encoding or "utf-8", 0
     try:
-        print(text.encode(letters, "backslashreplace").decode(letters), flush=True)
+        print(visible(text).encode(letters, "backslashreplace").decode(letters), flush=True)
         return 0
     except BrokenPipeError:
         pass

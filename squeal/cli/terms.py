@@ -4,14 +4,15 @@ Finite-element programs write K at one friction after the other; K = K0 + p K1 f
 """
 
 import argparse
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from squeal.analysis.systems.separation import AGREES, Separation, separated
-from squeal.cli.base import Answer, Parser
-from squeal.cli.numbers import numbers
-from squeal.cli.tables import number, table
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import numbers
 from squeal.errors import ComputationError, InputError
+from squeal.io.answer import Column, Table, number
 from squeal.io.matrices import fingerprint, read_matrix, write_matrix
 from squeal.io.writing import whole_folder
 from squeal.schema.values import Named
@@ -34,7 +35,7 @@ def options(parser: Parser) -> None:
     )
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Read the matrices and split them."""
     if Named().convert(given.parameter) is None:
         raise InputError(f"--parameter {given.parameter}: is not allowed; it must be a name")
@@ -48,7 +49,7 @@ def run(given: argparse.Namespace) -> Answer:
             f"largest entry; the matrix is not linear in {given.parameter}"
         )
     written = _write(given, found)
-    return Answer(
+    return Reply(
         lambda: _data(given, found, written), lambda: _text(given, found, written), list(files)
     )
 
@@ -91,16 +92,13 @@ def _data(given: argparse.Namespace, found: Separation, written: list[Path]) -> 
 
 def _text(given: argparse.Namespace, found: Separation, written: list[Path]) -> str:
     data = _data(given, found, written)
-    rows = [("  factor", "file", "non-zeros", "fingerprint")]
-    rows += [
-        (f"  {t['factor']}", t["file"] or "-", str(t["nonzeros"]), t["fingerprint"])
-        for t in data["terms"]
-    ]
-    told = "no third matrix was given to check it"
+    checked = "no third matrix was given to check it"
     if found.error is not None:
-        told = f"the third matrix agrees to {number(found.error, 2)} of its largest entry"
-    head = f"K = K0 + {given.parameter} K1, {data['rows']} rows; {told}"
-    lines = [head, table(rows, right=False)]
+        checked = f"the third matrix agrees to {number(found.error, 2)} of its largest entry"
+    head = f"K = K0 + {given.parameter} K1, {data['rows']} rows; {checked}"
+    names = ("factor", "file", "nonzeros", "fingerprint")
+    told = [Column(name, value=itemgetter(name)) for name in names]
+    lines = [Table(told, data["terms"], head).text()]
     if written:
         one, two = (path.name for path in written)
         lines.append(f"K: [{{file: {one}}}, {{file: {two}, factor: {given.parameter}}}]")

@@ -1,7 +1,7 @@
 """Figures: style, drawing parts, and functions that take results and return a matplotlib Figure.
 
     from squeal.plots import coupling_figure
-    coupling_figure(squeal.sweep_modes(scene, 0.0, 1.0)).savefig("coupling.png")
+    coupling_figure(sweep_modes(scene, 0.0, 1.0)).savefig("coupling.png")
 
 The names below are loaded when they are first used.
 """
@@ -12,6 +12,7 @@ from typing import Any
 _HOME = {
     "contour_figure": "maps",
     "coupling_figure": "coupling",
+    "draw": "answers",
     "mode_figure": "modes",
     "scatter_figure": "scatter",
     "stability_figure": "maps",

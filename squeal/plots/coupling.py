@@ -1,7 +1,6 @@
 """Modes over friction: frequencies, growth rates, and the root locus beside them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from squeal.analysis.answers import Step
 from squeal.analysis.modes import ModeSweep
 from squeal.analysis.systems.chart import NAMES as VERDICT_NAMES
-from squeal.analysis.systems.sweeps import SweepRow
 from squeal.linear import GROWING, VERDICTS
 from squeal.plots.maps import symbol
 from squeal.plots.modes import NAME, NAMED, growing_roots
@@ -33,7 +32,6 @@ from squeal.plots.style import (
     in_unit,
     literal,
     origin,
-    save,
     state_label,
     style,
     units_of,
@@ -188,8 +186,8 @@ def _locus(
     figure.colorbar(dots, ax=axes, label=_name(found.parameter), aspect=35, pad=0.02)
 
 
-def save_coupling(path: Path, name: str, found: ModeSweep, own: float | None = None) -> None:
-    """Save the coupling figure of what is called `name` as PDF, SVG or PNG."""
+def coupling_drawing(name: str, found: ModeSweep, own: float | None = None) -> Drawing:
+    """The coupling figure of what is called `name`, ready to be saved."""
     spans = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in found.spans)
     ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in found.crossings]
     text = (
@@ -200,16 +198,14 @@ def save_coupling(path: Path, name: str, found: ModeSweep, own: float | None = N
         text += f" Crossings of the imaginary axis: {', '.join(ups)}."
     if found.end < found.high:
         text += f" No equilibrium on the branch beyond {found.end:.6g}."
-    drawing = Drawing(
-        coupling_figure(found, own), text, f"Mode coupling of {name}", origin(__name__)
-    )
-    save(drawing, path, text=False)
+    figure = coupling_figure(found, own)
+    return Drawing(figure, text, f"Mode coupling of {name}", origin(__name__))
 
 
 MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
 
 
-def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
+def sweep_figure(parameter: str, rows: Sequence[Step]) -> Figure:
     """Roots over a parameter: frequency and growth rate, and their way in the complex plane.
 
     Points that grow are red; the frequencies that grow anywhere are named where they grow most.
@@ -220,9 +216,10 @@ def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
     grid = left.get_subplotspec().subgridspec(2, 1, height_ratios=[1.5, 1.0])
     upper = figure.add_subplot(grid[0])
     lower = figure.add_subplot(grid[1], sharex=upper)
-    x = np.array([row.value for row in rows])
-    at = np.concatenate([np.full(len(row.roots), row.value) for row in rows])
-    values = np.concatenate([row.roots for row in rows])
+    known = [(row.value, row.roots) for row in rows if row.roots is not None]
+    x = np.array([value for value, _ in known])
+    at = np.concatenate([np.full(len(roots), value) for value, roots in known])
+    values = np.concatenate([roots for _, roots in known])
     keep = values.imag >= -1e-9 * np.abs(values)
     at, values = at[keep], values[keep]
     grows, unit = growing_roots(values), units_of(values)[0]
@@ -248,7 +245,7 @@ def sweep_figure(parameter: str, rows: Sequence[SweepRow]) -> Figure:
     return figure
 
 
-def _verdict_background(axes_list: Sequence, x: np.ndarray, rows: Sequence[SweepRow]) -> None:
+def _verdict_background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Step]) -> None:
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     for axes in axes_list:
         for low, high, row in zip(edges, edges[1:], rows, strict=False):
@@ -270,9 +267,9 @@ def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # typ
             axes.annotate(in_unit(one, unit), place, (moved, 4), ha=side, **NAME)
 
 
-def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[SweepRow]) -> None:
-    """Save a sweep as PDF, SVG or PNG."""
-    seen = ", ".join(dict.fromkeys(row.verdict for row in rows))
+def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
+    """The figure of a sweep, ready to be saved."""
+    seen = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
         f"Frequencies and real parts of the roots of {name} over {parameter} from "
         f"{rows[0].value:g} to {rows[-1].value:g}, and their way in the complex plane; verdicts "
@@ -280,4 +277,4 @@ def draw_system_sweep(path: Path, name: str, parameter: str, rows: Sequence[Swee
     )
     with style():
         figure = sweep_figure(parameter, rows)
-    save(Drawing(figure, text, f"Sweep of {name}", origin(__name__)), path, text=False)
+    return Drawing(figure, text, f"Sweep of {name}", origin(__name__))

@@ -1,9 +1,9 @@
 """Maps over two parameters: verdicts as areas with the curves between them, and contours."""
 
+import dataclasses
 import math
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,21 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, QUANTITIES, Axis, Field, StabilityMap
+from squeal.analysis.maps import (
+    BEYOND_FOLD,
+    NAMES,
+    QUANTITIES,
+    Axis,
+    Field,
+    StabilityMap,
+    traced_map,
+)
 from squeal.analysis.systems.chart import NAMES as CHART_NAMES
 from squeal.analysis.threshold_curve import ThresholdCurve
+from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
 from squeal.plots.parts import OF_PI, QUARTERS, VERDICT_COLOURS, draw
-from squeal.plots.style import SINGLE, Drawing, literal, origin, save, style
+from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
 THRESHOLD = "#E69F00"
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
@@ -128,18 +137,24 @@ def hatch(axes: Axes, found: StabilityMap) -> Patch | None:
     return Patch(facecolor="none", edgecolor="k", hatch="////", linewidth=0.5)
 
 
-def draw_stability_map(
+def traced(scene: Scene, found: StabilityMap) -> StabilityMap:
+    """The map with the boundaries between its points, for drawing."""
+    if found.outline is not None:
+        return found
+    return dataclasses.replace(found, outline=traced_map(scene, found.axes, found.codes))
+
+
+def stability_drawing(
     found: StabilityMap,
-    path: Path,
     own: tuple[float, float] | None = None,
     curves: Sequence[ThresholdCurve] = (),
-) -> None:
-    """Save a map of verdicts as PDF, SVG or PNG."""
+) -> Drawing:
+    """A map of verdicts, ready to be saved."""
     shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in found.share.items())
     title = f"Verdict over {found.axes[0].name} and {found.axes[1].name}"
     text = f"{title}; shares of the area: {shares}."
     made = origin("squeal.plots.maps")
-    save(Drawing(stability_figure(found, own, curves), text, title, made), path, text=False)
+    return Drawing(stability_figure(found, own, curves), text, title, made)
 
 
 LEVELS = 9
@@ -177,14 +192,13 @@ def contour_figure(
     return figure
 
 
-def draw_contours(
+def contours_drawing(
     found: Field,
-    path: Path,
     own: tuple[float, float] | None = None,
     level: float | None = None,
     curves: Sequence[ThresholdCurve] = (),
-) -> None:
-    """Save a contour map as PDF, SVG or PNG."""
+) -> Drawing:
+    """A contour map, ready to be saved."""
     words, unit = QUANTITIES[found.quantity]
     title = f"{words} over {found.axes[0].name} and {found.axes[1].name}"
     known = found.values[np.isfinite(found.values)]
@@ -193,7 +207,7 @@ def draw_contours(
     text = f"Contour map of the {title}: {span}, on {share:.1f} % of the area."
     figure = contour_figure(found, own, level, curves)
     made = origin("squeal.plots.maps")
-    save(Drawing(figure, text, title.capitalize(), made), path, text=False)
+    return Drawing(figure, text, title.capitalize(), made)
 
 
 def chart_figure(
@@ -220,14 +234,10 @@ def _edges(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values - half, values[-1:] + half])
 
 
-def draw_chart(
-    path: Path,
-    name: str,
-    names: tuple[str, str],
-    sides: tuple[np.ndarray, np.ndarray],
-    codes: np.ndarray,
-) -> None:
-    """Save a stability chart as PDF, SVG or PNG."""
+def chart_drawing(
+    name: str, names: tuple[str, str], sides: tuple[np.ndarray, np.ndarray], codes: np.ndarray
+) -> Drawing:
+    """A stability chart, ready to be saved."""
     shares = ", ".join(
         f"{verdict} on {100 * np.mean(codes == k):.1f} %"
         for k, verdict in enumerate(CHART_NAMES)
@@ -237,4 +247,4 @@ def draw_chart(
     with style():
         figure = chart_figure(names, sides, codes)
     title = f"Stability chart of {name}"
-    save(Drawing(figure, text, title, origin(__name__)), path, text=False)
+    return Drawing(figure, text, title, origin(__name__))

@@ -1,7 +1,6 @@
 """Eigenvalues in the complex plane and, of a pad, the shapes of its modes beside them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from squeal.plots.parts import (
     legend_of_phases,
     outlines,
 )
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, in_unit, origin, save, style, units_of
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, in_unit, origin, style, units_of
 
 RING, CROSS = "#3498DB", "#C8380E"
 PANEL = 1.3  # in, height of a panel with a mode shape
@@ -105,12 +104,12 @@ def mode_figure(scene: Scene) -> Figure:
     return pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
 
 
-def save_modes(path: Path, name: str, figure: Figure, values: np.ndarray) -> None:
-    """Save a figure of eigenvalues, and of mode shapes if it has them, as PDF, SVG or PNG."""
+def modes_drawing(name: str, figure: Figure, values: np.ndarray) -> Drawing:
+    """A figure of eigenvalues, and of mode shapes if it has them, ready to be saved."""
     listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in values)
     shapes = " and mode shapes" if len(figure.axes) > 1 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
-    save(Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__)), path, text=False)
+    return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
 
 
 NAMED = 6  # growing frequencies that are named in a figure
@@ -143,11 +142,11 @@ def roots_figure(values: np.ndarray) -> Figure:
     return figure
 
 
-def draw_roots(path: Path, name: str, values: np.ndarray) -> None:
-    """Save the roots in the complex plane as PDF, SVG or PNG."""
+def roots_drawing(name: str, values: np.ndarray) -> Drawing:
+    """The roots in the complex plane, ready to be saved."""
     growing = np.sort(values[growing_roots(values) & (values.imag >= 0)].imag) / (2 * np.pi)
     listed = ", ".join(f"{f:.1f}" for f in growing) or "none"
     text = f"Roots of {name} in the complex plane; growing frequencies in Hz: {listed}."
     with style():
         figure = roots_figure(values)
-    save(Drawing(figure, text, f"Roots of {name}", origin(__name__)), path, text=False)
+    return Drawing(figure, text, f"Roots of {name}", origin(__name__))

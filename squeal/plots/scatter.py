@@ -1,13 +1,11 @@
 """The distribution of the critical friction: histogram, and share of pads that have lost it."""
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.analysis.scatter import CONFIDENCE, Scatter
 from squeal.plots.coupling import symbol_of
-from squeal.plots.style import SINGLE, Drawing, origin, save, style
+from squeal.plots.style import SINGLE, Drawing, origin, style
 
 BARS, CURVE, OWN = "#CFE6F5", "#000000", "#C8380E"
 
@@ -51,8 +49,8 @@ def scatter_figure(found: Scatter, parameter: str = "mu") -> Figure:
     return figure
 
 
-def save_scatter(path: Path, name: str, found: Scatter, parameter: str = "mu") -> None:
-    """Save the figure as PDF, SVG or PNG."""
+def scatter_drawing(name: str, found: Scatter, parameter: str = "mu") -> Drawing:
+    """The figure, ready to be saved."""
     quantiles = ", ".join(
         f"{100 * q.level:g} % at {q.mu:.4g}" for q in found.quantiles if q.mu is not None
     )
@@ -61,5 +59,4 @@ def save_scatter(path: Path, name: str, found: Scatter, parameter: str = "mu") -
         f"samples of {name}: {quantiles}. Stable at {found.mu:.4g}: {100 * found.stable:.1f} %."
     )
     title = f"Scatter of the critical {parameter} of {name}"
-    drawing = Drawing(scatter_figure(found, parameter), text, title, origin(__name__))
-    save(drawing, path, text=False)
+    return Drawing(scatter_figure(found, parameter), text, title, origin(__name__))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from squeal.io.coordinates import Coordinates
 from squeal.io.writing import write_whole
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, literal, origin, save, style
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, literal, origin, style
 
 LARGEST = 0.08  # of the body's size: the largest displacement as drawn
 MOST = 15_000  # points; of more nodes every k-th is drawn
@@ -72,11 +72,11 @@ def shape_figure(words: str, where: Coordinates, shape: NDArray) -> Figure:
     return figure
 
 
-def draw_shape(path: Path, name: str, words: str, where: Coordinates, shape: NDArray) -> None:
-    """Save the shape of a mode as PDF, SVG or PNG; `words` tell frequency and growth."""
+def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
+    """The shape of a mode, ready to be saved; `words` tell frequency and growth."""
     figure = shape_figure(words, where, shape)
     text = f"Shape of a mode of {name}: {words}."
-    save(Drawing(figure, text, f"Mode of {name}", origin(__name__)), path, text=False)
+    return Drawing(figure, text, f"Mode of {name}", origin(__name__))
 
 
 def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) -> None:

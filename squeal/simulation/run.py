@@ -13,6 +13,7 @@ from squeal.model.equations import PadModel
 from squeal.model.units import Units, natural_units
 from squeal.schema.place import Place
 from squeal.schema.values import Word
+from squeal.simulation.answer import Motion
 from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
 from squeal.simulation.observers import observers_for
 from squeal.simulation.response import Response, Watch
@@ -30,8 +31,8 @@ class Event:
     target: str
 
 
-@dataclass(frozen=True)
-class Simulation:
+@dataclass(frozen=True, repr=False)
+class Simulation(Motion):
     """Result of a run, in SI units.
 
     final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;

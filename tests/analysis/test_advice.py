@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from squeal.analysis.advice import Tolerance, advise
-from squeal.analysis.advice_text import advice_in_words
 from squeal.analysis.eigenvalues import analyse, growing_modes
 from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
@@ -66,9 +65,7 @@ def test_ranked_by_the_larger_of_both_changes(advice):
     best, word, change = advice.best
     assert change == max(c for found in advice.levers for c in found.changes)
     assert word in ("lowering", "raising")
-    words = advice_in_words(advice)
-    assert f"{word} {best.parameter}" in words
-    assert f"{change:+.2g} to" in words
+    assert f"{word} {best.parameter}" in advice.line()
 
 
 def test_what_is_zero_moves_only_by_a_tolerance_of_its_own(advice, monkeypatch):
@@ -93,9 +90,6 @@ def test_a_pad_without_threshold_is_ranked_by_its_frequencies():
     assert all(found.changes == (0.0, 0.0) for found in advice.levers)
     sizes = [max(map(abs, found.gap_changes)) for found in advice.levers]
     assert sizes == sorted(sizes, reverse=True)
-    words = advice_in_words(advice)
-    assert "No threshold lies below mu = 2." in words
-    assert "parts them most" in words
 
 
 def test_models_bn_b2_b3(monkeypatch):
@@ -150,9 +144,6 @@ def test_what_grows_at_once_has_no_threshold_to_move(monkeypatch):
     advice = advise(falling, mu_max=0.1)
     assert (advice.nominal.critical, advice.nominal.kind) == (0.0, "flutter")
     assert all(found.changes == (0.0, 0.0) for found in advice.levers)
-    assert advice_in_words(advice) == (
-        "It grows from mu = 0 on (flutter). No change tried moves that."
-    )
     (mode,) = growing_modes(falling, analyse(falling))
     assert mode.onset is None
 

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.analysis.advice import Tolerance, advise
 from squeal.analysis.maps import Axis, field_of
-from squeal.analysis.scatter import Spread, scatter
+from squeal.analysis.scatter import Spread, Spreads, scatter
 from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad
@@ -52,7 +52,9 @@ def test_contours_and_levers(name, monkeypatch):
 
 
 def test_scatter():
-    found = scatter(SCENE, (Spread("w", "within", 0.004), Spread("m", "relative", 0.1)), 6, seed=3)
+    found = scatter(
+        SCENE, Spreads((Spread("w", "within", 0.004), Spread("m", "relative", 0.1)), 6, 3)
+    )
     again = np.random.default_rng(3)
     w = 0.04 + 0.004 * again.uniform(-1.0, 1.0, 6)
     m = 0.2 + 0.02 * again.standard_normal(6)

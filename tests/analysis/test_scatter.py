@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from squeal.analysis.scatter import Spread, scatter
-from squeal.analysis.spread_file import read_spreads
+from squeal.analysis import subject as subjects
+from squeal.analysis.scatter import Spread, Spreads, read_spreads, scatter
 from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
@@ -26,7 +26,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def found(scene):
-    return scatter(scene, (Spread("h", "relative", SIZE),), COUNT, seed=3, mu_max=MU_MAX)
+    return scatter(scene, Spreads((Spread("h", "relative", SIZE),), COUNT, 3), mu_max=MU_MAX)
 
 
 def threshold(scene, factor):
@@ -55,7 +55,7 @@ def test_every_sample_is_the_threshold_of_its_own_pad(scene, found):
 def test_share_that_stays_stable_is_counted_at_the_scene_s_friction(scene, found):
     middle = float(np.median(found.critical))
     half = scatter(
-        scene.replace(mu=middle), (Spread("h", "relative", SIZE),), COUNT, seed=3, mu_max=MU_MAX
+        scene.replace(mu=middle), Spreads((Spread("h", "relative", SIZE),), COUNT, 3), MU_MAX
     )
     assert half.stable == pytest.approx(0.5, abs=0.01)
     assert half.interval[0] < 0.5 < half.interval[1]
@@ -68,24 +68,46 @@ def test_workers_and_progress_change_nothing(scene):
         told.append((done, count))
 
     spreads = (Spread("k2", "within", 0.01 * scene.pad.k2), Spread("alpha1", "absolute", 0.01))
-    alone = scatter(scene, spreads, 9, mu_max=MU_MAX, progress=progress)
-    both = scatter(scene, spreads, 9, mu_max=MU_MAX, workers=2)
+    alone = scatter(scene, Spreads(spreads, 9), mu_max=MU_MAX, progress=progress)
+    both = scatter(scene, Spreads(spreads, 9), mu_max=MU_MAX, workers=2)
     assert np.array_equal(alone.critical, both.critical, equal_nan=True)
     assert told[-1] == (9, 9)
 
 
 def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
-    found = scatter(scene, (Spread("h", "relative", 1.0),), 20, mu_max=MU_MAX)
-    assert 0 < found.failed < 20
-    assert len(found.critical) == 20 - found.failed
+    found = scatter(scene, Spreads((Spread("h", "relative", 1.0),), 20), mu_max=MU_MAX)
+    assert 0 < found.no_pad < 20
+    assert len(found.critical) == 20 - found.no_pad - found.failed
+
+
+def test_samples_that_cannot_be_computed_are_counted_apart(scene, found, monkeypatch):
+    """They were dropped as "no such pads", and the quantiles were those of the survivors."""
+    critical_of, asked = subjects.critical_of, []
+
+    def failing(subject, high):
+        asked.append(subject)
+        if len(asked) % 4 == 0:
+            raise ComputationError("one stiffness hides the slow modes")
+        return critical_of(subject, high)
+
+    monkeypatch.setattr(subjects, "critical_of", failing)
+    some = scatter(scene, found.drawn, mu_max=MU_MAX)
+    assert (some.failed, some.no_pad, len(some.critical)) == (COUNT // 4, 0, COUNT - COUNT // 4)
+    assert some.warnings
+    assert some.to_dict()["scatter"]["failed"] == COUNT // 4
+    # whatever they would have been, all that holds for the whole holds within the wider intervals
+    for one, whole in zip(some.quantiles, found.quantiles, strict=True):
+        assert whole.mu is not None
+        assert (one.low or 0.0) <= whole.mu <= (one.high or np.inf)
+    assert some.interval[0] <= found.stable <= some.interval[1]
 
 
 @pytest.mark.parametrize(
     ("name", "kind", "size", "words"),
     [
-        ("k2", "about", 0.1, "must be one of relative, absolute, within"),
-        ("k2", "relative", 0.0, "must be a finite number above 0"),
-        ("k2", "relative", float("nan"), "must be a finite number above 0"),
+        ("k2", "about", 0.1, "spread k2: .about"),
+        ("k2", "relative", 0.0, "spread k2: 0"),
+        ("k2", "relative", float("nan"), "spread k2: nan"),
     ],
 )
 def test_spreads_defend_themselves(name, kind, size, words):
@@ -95,17 +117,17 @@ def test_spreads_defend_themselves(name, kind, size, words):
 
 def test_a_spread_must_fit_the_scene(scene):
     one = Spread("k2", "relative", 0.1)
-    with pytest.raises(InputError, match="spread: k_c is no parameter here; allowed are m, w"):
-        scatter(scene, (Spread("k_c", "relative", 0.1),), 4)
-    with pytest.raises(InputError, match="spread: k2 is named twice; once is allowed"):
-        scatter(scene, (one, one), 4)
+    with pytest.raises(InputError, match="spreads: k_c is no parameter here; allowed are m, w"):
+        scatter(scene, (Spread("k_c", "relative", 0.1),))
+    with pytest.raises(InputError, match="spreads: k2 is named twice; once is allowed"):
+        scatter(scene, (one, one))
     with pytest.raises(InputError, match="scatter: str is not allowed"):
-        scatter("pad.yaml", (one,), 4)  # type: ignore[arg-type]
+        scatter("pad.yaml", (one,))
 
 
 def test_no_equilibrium_at_all_is_said(scene):
     with pytest.raises(ComputationError, match="no sample has an equilibrium"):
-        scatter(scene.replace(k1=0.0, k2=0.0), (Spread("F_n", "relative", 0.01),), 2)
+        scatter(scene.replace(k1=0.0, k2=0.0), Spreads((Spread("F_n", "relative", 0.01),), 2))
 
 
 def test_mode_coupling_scatters_as_its_closed_form_says():
@@ -114,7 +136,7 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     mean, size, k = 1.0, 0.2, 0.5
     system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
     count = 200
-    found = scatter(system, (Spread("a", "absolute", size),), count, seed=5, mu_max=3.0)
+    found = scatter(system, Spreads((Spread("a", "absolute", size),), count, 5), mu_max=3.0)
     assert (found.failed, found.beyond) == (0, 0)
 
     def share(x):
@@ -133,7 +155,7 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     ]
     assert all(held)
     # half of them lie above the median: these have no threshold in a shorter range
-    short = scatter(system, (Spread("a", "absolute", size),), 24, seed=5, mu_max=1.0)
+    short = scatter(system, Spreads((Spread("a", "absolute", size),), 24, 5), mu_max=1.0)
     drawn = mean + size * np.random.default_rng(5).standard_normal(24)
     assert short.beyond == np.sum(k + drawn**2 / (4 * k) > 1.0)
 

@@ -235,7 +235,7 @@ def test_quasi_static_map_is_eq_23():
 
 def test_map_of_verdicts_is_drawn(tmp_path):
     found = stability_map(read_scene(SCENES / "b3.yaml"), angle_axes(30), traced=True)
-    maps.draw_stability_map(found, tmp_path / "map.pdf")
+    style.save(maps.stability_drawing(found), tmp_path / "map.pdf")
     data = (tmp_path / "map.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     for verdict, share in found.share.items():

@@ -8,7 +8,6 @@ import pytest
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.__main__ import main
 from squeal.article.report.chapters import CHAPTERS, FIGURES
-from squeal.cli.simulate import data
 from squeal.io.provenance import provenance
 from squeal.io.scene import read_scene
 from squeal.simulation import simulate
@@ -29,7 +28,7 @@ def built(tmp_path_factory):
         scene = read_scene(file, "simulate")
         made = {"provenance": provenance([file], "squeal.cli.simulate").to_dict()}
         summary = folder / "results" / f"{stem}.json"
-        summary.write_text(json.dumps(data(scene, simulate(scene)) | made))
+        summary.write_text(json.dumps(simulate(scene).to_dict() | made))
     for chapter in CHAPTERS:
         there = {"results": folder, "workflow": ROOT}
         files = [str(there[file.partition("/")[0]] / file) for file in chapter.reads]

@@ -6,7 +6,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.advice_text import scene_in_words
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.analysis.maps import NAMES, Axis, angle_axes, stability_map
 from squeal.analysis.thresholds import critical_friction
@@ -18,6 +17,7 @@ from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies import stability
 from squeal.article.studies._growth import fit
+from squeal.article.studies.advice_text import scene_in_words
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path, sliding_equilibrium

@@ -77,23 +77,6 @@ def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
     assert "is not linear in mu" in err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("0.1:a.mtx",), "2 or 3"),
-        (("x:a.mtx", "1:b.mtx"), "VALUE:FILE"),
-        (("1:a.mtx", "2"), "VALUE:FILE"),
-        (("1:a.mtx", "2:"), "VALUE:FILE"),
-        (("1:a.mtx", "2:b.mtx", "--parameter", "2x"), "--parameter 2x: is not allowed; it must be"),
-        (("1:a.mtx", "2:b.mtx"), "cannot be read"),
-    ],
-)
-def test_terms_refuses(arguments, words, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    err = assert_refused(capsys, "terms", *arguments)
-    assert words in err
-
-
 def test_terms_overwrite_no_file(tmp_path, capsys):
     for name in ("a", "b"):
         mmwrite(tmp_path / f"{name}.mtx", np.eye(2))
@@ -132,40 +115,6 @@ def test_a_chart_over_two_parameters(tmp_path, capsys):
     assert "</svg>" in figure.read_text()
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--first", "mu:0:1"), "--second: is missing"),
-        (("--first", "nu:0:1", "--second", "gap:0:1"), "NAME one of gap, mu"),
-        (("--first", "mu:1:0", "--second", "gap:0:1"), "LOW < HIGH"),
-        (("--first", "mu:0:1", "--second", "mu:0:1"), "not allowed twice"),
-        (("--quantity", "growth"), "--quantity growth: is not allowed with a system of matrices"),
-        (("--threshold-curve", "c.csv"), "c.csv: is not allowed with a system of matrices"),
-    ],
-)
-def test_map_refuses(options, words, tmp_path, capsys):
-    path = tmp_path / "system.yaml"
-    path.write_text(CHART)
-    err = assert_refused(capsys, "map", path, *options)
-    assert words in err
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--format", "doc"), "--format doc: is not allowed; it must be one of"),
-        (("--method", "best"), "--method best: is not allowed; it must be one of full, reduced"),
-        (("--method", "reduced"), "--band: is missing"),
-        (("--band", "1:2"), "--band 1:2: is of a reduced system"),
-    ],
-)
-def test_export_refuses(options, words, tmp_path, capsys):
-    path, folder = tmp_path / "system.yaml", tmp_path / "out"
-    path.write_text(CHART)
-    assert words in assert_refused(capsys, "export", path, "--output", folder, *options)
-    assert not folder.exists()
-
-
 def test_complex_matrices_are_not_written(tmp_path, capsys):
     path = tmp_path / "system.yaml"
     path.write_text(CHART + "damping: {structural: 0.1}\n")
@@ -197,12 +146,6 @@ def test_terms_that_are_not_finite_are_not_written(tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mtx", "b.mtx"]
 
 
-def test_a_scene_is_not_reduced(tmp_path, capsys):
-    options = ("--output", tmp_path / "out", "--band", "1:2")
-    err = assert_refused(capsys, "export", SCENES / "b1-c.yaml", *options)
-    assert "a scene with six roots; a system from matrices is allowed" in err
-
-
 def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
     folder = tmp_path / "out"
     answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder)
@@ -210,11 +153,3 @@ def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
     assert "no matrix of system.yaml depends on mu" in told
     code, _, err = run(capsys, "critical-friction", folder / "system.yaml")
     assert (code, err) == (0, "squeal: warning: no matrix depends on mu\n")
-
-
-def test_a_whole_system_takes_no_options_of_a_reduced_one(tmp_path, capsys):
-    system = tmp_path / "one.yaml"
-    system.write_text("M: [[1.0]]\nK0: [[2.0]]\nK1: [[1.0]]\n")
-    told = assert_refused(capsys, "export", system, "--output", tmp_path / "out", "--band", "1:2")
-    assert "--band 1:2" in told
-    assert not (tmp_path / "out").exists()

@@ -10,10 +10,10 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 import squeal
+from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import BLOCK, NAMES, RandomPads, Range
-from squeal.cli.jobs import read_job
 from squeal.cli.main import main as query
-from squeal.cli.parts import main
+from squeal.cli.parts import main, read_job
 from squeal.errors import ComputationError, InputError
 from squeal.io.document import with_named_files
 from squeal.io.parts import cut
@@ -122,7 +122,7 @@ def test_a_map_has_two_axes(tmp_path, capsys):
 
 
 def test_random_pads_in_parts_are_the_same_pads(in_parts):
-    tables = {in_parts(PADS, parts) for parts in (1, 2, 3)} | {in_parts(PADS, 1, "--workers", "2")}
+    tables = {in_parts(PADS, parts) for parts in (1, 2, 3)}
     assert len(tables) == 1
     head, *rows = csv.reader(tables.pop().decode().splitlines())
     assert head == ["mu from", "mu to", "pads", *NAMES]
@@ -144,7 +144,7 @@ def test_random_pads_have_the_verdicts_of_pads_on_their_own(file):
         assert pads.edges[i] <= row[0] < pads.edges[i + 1]
         changed = scene.replace(**dict(zip(pads.names, row, strict=True)))
         try:
-            found = squeal.analyse(changed)
+            found = analyse(changed)
             name = found.judgement.verdict if found.on_branch else "beyond a fold"
         except ComputationError:  # nor is there an equilibrium elsewhere
             name = "beyond a fold"
@@ -206,7 +206,28 @@ def test_parts_of_different_jobs_are_not_gathered(tmp_path, capsys):
         (tmp_path / name).write_text(f"{head}\n1,2\n")
     parts = [str(tmp_path / "a"), str(tmp_path / "b")]
     assert main([str(file), "--gather", *parts, "--out", str(tmp_path / "c")]) == 2
-    assert "not those of the first part" in capsys.readouterr().err
+    assert "a: is no whole part" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("damage", ["missing", "twice", "cut", "another job"])
+def test_parts_that_are_not_those_of_the_job_are_refused(tmp_path, capsys, damage):
+    """Fault A.11: a missing part, a part twice, and one cut in a row were gathered."""
+    file, out = tmp_path / "job.yaml", tmp_path / "out.csv"
+    file.write_text(yaml.safe_dump(PADS))
+    parts = [tmp_path / f"{i}.csv" for i in (1, 2, 3)]
+    for i, part in enumerate(parts, 1):
+        assert main([str(file), "--part", f"{i}-of-3", "--out", str(part)]) == 0
+    if damage == "missing":
+        parts.pop()
+    elif damage == "twice":
+        parts[2] = parts[1]
+    elif damage == "cut":
+        parts[0].write_text(parts[0].read_text()[:-60])
+    else:
+        file.write_text(yaml.safe_dump({"pads": PADS["pads"] | {"seed": 2}}))
+    assert main([str(file), "--gather", *map(str, parts), "--out", str(out)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not out.exists()
 
 
 def test_jobs_of_the_workflow_can_be_read(monkeypatch):

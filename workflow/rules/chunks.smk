@@ -1,6 +1,6 @@
 # Jobs of workflow/jobs in parts: `snakemake results/jobs/b3-pads.csv`, on a cluster with
-# `--workflow-profile profiles/slurm`, in more parts with `--set-scatter part=64`, each on more cores
-# with `--set-threads part=16`. The table is the same in any number of parts.
+# `--workflow-profile profiles/slurm`, in more parts with `--set-scatter part=64`. The table is
+# the same in any number of parts.
 SCENE_OF = {
     file.stem: next(iter(yaml.safe_load(file.read_text(encoding="utf-8")).values()))["scene"]
     for file in Path(workflow.basedir).glob("workflow/jobs/*.yaml")
@@ -23,13 +23,12 @@ rule part:
         "logs/part/{job}/{scatteritem}.log",
     wildcard_constraints:
         job="|".join(SCENE_OF),
-    threads: 1
     resources:
-        mem_mb=lambda wildcards, threads: 500 + 500 * threads,
+        mem_mb=1000,
         runtime=60,
     shell:
         "OPENBLAS_NUM_THREADS=1 python -m squeal.cli.parts {input.job} "
-        "--part {wildcards.scatteritem} --workers {threads} --out {output} 2> {log}"
+        "--part {wildcards.scatteritem} --out {output} 2> {log}"
 
 
 rule gathered:

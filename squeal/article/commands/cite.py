@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from squeal.article.report.bibliography import behind, installed, references
-from squeal.cli.base import Answer, Parser
+from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 
@@ -35,11 +35,11 @@ def made_by(path: Path) -> Provenance:
         ) from None
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Collect the references of some results, or of what is installed."""
     made = [made_by(path) for path in given.results]
     found = references(behind(made) if made else installed())
-    return Answer(
+    return Reply(
         lambda: {"references": [dataclasses.asdict(entry) for entry in found]},
         lambda: "\n\n".join(entry.bibtex for entry in found),
     )

@@ -7,9 +7,9 @@ from pathlib import Path
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.results.claims import Claims
 from squeal.article.studies.claims import study
-from squeal.cli.base import Answer, Parser
-from squeal.cli.tables import table
+from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
+from squeal.io.answer import aligned as table
 from squeal.io.provenance import ROOT
 
 
@@ -55,10 +55,10 @@ def text(found: Claims) -> str:
     return table(rows, right=False) + count + formulations_text(found)
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Judge the claims on the article's scenes, beside the stored searches if there are any."""
     files = scene_files(given.scenes, HISTORY_FIGURES)
     stored = files[0].parent.parent / "identified.json"
     files += [stored] * stored.is_file()
     found = study(files)
-    return Answer(found.to_dict, lambda: text(found), files)
+    return Reply(found.to_dict, lambda: text(found), files)

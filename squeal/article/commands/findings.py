@@ -6,12 +6,12 @@ from squeal.article.cases import STEMS
 from squeal.article.commands.claims import options as options
 from squeal.article.commands.claims import scene_files
 from squeal.article.studies.findings import study
-from squeal.cli.base import Answer
+from squeal.cli.command import Reply
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Measure the findings on the article's scenes."""
     files = scene_files(given.scenes, STEMS)
     found = study(files)
     lines = (f"{one.id}, {one.where}: {one.statement}\n    {one.outcome}" for one in found.findings)
-    return Answer(found.to_dict, lambda: "\n".join(lines), files)
+    return Reply(found.to_dict, lambda: "\n".join(lines), files)

@@ -8,11 +8,11 @@ from typing import Any
 
 from squeal.article.identify import Found, search
 from squeal.article.identify.write import check_folder, write_scenes
-from squeal.cli.base import Answer, Parser
-from squeal.cli.numbers import numbers, whole
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import numbers, whole
 from squeal.cli.streams import say
-from squeal.cli.tables import table
 from squeal.errors import InputError
+from squeal.io.answer import aligned as table
 from squeal.io.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
@@ -64,15 +64,15 @@ def text(found: Found) -> str:
     )
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Search, and write the scenes if asked."""
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
-    seed = whole(given.seed, "--seed", 0)
+    seed = whole(0)(given.seed, "--seed")
     words = "a number of at least 0"
     seconds = 60 * numbers(given.minutes, "--minutes", 1, words, lambda minutes: minutes >= 0.0)[0]
     starts = None
     if given.starts is not None:
-        starts, seconds = whole(given.starts, "--starts", 1), math.inf
+        starts, seconds = whole(1)(given.starts, "--starts"), math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
     elif given.overwrite:
@@ -80,4 +80,4 @@ def run(given: argparse.Namespace) -> Answer:
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
-    return Answer(lambda: data(found), lambda: text(found), inputs=[])
+    return Reply(lambda: data(found), lambda: text(found), inputs=[])

@@ -8,10 +8,11 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import judged_equilibria
 from squeal.article.equations import bounds, rank, stiffness
-from squeal.cli.base import Answer, Parser
-from squeal.cli.outputs import file_options
-from squeal.cli.tables import number, table
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import take_files
 from squeal.errors import InputError
+from squeal.io.answer import aligned as table
+from squeal.io.answer import number
 from squeal.io.scene import Scene
 from squeal.io.writing import picked, write_table
 
@@ -107,15 +108,15 @@ def _warnings(found: dict[str, Any]) -> list[str]:
 
 def options(parser: Parser) -> None:
     """Options of `squeal sliding`."""
-    file_options(parser, table="write the equilibria to FILE")
+    take_files(parser, table="the equilibria")
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """Read the scene and answer."""
     scene = given.source.scene()
     if given.table is not None and scene.pad_model.linear:
         raise InputError(
-            f"{given.table_option} {given.table}: is not allowed with model B3, "
+            f"{given.table_said}: is not allowed with model B3, "
             "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
     found = data(scene)
@@ -123,4 +124,4 @@ def run(given: argparse.Namespace) -> Answer:
         write_table(
             given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"])
         )
-    return Answer(lambda: found, lambda: text(found), warnings=_warnings(found))
+    return Reply(lambda: found, lambda: text(found), warnings=_warnings(found))

@@ -5,9 +5,9 @@ import argparse
 from pathlib import Path
 
 from squeal.article.report.taking import names, take
-from squeal.cli.base import Answer, Parser
-from squeal.cli.tables import table
+from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
+from squeal.io.answer import aligned as table
 from squeal.io.provenance import ROOT
 
 
@@ -42,17 +42,15 @@ def build_folder(given: Path | None) -> Path:
     )
 
 
-def run(given: argparse.Namespace) -> Answer:
+def run(given: argparse.Namespace) -> Reply:
     """List what can be taken, or take it."""
     folder = build_folder(given.build)
     if given.name is None:
         listed = names(folder)
         rows = [(name, f"{one.place}. {one.title}") for name, one in listed.items()]
-        return Answer(
+        return Reply(
             lambda: {"names": {name: vars(one) for name, one in listed.items()}},
             lambda: table(rows, right=False),
         )
     found = take(given.name, folder, given.to)
-    return Answer(
-        lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files)
-    )
+    return Reply(lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files))

@@ -1,0 +1,483 @@
+"""What the verbs answer with, for a pad and for matrices alike: one record and one table a verb."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.modes import ModeShape, mode_shapes
+from squeal.io.answer import Answer, Column, Table, columns, located, number
+from squeal.io.writing import plain
+from squeal.linear import CriticalPoint, Crossing, Spectrum, UnstableMode
+from squeal.linear.eigen import Eigenvalue
+from squeal.schema.place import Place
+from squeal.schema.values import Number, Whole
+
+LISTED = 8  # frequencies in a line of a table
+CONFIRMED = 1e-6  # backward error up to which a root decides something
+
+EIGENVALUES = (
+    Column("mode", value=lambda row: row[0]),
+    Column("real", "1/s", lambda row: row[1].value.real),
+    Column("imag", "rad/s", lambda row: row[1].value.imag),
+    Column("frequency_hz", value=lambda row: row[1].frequency_hz),
+    Column("damping_ratio", value=lambda row: row[1].damping_ratio),
+    Column("residual", "", lambda row: row[1].residual, lambda row: number(row[1].residual, 2)),
+    Column("condition", value=lambda row: finite(row[1].condition), hidden=True),
+)
+
+
+def unit_word(unit: str) -> str:
+    """A unit as columns name it, "" for a number without one."""
+    return "" if unit == "1" else unit
+
+
+def finite(value: float) -> float | None:
+    """A number, None for one that JSON cannot say."""
+    return float(value) if math.isfinite(value) else None
+
+
+def root_row(root: Eigenvalue) -> dict[str, Any]:
+    """An eigenvalue as a JSON row."""
+    return {column.name: column.of((0, root)) for column in EIGENVALUES[1:]}
+
+
+def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
+    """Mode shapes as a JSON object."""
+    rows = [
+        {"mode": one.number, "frequency_hz": one.frequency_hz, "growth_rate": one.growth_rate}
+        | {"real": one.shape.real.tolist(), "imag": one.shape.imag.tolist()}
+        for one in shapes
+    ]
+    return {"coordinates": list(names), "normalisation": rule, "shapes": rows}
+
+
+def shapes_without_names(spectrum: Spectrum) -> dict[str, Any]:
+    """Mode shapes of a system whose coordinates have no names."""
+    shapes = mode_shapes(spectrum)
+    size = len(shapes[0].shape) if shapes else 0
+    return shape_rows(shapes, [f"q{i + 1}" for i in range(size)], "largest entry 1")
+
+
+def valued(parameter: str, value: float) -> dict[str, Any]:
+    """The value of the parameter as answers hold it; `mu` is its key for scripts."""
+    return {"parameter": parameter, "value": value, "mu": value}
+
+
+def named(names: Sequence[str], others: Sequence[Column]) -> list[str]:
+    """Names of parameters as columns: one that another column has is called parameter.NAME."""
+    taken = {column.name for column in others}
+    return [f"parameter.{name}" if name in taken else name for name in names]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Eigenvalues(Answer):
+    """Eigenvalues of a pad or a system at one value of its parameter.
+
+    eigenvalues: by rising frequency, of a region that `extent` names in words ("" for all);
+    verdict: of these, None where they decide nothing; certified: whether a count says that none of
+    the extent is missing; unstable: the modes that grow, the fastest first; shapes: mode shapes as
+    JSON holds them; details: what else the JSON object says, M, C and K among it; notes: lines for
+    people; source: the analysis behind it.
+    """
+
+    name: str
+    parameter: str
+    value: float
+    eigenvalues: tuple[Eigenvalue, ...]
+    verdict: str | None
+    criterion: str
+    unstable: tuple[UnstableMode, ...]
+    certified: bool
+    count: int | None
+    extent: str = ""
+    shapes: Mapping[str, Any] | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    source: Any = None
+
+    @property
+    def values(self) -> NDArray[np.complex128]:
+        """The eigenvalues (m,) in rad/s."""
+        return np.array([root.value for root in self.eigenvalues], dtype=complex)
+
+    def filtered(self, low: float, high: float, least: float) -> Eigenvalues:
+        """The same with the unstable modes alone that have a frequency (Hz) from low to high and
+        grow by at least `least` (1/s)."""
+        kept = [m for m in self.unstable if low <= m.frequency_hz <= high]
+        kept = [mode for mode in kept if mode.growth_rate >= least]
+        left = len(self.unstable) - len(kept)
+        note = (f"{left} more unstable modes are not asked for",) * bool(left)
+        return replace(self, unstable=tuple(kept), notes=self.notes + note)
+
+    def table(self) -> Table:
+        """A row for each eigenvalue."""
+        return Table(EIGENVALUES, list(enumerate(self.eigenvalues, 1)), nothing="no root")
+
+    def growing(self) -> Table:
+        """A row for each unstable mode."""
+        told = (
+            *columns("kind frequency_hz"),
+            Column("growth_rate", "1/s"),
+            Column("damping_ratio"),
+            Column(f"onset, {self.parameter}", value=lambda mode: mode.onset),
+        )
+        return Table(told, self.unstable, "unstable modes", "no unstable mode is listed")
+
+    def parts(self) -> Sequence[str | Table]:
+        """The place, the eigenvalues, the verdict and what grows."""
+        head = f"{self.name}, {self.parameter} = {number(self.value)}"
+        where = f" on {self.extent}" if self.extent else ""
+        proof = "none is missing (count)" if self.certified else "the list may be incomplete"
+        verdict = f"verdict{where}: {self.criterion}\n{len(self.eigenvalues)} roots, {proof}"
+        return [head, *self.notes[:1], self.table(), verdict, self.growing(), *self.notes[1:]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal eigenvalues`."""
+        found = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
+        return found | {
+            "eigenvalues": [root_row(root) for root in self.eigenvalues],
+            "verdict": self.verdict,
+            "criterion": self.criterion,
+            "certified": self.certified,
+            "count": self.count,
+            "unstable": [asdict(mode) for mode in self.unstable],
+            "mode_shapes": self.shapes,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Roots (m,) at one value of the parameter, the verdict on them and their backward errors.
+
+    Of a pad `contact` names the contact state; roots are None where its branch does not reach.
+    """
+
+    value: float
+    roots: NDArray[np.complex128] | None = field(repr=False)
+    residuals: NDArray[np.float64] | None = field(repr=False)
+    verdict: str | None
+    contact: str | None = None
+    admissible: bool | None = None
+    spurious: int = 0
+
+    def growing(self) -> NDArray[np.complex128]:
+        """The roots that grow, of pairs the upper one."""
+        if self.roots is None:
+            return np.empty(0, dtype=complex)
+        upper = self.roots[self.roots.imag >= 0.0]
+        return np.asarray(upper[upper.real > 1e-9 * np.abs(upper)])
+
+    def listed(self) -> list[dict[str, Any]] | None:
+        """The roots as JSON rows."""
+        if self.roots is None:
+            return None
+        errors = self.residuals if self.residuals is not None else np.full(len(self.roots), np.nan)
+        rows = []
+        for root, error in zip(self.roots.tolist(), errors.tolist(), strict=True):
+            size = abs(root)
+            row = {"real": root.real, "imag": root.imag, "frequency_hz": abs(root.imag) / math.tau}
+            rows.append(row | {"damping_ratio": -root.real / size if size else 0.0})
+            if not math.isnan(error):
+                rows[-1]["residual"] = error
+        return rows
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Answer):
+    """Eigenvalues at values of the parameter; `basis` tells of a reduced system that served."""
+
+    name: str
+    parameter: str
+    steps: tuple[Step, ...]
+    basis: Mapping[str, Any] | None = None
+    source: Any = None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many of the values have no equilibrium that the model means."""
+        lost = [step.value for step in self.steps if step.admissible is False]
+        if not lost:
+            return ()
+        return (
+            f"sweep: {len(lost)} of {len(self.steps)} values of {self.parameter}, the first of "
+            f"them {lost[0]:.6g}, have no equilibrium that the model means",
+        )
+
+    def table(self) -> Table:
+        """A row for each root at each value; one without numbers where there is none."""
+        told = (
+            Column("contact", value=lambda row: row[0].contact),
+            Column("real", "1/s", lambda row: row[1].get("real")),
+            Column("imag", "rad/s", lambda row: row[1].get("imag")),
+            Column("frequency_hz", value=lambda row: row[1].get("frequency_hz")),
+            Column("residual", value=lambda row: row[1].get("residual")),
+            Column("verdict", value=lambda row: row[0].verdict),
+        )
+        (name,) = named([self.parameter], told)
+        lead = Column(name, value=lambda row: row[0].value)
+        pairs = [(step, row) for step in self.steps for row in step.listed() or [{}]]
+        return Table((lead, *told), pairs)
+
+    def parts(self) -> Sequence[str | Table]:
+        """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
+
+        def hertz(roots: NDArray[np.complex128]) -> str:
+            found = np.sort(np.abs(roots.imag)) / math.tau
+            more = f", {len(found) - LISTED} more" if len(found) > LISTED else ""
+            return (", ".join(map(number, found[:LISTED])) or "-") + more
+
+        def upper(step: Step) -> str:
+            return "-" if step.roots is None else hertz(step.roots[step.roots.imag > 0.0])
+
+        def largest(step: Step) -> float | None:
+            held = step.roots is not None and len(step.roots)
+            return float(step.roots.real.max()) if held else None  # type: ignore[union-attr]
+
+        told: tuple[Column, ...] = (
+            Column(self.parameter, value=lambda step: step.value),
+            Column("contact"),
+            Column("frequencies, Hz", value=upper),
+            Column("growing, Hz", value=lambda step: hertz(step.growing())),
+            Column("largest real, 1/s", value=largest),
+            Column("verdict", value=lambda step: step.verdict or "no equilibrium on the branch"),
+        )
+        if all(step.contact is None for step in self.steps):
+            told = told[:1] + told[2:]
+        title = f"sweep of {self.parameter}"
+        basis = [] if self.basis is None else [basis_text(self.basis)]
+        return [Table(told, self.steps, title), *basis]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object: `sweep`, a row for each value, and `basis`."""
+        rows = []
+        for step in self.steps:
+            found = valued(self.parameter, step.value) | {"eigenvalues": step.listed()}
+            found |= {"verdict": step.verdict, "spurious": step.spurious}
+            if step.admissible is not None:
+                found |= {"contact": step.contact, "admissible": step.admissible}
+            rows.append(found)
+        return {"parameter": self.parameter, "sweep": rows, "basis": self.basis}
+
+
+def basis_text(basis: Mapping[str, Any]) -> str:
+    """A reduced system for people."""
+    told = (
+        f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} full "
+        f"solutions; worst residual in the full problem {basis['residual']:.2g}"
+    )
+    if basis["spurious"]:
+        told += f"; {basis['spurious']} roots that the full problem has not are left out"
+    if basis["growth_limit"] is not None:
+        told += f"\nroots that grow by more than {basis['growth_limit']:.4g} 1/s are left out"
+    return told
+
+
+def _half(row: CriticalPoint | Crossing) -> str:
+    return number((row.interval[1] - row.interval[0]) / 2, 2)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Thresholds(Answer):
+    """Every change of the verdict, and every crossing of the imaginary axis, in a range.
+
+    parameter: what is varied, from low to high; verdict: at the lower end; points: changes of the
+    verdict; end: why the search ends at `high`; certified: whether counts of what grows agree with
+    the list, None where nothing is counted. Of a pad `admissible_to` is how far its equilibria are
+    those that the model means, and `warnings` say why not farther. notes: lines for people;
+    details: what else the JSON object says.
+    """
+
+    name: str
+    parameter: str
+    low: float
+    high: float
+    verdict: str
+    points: tuple[CriticalPoint, ...]
+    crossings: tuple[Crossing, ...]
+    end: str
+    certified: bool | None
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    source: Any = None
+
+    @property
+    def first(self) -> CriticalPoint | None:
+        """The first threshold at which stability or the equilibrium is lost."""
+        return next((point for point in self.points if point.kind != "restabilised"), None)
+
+    def table(self) -> Table:
+        """A row for each crossing, and for each change of verdict where nothing crosses."""
+        changes = {point.mu: point.kind for point in self.points}
+        crossed = {c.mu for c in self.crossings if c.changes_verdict}
+        every: list[CriticalPoint | Crossing] = [*self.crossings]
+        every += [point for point in self.points if point.mu not in crossed]
+
+        def verdict(row: CriticalPoint | Crossing) -> str | None:
+            changed = getattr(row, "changes_verdict", True)
+            return changes.get(row.mu) if changed else None
+
+        told = (
+            Column("mu", "", None, lambda row: located(row.mu, *row.interval)),
+            Column("kind"),
+            Column("direction", value=lambda row: getattr(row, "direction", None)),
+            Column("frequency_hz"),
+            Column("mode", value=lambda row: getattr(row, "mode", None)),
+            Column("verdict", value=verdict),
+            Column("low", value=lambda row: row.interval[0], hidden=True),
+            Column("high", value=lambda row: row.interval[1], hidden=True),
+            Column("error", value=_half),
+            Column("changes_verdict", value=lambda row: int(verdict(row) is not None), hidden=True),
+        )
+        return Table(told, sorted(every, key=lambda row: row.mu), nothing="no change of stability")
+
+    def parts(self) -> Sequence[str | Table]:
+        """The verdict at the lower end, the thresholds, and how far the search reached."""
+        p, table = self.parameter, self.table()
+        shown = replace(table, columns=(replace(table.columns[0], words=p), *table.columns[1:]))
+        count = {
+            True: "a count of growing roots between the crossings agrees",
+            False: "a count of growing roots between the crossings does NOT agree",
+            None: "",
+        }[self.certified]
+        head = f"{self.name}: at {p} = {number(self.low)}: {self.verdict}"
+        tail = f"followed up to {p} = {self.high:.9g}: {self.end}"
+        return [f"{head}", shown, "\n".join([*self.notes, *[count] * bool(count), tail])]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal critical-friction`."""
+        points, crossings = (
+            [valued(self.parameter, one.mu) | asdict(one) for one in each]
+            for each in (self.points, self.crossings)
+        )
+        return {
+            "name": self.name,
+            "parameter": self.parameter,
+            "critical": points,
+            "crossings": crossings,
+            "verdict_at_start": self.verdict,
+            "verdict_at_zero": self.verdict if self.low == 0.0 else None,
+            "mu_start": self.low,
+            "mu_end": self.high,
+            "end": self.end,
+            "certified": self.certified,
+        } | dict(self.details)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of a map: n values at the middles of n equal cells between low and high.
+
+    log: the cells are equal in the logarithm. Raises InputError for an empty range.
+    """
+
+    name: str
+    low: float
+    high: float
+    n: int
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        at = Place("Axis", self.name)
+        Whole(2, 100_000).read(self.n, at / "n")
+        for end in (self.low, self.high):
+            Number().check(end, at)
+        if not self.low < self.high or (self.log and not self.low > 0.0):
+            allowed = "a range with low < high" + (", above 0" if self.log else "")
+            raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Map(Answer):
+    """The verdict over two parameters.
+
+    axes: the two, each with name, low, high and values; codes (n1, n2): indices into `verdicts`;
+    quantity: name, unit and values (n1, n2) of a number beside them; admissible (n1, n2): where a
+    pad has an equilibrium that the model means.
+    """
+
+    name: str
+    axes: tuple[Any, Any]
+    units: tuple[str, str]
+    verdicts: tuple[str, ...]
+    codes: NDArray[np.int8]
+    quantity: tuple[str, str, NDArray[np.float64]] | None = None
+    admissible: NDArray[np.bool_] | None = None
+    warnings: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    source: Any = None
+
+    @property
+    def share(self) -> dict[str, float]:
+        """Share of the area for each verdict."""
+        counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
+        pairs = zip(self.verdicts, counts.tolist(), strict=True)
+        return {name: count / self.codes.size for name, count in pairs}
+
+    def table(self) -> Table:
+        """A row for each point: parameters, verdict, quantity, admissible (1 or 0)."""
+        told = [Column("verdict", value=lambda row: row[2])]
+        parts: list[list[Any]] = [[self.verdicts[code] for code in self.codes.ravel().tolist()]]
+        if self.quantity is not None:
+            name, unit, numbers = self.quantity
+            told.append(Column(name, unit, lambda row: row[3]))
+            parts.append(numbers.ravel().tolist())
+        if self.admissible is not None:
+            told.append(Column("admissible", value=lambda row: row[-1]))
+            parts.append(self.admissible.ravel().astype(int).tolist())
+        first, second = named([axis.name for axis in self.axes], told)
+        lead = (
+            Column(first, self.units[0], lambda row: row[0]),
+            Column(second, self.units[1], lambda row: row[1]),
+        )
+        a, b = (axis.values for axis in self.axes)
+        x, y = (part.ravel().tolist() for part in np.meshgrid(a, b, indexing="ij"))
+        return Table((*lead, *told), list(zip(x, y, *parts, strict=True)))
+
+    def parts(self) -> Sequence[str | Table]:
+        """The share of each verdict, and the span of the quantity."""
+        (a, b), shape = self.axes, self.codes.shape
+        title = f"share of the area: {a.name} x {b.name}, {shape[0]} x {shape[1]} points"
+        shares = (
+            Column("verdict", value=lambda pair: pair[0]),
+            Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}"),
+        )
+        table = Table(shares, list(self.share.items()), title)
+        return [table, *self.notes]
+
+    def curves(self) -> Table:
+        """A row for each point of each curve on which stability is lost."""
+        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
+        units = ["", *self.units, "", ""]
+        rows = [
+            (k, *point, curve["kind"], hertz)
+            for k, curve in enumerate(self.details["threshold_curve"], 1)
+            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True)
+        ]
+        pairs = enumerate(zip(names, units, strict=True))
+        return Table([Column(name, unit, itemgetter(k)) for k, (name, unit) in pairs], rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal map`."""
+        axes = [
+            {"name": axis.name, "low": axis.low, "high": axis.high}
+            | {"scale": "log" if getattr(axis, "log", False) else "linear"}
+            for axis in self.axes
+        ]
+        found = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
+        if self.admissible is not None:
+            found["admissible_share"] = float(self.admissible.mean())
+        if self.quantity is not None:
+            name, unit, numbers = self.quantity
+            rows = [[plain(value) for value in row] for row in numbers.tolist()]
+            found |= {"quantity": name, "unit": unit, "values": rows}
+        return found | dict(self.details)
