@@ -35,9 +35,9 @@ from squeal.io.system import SystemFile
 from squeal.linear import Spectrum, UnstableMode, crossings, unstable_modes
 from squeal.linear.system import TermSystem
 from squeal.linear.system import dense as plain_matrix
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.factor import Progress
 from squeal.sparse.reduction import Reduction
-from squeal.sparse.argument_principle import Rectangle
 
 ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is sought
 SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed

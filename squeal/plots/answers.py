@@ -16,9 +16,9 @@ from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
 from squeal.io.answer import Answer, number
 from squeal.io.provenance import provenance
-from squeal.plots.runs import Event, Run, Summary
 from squeal.io.scene import Scene
 from squeal.plots import coupling, maps, modes, motion, scatter, shapes
+from squeal.plots.runs import Event, Run, Summary
 from squeal.plots.style import Drawing, save
 from squeal.simulation.run import Simulation
 

@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array, diags_array
 
 from squeal.sparse import argument_principle
-from tests.cli.calls import answer, run
+from tests.cli.calls import answer
 
 ROWS = 80  # more are treated as many
 N = ROWS + 20

@@ -179,7 +179,7 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     # a pad that flutters and its onset first, and what costs a tenth of a second to load has no
     # place in a query of a third
     commands = [[name, str(pad)] for name in ("eigenvalues", "critical-friction")]
-    lean = {"numpy.ma", "squeal.io.system", "squeal.sparse.argument_principle"}
+    lean = {"squeal.io.system", "squeal.sparse.argument_principle"}
     commands += [[name, B3] for name in ("eigenvalues", "sliding", "critical-friction", "advise")]
     commands.append(["map", B3, "--n", "5"])
     heavy = {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}

@@ -87,7 +87,7 @@ def folder(tmp_path, monkeypatch):
         (f"critical-friction {B1} --max 1 --mu-max 0.1", "--max 1"),
         (f"critical-friction {B1} --min 0", "--min 0"),
         (f"critical-friction {DRUM} --sensitivity", "--sensitivity"),
-        ("critical-friction pair.yaml --max 1 --min 2", "max"),
+        ("critical-friction pair.yaml --max 1 --min 2", "high"),
         (f"critical-friction {B1} --workers 2", "--workers 2"),
         ("critical-friction pair.yaml --scatter none.yaml", "none.yaml"),
         ("critical-friction pair.yaml --scatter spreads.yaml --workers 0", "--workers 0"),

@@ -83,12 +83,12 @@ def system_thresholds(
     wanted = wanted or Wanted()
     if not system.real and wanted.rectangle is None:
         raise InputError(
-            "--band: is missing; thresholds with a structural loss factor (complex matrices) need "
-            "--band or --region"
+            "band: is missing; thresholds with a structural loss factor (complex matrices) need "
+            "a band or a region"
         )
     low = start_of(system, low, high)
     if not low < high:
-        raise InputError(f"--max {high:g}: is not allowed; it must exceed {low:g}")
+        raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     # if M may be inverted all roots can be followed
     if (is_small(system) and system.real) and (
         wanted.rectangle is None or ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0

@@ -36,8 +36,8 @@ NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
 AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
 
 NO_BAND = (
-    "--band: is missing; a sweep of a large system, or with --method reduced or modal, needs "
-    "--band, --region or --modes"
+    "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
+    "a band, a region or modes"
 )
 Changes = Mapping[str, float]
 
@@ -196,7 +196,5 @@ def check_method(method: str | None, system: TermSystem) -> str:
     if method is None:
         return "full" if is_small(system) else "reduced"
     if method not in METHODS:
-        raise InputError(
-            f"--method {method}: is not allowed; it must be one of {', '.join(METHODS)}"
-        )
+        raise InputError(f"method: {method} is not allowed; it must be one of {', '.join(METHODS)}")
     return method

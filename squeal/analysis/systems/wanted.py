@@ -36,7 +36,7 @@ class Wanted:
 
     def __post_init__(self) -> None:
         if self.band is not None and self.region is not None:
-            raise InputError("--band, --region: one of them is allowed")
+            raise InputError("band, region: one of them is allowed")
         at = Place("Wanted")
         if self.band is not None:
             band(*BAND.read(self.band, at / "band"))
