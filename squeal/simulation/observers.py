@@ -86,7 +86,7 @@ class Grid:
         Returns their steps (m,), shares (m,) of them, and values (m,), exact to rounding.
         """
         high = np.fmax.reduce(values)
-        some = np.flatnonzero(high + 2.0 * (high - np.fmin.reduce(values)) > enough)
+        some = np.flatnonzero(high + 0.5 * (high - np.fmin.reduce(values)) > enough)
         shares, values, enough = self.shares[:, None], values[:, some], enough[some]
         # parabolas through three samples each
         left = np.diff(values, axis=0) / np.diff(shares, axis=0)
