@@ -34,13 +34,18 @@ from squeal.linear.matrices import (
     ILL,
     Array,
     LightMassError,
-    checked,
     first_order,
     norm_of,
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import Batched, System, TermSystem, dense, matrices_at
+from squeal.linear.system import (
+    Batched,
+    Dense,
+    Parametrised,
+    System,
+    TermSystem,
+)
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -249,8 +254,14 @@ class Continuation:
     ) -> None:
         self.system, self.low, self.high = system, low, high
         self.options = options or ContinuationOptions()
+        if isinstance(system, TermSystem) and not system.real:
+            raise InputError(
+                "thresholds: complex matrices (structural damping) are not allowed; damping by "
+                "rayleigh or ratios is"
+            )
+        self._family = Parametrised(system, low, high, self.options.difference)
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
-        each = [self._checked(matrices) for matrices in self._many(inside)]
+        each = [_filled(matrices) for matrices in self._family.at_many(inside)]
         self.rate = 1.0
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
@@ -290,41 +301,10 @@ class Continuation:
             return np.asarray(np.where(half.real < 0, -half, half))
         return np.asarray(z * self.rate if self.form == "damped" else 1j * z * self.rate)
 
-    def _many(self, ps: Sequence[float]) -> list[Any]:
-        if isinstance(self.system, Batched):
-            return list(self.system.many(list(ps)))
-        return [matrices_at(self.system, p) for p in ps]
-
-    def _checked(self, matrices: Any) -> tuple[Array, Array, Array]:
-        M, C, K = (None if X is None else dense(X) for X in matrices)
-        if any(np.iscomplexobj(X) for X in (M, C, K) if X is not None):
-            raise InputError(
-                "thresholds: complex matrices (structural damping) are not allowed; damping by "
-                "rayleigh or ratios is"
-            )
-        M, C, K = checked(M, C, K)  # type: ignore[arg-type]
-        return M, np.zeros_like(M) if C is None else C, K
-
     def _with_slopes(self, ps: Sequence[float]) -> Iterator[tuple[Any, Any]]:
         """M, C, K at each value, and their derivatives."""
-        if isinstance(self.system, TermSystem):
-            name = self.system.parameter
-            for p in ps:
-                here = self._checked(self.system(p))
-                moved = self.system.derivative(name, {name: p})
-                zero = np.zeros_like(here[0])
-                yield here, [zero if X is None else dense(X) for X in moved]
-            return
-        step = self.options.difference * (self.high - self.low)
-        ends = []
-        for p in ps:
-            at = min(max(p, self.low), self.high)
-            ends += [p, max(self.low, at - step), min(self.high, at + step)]
-        every = [self._checked(matrices) for matrices in self._many(ends)]
-        for k in range(0, len(ends), 3):
-            way = ends[k + 2] - ends[k + 1]
-            pairs = zip(every[k + 1], every[k + 2], strict=True)
-            yield every[k], [(y - x) / way for x, y in pairs]
+        for matrices, slopes in self._family.with_derivatives(ps):
+            yield _filled(matrices), slopes
 
     def _normalised(
         self, matrices: Sequence[Array], slopes: Sequence[Array]
@@ -379,6 +359,11 @@ class Continuation:
         values, right = np.linalg.eig(stack)
         for p, (A, slope, _), z, X in zip(ps, each, values, right, strict=True):
             self._states[p] = _state(p, A, slope, *_with_left(A, z, X), self.form)
+
+
+def _filled(matrices: Dense) -> tuple[Array, Array, Array]:
+    M, C, K = matrices
+    return M, np.zeros_like(M) if C is None else C, K
 
 
 def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:

@@ -9,9 +9,9 @@ import numpy as np
 
 from squeal.linear.crossing import Crossing
 from squeal.linear.eigen import Eigenvalue, complex_eigenvalues
-from squeal.linear.growth import growth_of
 from squeal.linear.matrices import reduce
 from squeal.linear.system import System, check_system, matrices_at
+from squeal.linear.verdict import growth_of
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 STEPS = 8  # in which several growing modes are followed from one crossing to the next

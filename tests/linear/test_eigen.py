@@ -225,7 +225,7 @@ def test_a_massless_coordinate_alone_is_no_such_system():
 def test_a_system_without_mass_is_refused_by_every_query(C):
     system = TermSystem((Term(np.zeros((1, 1))),), C, (Term(np.array([[4.0]]), Formula("1 + mu")),))
     for ask in (system_roots, lambda s: system_thresholds(s, 1.0)):
-        with pytest.raises(InputError, match="a mass is required"):
+        with pytest.raises(InputError, match="mass"):
             ask(system)
 
 
