@@ -697,7 +697,7 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
         return []
     moves = np.abs(state.roots) > 8 * state.rounding  # what is free has no scale
     across = np.sum(state.left.conj() * state.right, axis=0)
-    if np.abs(across).min() < 1e-3:  # vectors that nearly coalesce tell no scale
+    if np.abs(across).min() < 1e-6:  # vectors that nearly coalesce tell no scale
         return []
     first = along.both(origin)[0]
 
