@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import copy
 import os
 import random
 import shutil
@@ -42,7 +41,6 @@ def changes(tree: ast.AST) -> Iterator[Change]:
     for node in ast.walk(tree):
         roots = [getattr(node, "annotation", None), getattr(node, "returns", None)]
         roots += [node.exc] if isinstance(node, ast.Raise) else []
-        roots += [node.value] if isinstance(node, ast.AnnAssign) and node.value is None else []
         roots += node.decorator_list if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
         roots += [node] if isinstance(node, ast.JoinedStr) else []
         quiet.update(inner for root in roots if root is not None for inner in ast.walk(root))
@@ -69,23 +67,20 @@ def changes(tree: ast.AST) -> Iterator[Change]:
             yield (
                 node,
                 "constant",
-                _set("value", 2 * value if isinstance(value, float) else value + 1),
+                _set("value", value + 1 if isinstance(value, int) else 2 * value or 1.0),
             )
         elif isinstance(node, ast.Return) and node.value is not None:
             none = isinstance(node.value, ast.Constant) and node.value.value is None
             yield node, "return", _set("value", ast.Constant(0.0 if none else None))
 
 
-def mutant(file: Path, choice: random.Random) -> tuple[str, str]:
+def mutant(file: Path, which: int) -> tuple[str, str]:
     """The text of a file with one change, and what it is."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
-    node, kind, apply = choice.choice(list(changes(tree)))
-    before = ast.unparse(node)
-    shown = copy.deepcopy(node)
-    apply(shown)
+    node, kind, apply = list(changes(tree))[which]
+    before, place = ast.unparse(node), f"{file.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
     apply(node)
-    place = f"{file.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
-    return ast.unparse(tree), f"{place}: {kind}: {before}  ->  {ast.unparse(shown)}"
+    return ast.unparse(tree), f"{place}: {kind}: {before}  ->  {ast.unparse(node)}"
 
 
 def noticed(folder: Path, tests: list[str], seconds: float) -> bool:
@@ -123,7 +118,11 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=300.0)
     given = parser.parse_args()
     choice, killed = random.Random(given.seed), Counter[str]()
-    files = {room: sorted((ROOT / "squeal" / room).rglob("*.py")) for room in given.rooms}
+    pools = {}
+    for room in given.rooms:
+        files = sorted((ROOT / "squeal" / room).rglob("*.py"))
+        counts = [len(list(changes(ast.parse(f.read_text(encoding="utf-8"))))) for f in files]
+        pools[room] = [(f, k) for f, n in zip(files, counts, strict=True) for k in range(n)]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "tree"
         skipped = shutil.ignore_patterns(
@@ -132,9 +131,8 @@ def main() -> int:
         shutil.copytree(ROOT, folder, ignore=skipped)
         for i in range(given.count):
             room = given.rooms[i % len(given.rooms)]
-            sizes = [file.stat().st_size for file in files[room]]
-            file = choice.choices(files[room], sizes)[0]
-            text, what = mutant(file, choice)
+            file, which = choice.choice(pools[room])
+            text, what = mutant(file, which)
             copied = folder / file.relative_to(ROOT)
             copied.write_text(text, encoding="utf-8")
             seen = noticed(folder, [f"tests/{room}", *given.tests], given.seconds)
