@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.io.journal import Checkpoint, Journal
+from squeal.io.journal import Checkpoint
 
 
 def test_arrays_come_back_under_the_same_head(tmp_path):
@@ -35,12 +35,3 @@ def test_without_an_output_nothing_is_kept():
     kept.save(vectors=np.eye(2))
     assert kept.load() == {}
     kept.close()
-
-
-def test_rows_that_cannot_be_read_are_computed_again(tmp_path):
-    path = tmp_path / "out.csv"
-    journal = Journal(path, {"of": 1})
-    for row in ({"a": 1}, {"b": 2}, {"a": 3}):
-        journal.add(row)
-    assert Journal(path, {"of": 1}, lambda row: row["a"]).rows == [{"a": 1}]
-    assert Journal(path, {"of": 1}).rows == [{"a": 1}]
