@@ -170,8 +170,9 @@ def read_abaqus(path: Path) -> Found:
     labels = None
     if table.shape[1] == LABELS:
         given = _places(table[:, :4], 0)
-        unique, index = np.unique(given.reshape(-1, 2), axis=0, return_inverse=True)
-        labels = tuple((int(node), int(dof)) for node, dof in unique)
+        base = int(given[:, 1::2].max()) + 1
+        codes, index = np.unique(given[:, ::2] * base + given[:, 1::2], return_inverse=True)
+        labels = tuple(divmod(code, base) for code in codes.tolist())
         where = index.reshape(-1, 2).T
     else:
         where = _places(table[:, :2].T, 1) - 1

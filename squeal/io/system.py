@@ -186,7 +186,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     """The system in a mapping of the file's form; matrix files are named relative to `folder`."""
     given = SYSTEM.read(document, at)
     places, matrices = [], []
-    seen: dict[Path, None] = {}
+    seen: dict[Any, Found] = {}
     for part, here, term in _terms(given, at):
         places.append((part, here, term))
         matrices.append(_matrix(term, here, folder, seen))
@@ -209,7 +209,9 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
         origins.append(TermOrigin(part, term.get("file", ""), text, matrix))
         with_factor = _formula(text, here)
         parts[part].append(Term(matrix.toarray() if dense else matrix, with_factor))
-    return _complete(given, at, folder, parts, tuple(origins), tuple(seen))
+    return _complete(
+        given, at, folder, parts, tuple(origins), tuple(dict.fromkeys(path for path, *_ in seen))
+    )
 
 
 def _complete(
@@ -302,15 +304,16 @@ def _formula(text: str, at: Place) -> Formula:
     return found
 
 
-def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Path, None]) -> Found:
+def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Any, Found]) -> Found:
     if "matrix" in term:
         from scipy.sparse import csc_array
 
         return Found(csc_array(np.array(term["matrix"])))
     path = folder / term["file"]
-    try:
-        found = read_matrix(path, term.get("key"), term.get("symmetric"))
-    except InputError as error:
-        raise (at / "file").refuse(str(error)) from None
-    seen[path] = None
-    return found
+    asked = path, term.get("key"), term.get("symmetric")
+    if asked not in seen:
+        try:
+            seen[asked] = read_matrix(*asked)
+        except InputError as error:
+            raise (at / "file").refuse(str(error)) from None
+    return seen[asked]

@@ -52,21 +52,5 @@ def test_a_class_says_what_it_is_called():
         takes(x=Instance(str, "a word"))(lambda x: x)(1)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "words"),
-    [
-        ("system_roots", {"system": abs}, "system_roots: system: .* must be a TermSystem"),
-        ("system_thresholds", {"system": "x", "high": 1.0}, "must be a TermSystem"),
-        ("system_state_space", {"system": None}, "must be a TermSystem"),
-        ("Wanted", {"band": 5}, "Wanted: band: 5 is not allowed; .* 2 finite numbers"),
-        ("Wanted", {"region": 1}, "Wanted: region: 1 is not allowed"),
-        ("Wanted", {"modes": -1}, "Wanted: modes: -1 is not allowed"),
-    ],
-)
-def test_what_is_no_system_and_no_question(name, given, words):
-    with pytest.raises(InputError, match=words):
-        getattr(squeal, name)(**given)
-
-
 def test_figures_are_part_of_the_package():
     assert "coupling_figure" in dir(squeal.plots)

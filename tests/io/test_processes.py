@@ -49,11 +49,6 @@ COMMANDS = {
         f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
         "squeal: stopped\n",
     ),
-    "squeal.cli.parts": (
-        "squeal.cli.parts._write",
-        "job.yaml --part 1-of-1 --workers 2 --out job.csv",
-        "job: stopped\n",
-    ),
     "squeal.article.ensembles.draw": (
         "squeal.article.ensembles.draw.work",
         "drawn",
