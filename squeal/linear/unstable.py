@@ -9,9 +9,7 @@ import numpy as np
 
 from squeal.linear.crossing import Crossing
 from squeal.linear.eigen import Eigenvalue, complex_eigenvalues
-from squeal.linear.matrices import reduce
 from squeal.linear.system import System, check_system, matrices_at
-from squeal.linear.verdict import growth_of
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 STEPS = 8  # in which several growing modes are followed from one crossing to the next
@@ -48,12 +46,7 @@ def growing_eigenvalues(system: System, mu: float) -> list[Eigenvalue]:
 
     Sorted by falling growth rate.
     """
-    matrices = matrices_at(system, mu)
-    count = growth_of(reduce(*matrices))
-    found = sorted(complex_eigenvalues(*matrices).eigenvalues, key=lambda e: -e.growth_rate)
-    pairs = [e for e in found if e.value.imag > 0][: count.pairs]
-    reals = [e for e in found if e.value.imag == 0][: count.reals]
-    return sorted((e for e in pairs + reals if e.growth_rate > 0), key=lambda e: -e.growth_rate)
+    return list(complex_eigenvalues(*matrices_at(system, mu)).unstable)
 
 
 def unstable_modes(
