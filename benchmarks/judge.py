@@ -298,7 +298,11 @@ def motions(folder: Path, count: int, sides: list[Checkout]) -> None:
 
 def brake(folder: Path, rows: int) -> Path:
     """The files of a brake of solids."""
-    return write(folder, f"brake-{rows}", "mu", **terms_of(solid_brake(rows).system))
+    system = solid_brake(rows).system
+    file = write(folder, f"brake-{rows}", "mu", **terms_of(system))
+    document = json.loads(file.read_text()) | {"parameters": dict(system.parameters)}
+    file.write_text(json.dumps(document))
+    return file
 
 
 def times(folder: Path, rows: int, sides: list[Checkout]) -> None:
