@@ -48,6 +48,7 @@ CORRECTED = 2e-9  # backward error of right and left modes, with which this ends
 ROUNDS = 10
 BORDER = 0.01  # of a side of the region: roots this close to it may come to lie on its other side
 BESIDE = 1e-4  # of a unit vector: part outside the known space that is followed
+OFF_MIDDLE = 0.03 + 0.04j  # of the radius of a region: where its shift stands off its middle
 BEGINS = 1e-6  # the same of what begins it
 
 Changes = Mapping[str, float]
@@ -415,15 +416,18 @@ def corrected_modes(
     region's corners, or if the corrections do not end with as many roots. Orthonormal vectors
     `start` (n, d) that nearly hold the modes save corrections.
     """
-    progress(f"factorising {problem.n} rows at {region.centre:.6g}")
-    shift, factor = factorise_at(problem, region.centre, single=True)
-    krylov = Krylov(problem, shift, factor, region.radius, np.random.default_rng(0), single=True)
+    # beside the middle: a root exactly there would hide all others from single precision
+    beside = OFF_MIDDLE * region.radius
+    centre, radius = region.centre + beside, region.radius + abs(beside)
+    progress(f"factorising {problem.n} rows at {centre:.6g}")
+    shift, factor = factorise_at(problem, centre, single=True)
+    krylov = Krylov(problem, shift, factor, radius, np.random.default_rng(0), single=True)
     start = np.zeros((problem.n, 0)) if start is None else start
     limit = min(STEPS, 2 * problem.n)
     more = True
     while more:
         more = krylov.advance(limit)
-        if krylov.found(vectors=False).reach >= region.radius:
+        if krylov.found(vectors=False).reach >= radius:
             break
     else:
         return None

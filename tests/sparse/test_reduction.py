@@ -223,3 +223,13 @@ def test_a_reduction_without_enough_samples_says_so(monkeypatch):
     wanted = Wanted(region=BAND)
     with pytest.warns(InputWarning, match="1 full solutions do not suffice"):
         reduced_for(late, wanted, RANGE)
+
+
+def test_a_root_exactly_in_the_middle_of_a_band_hides_no_other():
+    """Springs of 1, 2 ... 60 Hz without coupling, 2 Hz in the middle of the band."""
+    K = np.diag((2 * np.pi * np.arange(1, 61)) ** 2)
+    system = TermSystem((Term(np.eye(60)),), (), (Term(K),))
+    wanted = Wanted(band=(0.5, 3.5))
+    reduction, region = reduced_for(system, wanted, [{"mu": 0.0}])
+    found = reduction.values(region, {"mu": 0.0})
+    assert np.sort(found.imag) == pytest.approx(2 * np.pi * np.array([1.0, 2.0, 3.0]), rel=1e-9)
