@@ -20,7 +20,7 @@ def visible(text: str) -> str:
     r"""A text with its control characters as escapes: names and keys may hold any.
 
     >>> print(visible("a\x1b[2Jb"))
-    a\\x1b[2Jb
+    a\x1b[2Jb
     """
     return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 

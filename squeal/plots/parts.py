@@ -13,7 +13,7 @@ from matplotlib.path import Path
 from squeal.numerics.outline import Outline
 from squeal.plots.style import Unit
 
-VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#D9D9D9")
+VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
 """Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold,
 unknown."""
 

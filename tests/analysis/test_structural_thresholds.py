@@ -43,5 +43,5 @@ def test_a_count_that_disagrees(monkeypatch):
 
 def test_without_a_region():
     system, _, _ = large.with_loss_factor(np.random.default_rng(4))
-    with pytest.raises(InputError, match="--band: is missing; thresholds with a structural"):
+    with pytest.raises(InputError, match="band: is missing; thresholds with a structural"):
         system_thresholds(system, 1.4)

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from squeal import InputError, Term, TermSystem, system_roots, system_state_space
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.state_space import system_state_space
+from squeal.errors import InputError
+from squeal.linear.system import Term, TermSystem
 from tests.known import known_system
 
 

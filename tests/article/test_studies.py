@@ -28,7 +28,8 @@ def modules(package):
 
 
 def test_study_result_and_table_have_the_same_names():
-    assert modules(squeal.article.results) <= modules(studies) == set(STUDIES)
+    shared = {"records", "rounding", "runs"}  # what several results are made of
+    assert modules(squeal.article.results) - shared <= modules(studies) == set(STUDIES)
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -250,9 +250,12 @@ def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
 
 @pytest.mark.parametrize(("strong", "sure"), [(1e2, True), (1e9, False)])
 def test_a_strong_damper_that_hides_slow_roots_leaves_nothing_certified(strong, sure):
-    """Flutter from 3/4 (1 + 2 c^2) on, beside a damper on a coordinate of its own."""
+    """Flutter from 3/4 (1 + 2 c^2) on, beside a damper on a coordinate of its own.
+
+    Nothing is known of a plain function between its values, so that neither is certified.
+    """
     flutter, C = _beside_a_stiff_mode(1.0, False), np.diag([1e-3, 1e-3, strong])
     found = thresholds(lambda mu: (np.eye(3), C, flutter(mu)[2]), 1.0)
-    assert found.certified == sure
+    assert not found.certified
     if sure:
         assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)

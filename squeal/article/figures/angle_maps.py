@@ -21,7 +21,7 @@ HOLDS = ("#FFFFFF", "#5A5A5A")
 """Colours of a condition that fails or holds."""
 CONTACTS = {
     "full contact": "#C9BCE3",
-    "no equilibrium on the branch": VERDICT_COLOURS[-1],
+    "no equilibrium on the branch": VERDICT_COLOURS[4],
     "leading edge": "#FBE9B0",
     "trailing edge": "#2E7D4F",
 }
