@@ -22,7 +22,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,7 @@ from squeal.linear.system import (
     TermSystem,
 )
 
+FEW = 6  # roots of which all assignments are tried
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
 
@@ -468,14 +469,25 @@ def _state(
     return State(p, values, right, left, coupling, rounding, form)
 
 
+@cache
+def _permutations(n: int) -> NDArray[np.intp]:
+    orders = np.array(list(itertools.permutations(range(n))), dtype=np.intp)
+    orders.setflags(write=False)
+    return orders
+
+
 def _assigned(cost: Array) -> NDArray[np.intp]:
     """For each row its column, at (nearly) the least total cost."""
     order = np.argmin(cost, axis=1)
     if len(set(order.tolist())) == len(order):
         return order
+    cost = np.nan_to_num(cost, nan=1e300, posinf=1e300)
+    if len(cost) <= FEW:  # to load SciPy's takes longer than a pad's whole search
+        orders = _permutations(len(cost))
+        return orders[np.argmin(cost[np.arange(len(cost)), orders].sum(axis=1))].copy()
     from scipy.optimize import linear_sum_assignment
 
-    return np.asarray(linear_sum_assignment(np.nan_to_num(cost, nan=1e300, posinf=1e300))[1])
+    return np.asarray(linear_sum_assignment(cost)[1])
 
 
 @dataclass(frozen=True, eq=False)

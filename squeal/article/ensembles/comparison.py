@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import fisher_exact
 
 from squeal.article.ensembles.distance import COUNTED, INDEX, PAIR, price
 from squeal.article.ensembles.gather import CONCLUSIONS, Kept, keep_all
@@ -71,6 +70,8 @@ class ByChoice(NamedTuple):
 
 def by_choice(kept: Kept, name: str) -> ByChoice:
     """What random pads keep with either choice of a switch."""
+    from scipy.stats import fisher_exact  # half a second, which forks would all pay
+
     one, other = FORMULATION_CHOICES[name]
     first = np.array([getattr(f, name) == one for f in FORMULATIONS])
 
