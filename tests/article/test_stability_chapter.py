@@ -16,8 +16,8 @@ from squeal.article.report.stability import _left_out, literature_table, thresho
 from squeal.article.results.loci import Loci
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies import stability
+from squeal.article.studies._advice_text import scene_in_words
 from squeal.article.studies._growth import fit
-from squeal.article.studies.advice_text import scene_in_words
 from squeal.article.studies.loci import examined
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path, sliding_equilibrium

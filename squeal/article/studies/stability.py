@@ -14,9 +14,9 @@ from squeal.analysis.maps import NAMES, angle_axes, codes_at
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.literature.comparison import literature_rows
 from squeal.article.results.stability import Growth, Stability, Thresholds
+from squeal.article.studies._advice_text import scene_in_words
 from squeal.article.studies._growth import fits
 from squeal.article.studies._scenes import read_scenes
-from squeal.article.studies.advice_text import scene_in_words
 from squeal.article.studies.loci import MU_MAX, branch, loop
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene
