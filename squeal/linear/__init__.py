@@ -6,9 +6,8 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
-from squeal.linear.gains import LoopThreshold
 from squeal.linear.invariants import VERDICTS
-from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
+from squeal.linear.loop import FrictionLoop, LoopAnswer, LoopThreshold, friction_loop
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
 from squeal.linear.system import Batched, Matrices, System

@@ -5,10 +5,9 @@ motion obeys M q'' + C q' + K0 q = -b (mu r). The plant G = c' (s^2 M + s C + K0
 negative feedback of gain mu, has the system's eigenvalues as poles: its root locus is the mu-locus
 and its gain margin the critical friction. That needs a friction term of rank one.
 
-With damping the thresholds are gain margins as python-control computes them, crossings of the
-negative real axis. The response of an undamped plant is real at all frequencies, so that it
-crosses nowhere and such margins are rounding noise; its thresholds are the stationary values of
-mu(x) = -1/G over x = omega^2 (breakaway points of the locus), and mu at x = 0. See `gains`.
+Its thresholds are those of the system K0 + mu b c', see `thresholds`. With damping they are the
+gain margins that python-control computes; the response of an undamped plant is real at all
+frequencies, so that such margins are rounding noise there.
 """
 
 from __future__ import annotations
@@ -21,10 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
-from squeal.linear.gains import LoopThreshold, loop_thresholds
-from squeal.linear.matrices import Array, Reduced, reduce
-from squeal.linear.system import System, check_range, check_system, matrices_at
+from squeal.linear.matrices import Array
+from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
+from squeal.linear.thresholds import crossings
 from squeal.linear.verdict import verdict
+from squeal.numerics.formula import Formula
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -39,6 +39,16 @@ def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     return np.vstack([np.hstack([zero, eye]), lower[:, : -len(M)]]), np.vstack(
         [zero, lower[:, -len(M) :]]
     )
+
+
+@dataclass(frozen=True)
+class LoopThreshold:
+    """A gain at which a pole of the closed loop crosses the imaginary axis."""
+
+    mu: float
+    direction: str  # up: the pole starts to grow as mu rises; down: it ceases
+    kind: str  # flutter or divergence: what starts or ceases
+    frequency_hz: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +85,10 @@ class FrictionLoop:
 
     def thresholds(self, mu_max: float) -> list[LoopThreshold]:
         """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
-        return loop_thresholds(self._reduced, *self._vectors, mu_max)
-
-    @property
-    def _reduced(self) -> Reduced:
-        return reduce(self.M, self.C, self.K0)
-
-    @property
-    def _vectors(self) -> tuple[Array, Array]:
-        T = self._reduced.T
-        return T.T @ self.b, T.T @ self.c
+        terms = (Term(self.K0), Term(np.outer(self.b, self.c), Formula("mu")))
+        damping = (Term(self.C),) if self.C.any() else ()
+        found = crossings(TermSystem((Term(self.M),), damping, terms), mu_max)
+        return [LoopThreshold(c.mu, c.direction, c.kind, c.frequency_hz) for c in found if c.mu]
 
     def verdict_at_start(self, mu_max: float) -> str:
         """The verdict between mu = 0 and the first threshold."""
