@@ -7,7 +7,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
 from squeal.linear.invariants import VERDICTS
-from squeal.linear.loop import FrictionLoop, LoopAnswer, LoopThreshold, friction_loop
+from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
 from squeal.linear.system import Batched, Matrices, System
@@ -27,7 +27,7 @@ from squeal.linear.verdict import (
 # fmt: off
 __all__ = [
     "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
-    "Judgement", "LoopAnswer", "LoopThreshold", "Matrices", "Spectrum", "System", "Thresholds",
+    "Judgement", "LoopAnswer", "Matrices", "Spectrum", "System", "Thresholds",
     "TrackedModes", "UnstableMode", "complex_eigenvalues", "critical_points", "crossings",
     "damped_verdicts", "friction_loop", "judge", "sensitivities", "stack_eigenvalues",
     "sum_verdicts", "sweep", "thresholds", "track", "undamped_verdicts", "unstable_modes",

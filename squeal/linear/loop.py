@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
+from squeal.linear.crossing import Crossing
 from squeal.linear.matrices import Array
 from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
 from squeal.linear.thresholds import crossings
@@ -39,16 +40,6 @@ def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     return np.vstack([np.hstack([zero, eye]), lower[:, : -len(M)]]), np.vstack(
         [zero, lower[:, -len(M) :]]
     )
-
-
-@dataclass(frozen=True)
-class LoopThreshold:
-    """A gain at which a pole of the closed loop crosses the imaginary axis."""
-
-    mu: float
-    direction: str  # up: the pole starts to grow as mu rises; down: it ceases
-    kind: str  # flutter or divergence: what starts or ceases
-    frequency_hz: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +74,19 @@ class FrictionLoop:
 
         return control.root_locus_map(self.plant, gains=np.array(list(mus), dtype=float))
 
-    def thresholds(self, mu_max: float) -> list[LoopThreshold]:
+    def thresholds(self, mu_max: float) -> list[Crossing]:
         """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
         terms = (Term(self.K0), Term(np.outer(self.b, self.c), Formula("mu")))
         damping = (Term(self.C),) if self.C.any() else ()
         found = crossings(TermSystem((Term(self.M),), damping, terms), mu_max)
-        return [LoopThreshold(c.mu, c.direction, c.kind, c.frequency_hz) for c in found if c.mu]
+        return [c for c in found if c.mu]
 
     def verdict_at_start(self, mu_max: float) -> str:
         """The verdict between mu = 0 and the first threshold."""
         first = next((point.mu for point in self.thresholds(mu_max)), mu_max)
         return verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
 
-    def critical_friction(self, mu_max: float = 2.0) -> LoopThreshold | None:
+    def critical_friction(self, mu_max: float = 2.0) -> Crossing | None:
         """The gain margin: the first threshold in (0, mu_max] at which a pole starts to grow.
 
         None if there is none. Raises ComputationError where the loop grows from mu = 0 on, so

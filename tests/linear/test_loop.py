@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import ComputationError
-from squeal.linear import complex_eigenvalues, critical_points, crossings, friction_loop
+from squeal.linear import complex_eigenvalues, friction_loop
 
 
 def _loop(system, reaction=None):
@@ -43,10 +43,10 @@ def _growing(system, mus):
 
 
 @pytest.mark.parametrize("damping", [0.0, 1e-3, 0.3])
-@pytest.mark.parametrize("n", [3, 10, 15, 20, 40])
-def test_thresholds_are_those_of_the_eigenvalues(n, damping):
+@pytest.mark.parametrize(("n", "seeds"), [(3, 10), (10, 4), (20, 2), (40, 1)])
+def test_thresholds_are_those_of_the_eigenvalues(n, seeds, damping):
     count = 0
-    for seed in range(10):
+    for seed in range(seeds):
         system = _random(np.random.default_rng(100 * n + seed), n, damping)
         found = _loop(system).thresholds(1.0)
         count += len(found)
@@ -60,25 +60,7 @@ def test_thresholds_are_those_of_the_eigenvalues(n, damping):
             assert (below, above) == (level, level + rise), (seed, k, one)
             level = above
         assert _growing(system, [1.0]) == [level]
-    assert count > (2 if n > 3 else 0)
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.05])
-@pytest.mark.parametrize(("n", "seeds"), [(3, 5), (10, 2), (15, 1), (20, 1)])
-def test_thresholds_are_the_crossings(n, seeds, damping):
-    for seed in range(seeds):
-        system = _random(np.random.default_rng(100 * n + seed), n, damping)
-        loop, expected = _loop(system), crossings(system, 1.0)
-        found = loop.thresholds(1.0)
-        assert [(p.kind, p.direction) for p in found] == [(c.kind, c.direction) for c in expected]
-        for p, c in zip(found, expected, strict=True):
-            assert p.mu == pytest.approx(c.mu, rel=1e-8)
-            assert p.frequency_hz == pytest.approx(c.frequency_hz, rel=1e-6)
-        points = critical_points(system, 1.0)
-        start = loop.critical_friction(1.0)
-        assert (start is None) == (not points)
-        if start is not None:
-            assert start.mu == pytest.approx(points[0].mu, rel=1e-8)
+    assert count > (2 if n > 10 else 0)
 
 
 def _static(K0, b, c, C=None):

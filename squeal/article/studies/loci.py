@@ -72,7 +72,7 @@ def loop(scene: Scene, at: Equilibrium) -> results.SingleLoop | results.Loop:
 
 
 def _thresholds(
-    found: Sequence[linear.Crossing | linear.LoopThreshold],
+    found: Sequence[linear.Crossing],
 ) -> tuple[results.HeldThreshold, ...]:
     return tuple(map(results.HeldThreshold.of, found))
 
