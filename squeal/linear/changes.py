@@ -3,11 +3,11 @@ passes from a pair to a real root or back, whatever crosses the axis meanwhile."
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from squeal.linear.continuation import hermite_cubic
-from squeal.linear.events import ASIDE
 from squeal.linear.verdict import UnstableCount
 
 HALVINGS = 5  # of a step in which growth may change hands twice
@@ -41,15 +41,15 @@ class VerdictChange:
     place: int | None
 
 
-@dataclass(frozen=True)
-class _Mark:
+class _Mark(NamedTuple):
     value: float
     growth: UnstableCount
     verdict: str
 
-
-def _unknown(*_: float) -> None:
-    return None
+    @property
+    def ahead(self) -> float:
+        """By how much the fastest pair outgrows the fastest real root (1/s)."""
+        return self.growth.pair_rate - self.growth.real_rate
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Verdicts:
     """
 
     count: Count
-    lead: Lead = _unknown
-    meeting: Meeting = _unknown
+    lead: Lead = lambda _: None
+    meeting: Meeting = lambda *_: None
 
     def changes(
         self,
@@ -83,37 +83,42 @@ class Verdicts:
         the rising `values` it is looked up. Next to rest the verdict is that of what crosses.
         Everywhere else it changes only where the faster growth changes hands.
         """
-        return list(self._changes(places, list(self._marks(edges, stretches, values))))
+        found: list[VerdictChange] = []
+        before: _Mark | None = None
+        for k, growth in enumerate(stretches):
+            for n, mark in enumerate(self._marks(edges[k], edges[k + 1], growth, values)):
+                if before is not None:
+                    place = places[k - 1] if k and not n else None
+                    found += self._between_marks(before, mark, place, k - 1)
+                before = mark
+        return found
+
+    def _at(self, p: float) -> _Mark:
+        growth = self.count(p)
+        return _Mark(p, growth, growth.verdict)
 
     def _marks(
-        self, edges: Sequence[float], stretches: Sequence[UnstableCount], values: Sequence[float]
-    ) -> Iterator[list[_Mark]]:
-        """For each stretch marks at those values where as many roots grow as in all of it."""
-        for low, high, growth in zip(edges, edges[1:], stretches, strict=False):
-            own = [(v, self.count(v)) for v in values if low <= v <= high and growth.roots]
-            marks = [_Mark(v, g, g.verdict) for v, g in own if g.roots == growth.roots]
-            yield marks or [_Mark((low + high) / 2, growth, growth.verdict)]
+        self, low: float, high: float, growth: UnstableCount, values: Sequence[float]
+    ) -> list[_Mark]:
+        """Marks of a stretch, at those values where as many roots grow as in all of it."""
+        own = [self._at(v) for v in values if low <= v <= high and growth.roots]
+        marks = [mark for mark in own if mark.growth.roots == growth.roots]
+        return marks or [_Mark((low + high) / 2, growth, growth.verdict)]
 
-    def _changes(
-        self, places: Sequence[Place], marks: Sequence[Sequence[_Mark]]
+    def _between_marks(
+        self, a: _Mark, b: _Mark, place: Place | None, index: int
     ) -> Iterator[VerdictChange]:
-        before = marks[0][0]
-        for k, row in enumerate(marks):
-            for mark in row:
-                quiet = "quiet" in (before.verdict, mark.verdict)
-                if k and mark is row[0] and quiet:
-                    place = places[k - 1]
-                    start = _Mark(place.value, mark.growth, _only(place.begins, mark.verdict))
-                    end = _Mark(place.value, before.growth, _only(place.ends, before.verdict))
-                    if before.verdict != "quiet":
-                        yield from self._between(before, end, HALVINGS)
-                        yield VerdictChange(place.value, 0.0, end.verdict, mark.verdict, k - 1)
-                    elif mark.verdict != "quiet":
-                        yield VerdictChange(place.value, 0.0, "quiet", start.verdict, k - 1)
-                        yield from self._between(start, mark, HALVINGS)
-                elif mark is not before and not quiet:
-                    yield from self._between(before, mark, HALVINGS)
-                before = mark
+        """Changes from one mark to the next, which may lie beyond a place of crossings."""
+        if "quiet" not in (a.verdict, b.verdict):
+            yield from self._between(a, b, HALVINGS)
+        elif place is not None and a.verdict != "quiet":
+            end = _Mark(place.value, a.growth, _only(place.ends, a.verdict))
+            yield from self._between(a, end, HALVINGS)
+            yield VerdictChange(place.value, 0.0, end.verdict, b.verdict, index)
+        elif place is not None and b.verdict != "quiet":
+            start = _Mark(place.value, b.growth, _only(place.begins, b.verdict))
+            yield VerdictChange(place.value, 0.0, "quiet", start.verdict, index)
+            yield from self._between(start, b, HALVINGS)
 
     def _between(self, a: _Mark, b: _Mark, depth: int) -> Iterator[VerdictChange]:
         """Where growth changes hands between two marks."""
@@ -126,10 +131,8 @@ class Verdicts:
         both = (a.growth, b.growth)
         several = any(g.pairs for g in both) and any(g.reals for g in both)
         if depth and several and self._near(a, b):
-            middle = a.value + ASIDE * (b.value - a.value)
-            growth = self.count(middle)
-            if growth.verdict != "quiet":
-                mark = _Mark(middle, growth, growth.verdict)
+            mark = self._at((a.value + b.value) / 2)
+            if mark.verdict != "quiet":
                 yield from self._between(a, mark, depth - 1)
                 yield from self._between(mark, b, depth - 1)
 
@@ -146,46 +149,34 @@ class Verdicts:
         return bool((sign * lead).min() <= abs(last[0] - first[0] - (da + db) / 2))
 
     def _exchange(self, a: _Mark, b: _Mark) -> tuple[float, float]:
-        """Where the verdict of b begins, and half the interval that holds it."""
-        low, high, width = a.value, b.value, b.value - a.value
+        """Where the verdict of b begins, and half the interval that holds it: by bisection, and by
+        regula falsi (Illinois) once the same roots grow at both ends."""
+        last, width, f, g = b.verdict, b.value - a.value, 1.0, 1.0
+        a, b = self._at(a.value), self._at(b.value)
+        p, moved = b.value, 0
         for k in range(120):
-            x, y = self.count(low), self.count(high)
-            if x.numbers == y.numbers and (x.verdict, y.verdict) == (a.verdict, b.verdict):
-                value, half = self._level(low, high)
-                return value, min(half, 1e-7 * width) + 1e-12 * abs(value)
-            if k == COARSE and (met := self.meeting(low, high)) is not None:
+            low, high = a.value, b.value
+            level = a.growth.numbers == b.growth.numbers and a.verdict != b.verdict
+            if k == COARSE and not level and (met := self.meeting(low, high)) is not None:
                 return met
             if high - low <= 4 * np.spacing(max(abs(low), abs(high))):
                 break
-            middle = (low + high) / 2
-            if self.count(middle).verdict == b.verdict:
-                high = middle
-            else:
-                low = middle
-        return (low + high) / 2, 1e-7 * width
-
-    def _level(self, low: float, high: float) -> tuple[float, float]:
-        """Where a pair and a real root grow alike (regula falsi, Illinois), and the rounding."""
-
-        def lead(p: float) -> float:
-            growth = self.count(p)
-            return growth.pair_rate - growth.real_rate
-
-        f, g, p = lead(low), lead(high), low
-        for _ in range(100):
-            if high - low <= 4 * np.spacing(max(abs(low), abs(high))) or f == g:
+            x, y = f * a.ahead, g * b.ahead
+            p = low - x * (high - low) / (y - x) if level and x != y else (low + high) / 2
+            p = min(max(p, low), high)
+            mark = self._at(p)
+            if p in (low, high) or (level and mark.ahead == 0.0):
                 break
-            p = min(max(low - f * (high - low) / (g - f), low), high)
-            at = lead(p)
-            if at == 0.0 or p in (low, high):
-                break
-            if (at > 0) == (f > 0):
-                low, f, g = p, at, g / 2 if (g > 0) != (at > 0) else g
+            if mark.verdict == last:
+                f, g, b = (f / 2 if moved > 0 and level else 1.0), 1.0, mark
             else:
-                high, g, f = p, at, f / 2
-        at_level = self.lead(p)
-        exact = at_level is not None and at_level[1]
-        return p, at_level[2] / abs(at_level[1]) if exact and at_level else np.inf
+                f, g, a = 1.0, (g / 2 if moved < 0 and level else 1.0), mark
+            moved = 1 if mark.verdict == last else -1
+        if not level:
+            return (low + high) / 2, 1e-7 * width
+        at = self.lead(p)
+        half = at[2] / abs(at[1]) if at is not None and at[1] else np.inf
+        return p, min(half, 1e-7 * width) + 1e-12 * abs(p)
 
 
 def _only(kinds: frozenset[str], other: str) -> str:

@@ -23,7 +23,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,12 +134,6 @@ class State:
         return np.asarray(self.coupling.diagonal())
 
     @cached_property
-    def beside(self) -> Array:
-        """By how much each root lies beside the line: damped z to its right, others off it."""
-        z = self.roots
-        return np.asarray(z.real if self.form == "damped" else np.abs(z.imag))
-
-    @cached_property
     def real(self) -> Bools:
         """Roots that are real, as far as rounding tells."""
         return np.abs(self.roots.imag) <= self.rounding
@@ -147,23 +141,27 @@ class State:
     @cached_property
     def on_line(self) -> Bools:
         """Roots that neither grow nor decay, as far as rounding tells."""
-        on = np.abs(self.beside) <= self.rounding
-        return on & (self.roots.real >= -self.rounding) if self.form == "undamped" else on
+        if self.form == "damped":
+            return np.asarray(np.abs(self.roots.real) <= self.rounding)
+        free = self.form == "gyroscopic"
+        return self.real & (free | (self.roots.real >= -self.rounding))
 
     @cached_property
     def close(self) -> Bools:
-        """Which roots (m, m) rounding does not tell apart."""
+        """Which roots (m, m) rounding does not tell apart.
+
+        The squared half difference of two roots h apart is uncertain by 2 h times the rounding.
+        """
         apart = np.abs(self.roots[:, None] - self.roots)
-        return np.asarray(apart <= np.add.outer(self.rounding, self.rounding))
+        return np.asarray(apart <= 2 * np.add.outer(self.rounding, self.rounding))
 
     @cached_property
     def couplings(self) -> Couplings:
         """Of the pairs of roots that may meet or exchange their real parts."""
-        return Couplings.of(self)
+        return _couplings(self)
 
 
-@dataclass(frozen=True, eq=False)
-class Couplings:
+class Couplings(NamedTuple):
     """Pairs (k, l) of roots with the quantities of the module's head, (pairs,) or (2, pairs).
 
     With two rows the first is of kl, the second of lk.
@@ -177,47 +175,31 @@ class Couplings:
     bend: ComplexArray  # half of z_k'' - z_l'' of all other roots
     alone: Array  # (2, pairs) each third root's part of T for itself: they need not cancel
 
-    @staticmethod
-    def of(state: State) -> Couplings:
-        """Couplings of the pairs on the line or above it, and of conjugates."""
-        z, W, noise = state.roots, state.coupling, state.rounding
-        with np.errstate(all="ignore"):
-            apart = z[:, None] - z[None, :]
-            unsure = np.add.outer(noise, noise)
-            inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
-            F, own = W * inverse, W.diagonal()
-            conjugate = np.abs(z[:, None] - z[None, :].conj()) <= unsure
-            upper = z.imag >= -noise
-            if state.form != "damped":
-                upper = state.real & (z.real > (0 if state.form == "undamped" else -noise))
-                conjugate &= z.real > (0 if state.form == "undamped" else -noise)
-            if state.form == "gyroscopic":  # those that meet at zero
-                conjugate |= (np.abs(z[:, None] + z[None, :]) <= unsure) & state.real
-            k, l = np.nonzero(np.triu((upper[:, None] & upper[None, :]) | conjugate, 1))
-            pairs = np.stack([k, l]), np.stack([l, k])
-            FW, WF = (_entries(X, Y, *pairs, upper) for X, Y in ((F, W), (W, F)))
-            indirect = (FW - WF + F[pairs] * (own[pairs[0]] - own[pairs[1]])) / 2
-            bend = np.einsum("km,mk->k", F, W)
-            bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
-            squares, others = np.abs(W) ** 2, np.abs(F) ** 2
-            size = squares.diagonal()
-            alone = _entries(others, squares, *pairs, upper)
-            alone += _entries(squares, others, *pairs, upper) - others[pairs] * (size[k] + size[l])
-        alone = np.sqrt(np.maximum(alone, 0.0))
-        return Couplings(k, l, conjugate[k, l], W[pairs], indirect, bend, alone)
 
-
-def _entries(
-    X: NDArray, Y: NDArray, i: NDArray[np.intp], j: NDArray[np.intp], some: Bools
-) -> NDArray:
-    """(X Y)_ij, by one product where both i and j are among some, else each for itself."""
-    number = np.cumsum(some) - 1
-    block = X[some] @ Y[:, some]
-    both = some[i] & some[j]
-    found = np.empty(i.shape, dtype=block.dtype)
-    found[both] = block[number[i[both]], number[j[both]]]
-    found[~both] = np.einsum("pm,mp->p", X[i[~both]], Y[:, j[~both]])
-    return found
+def _couplings(state: State) -> Couplings:
+    """Couplings of the pairs on the line or above it, and of conjugates."""
+    z, W, noise, own = state.roots, state.coupling, state.rounding, state.slopes
+    apart, unsure = z[:, None] - z, np.add.outer(noise, noise)
+    conjugate = np.abs(z[:, None] - z.conj()) <= unsure
+    upper = z.imag >= -noise
+    if state.form != "damped":
+        positive = z.real > (0 if state.form == "undamped" else -noise)
+        upper = state.real & positive
+        conjugate &= positive
+    if state.form == "gyroscopic":  # those that meet at zero
+        conjugate |= (np.abs(z[:, None] + z) <= unsure) & state.real
+    k, l = np.nonzero(np.triu((upper[:, None] & upper) | conjugate, 1))
+    pairs = np.stack([k, l]), np.stack([l, k])
+    with np.errstate(all="ignore"):
+        inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
+        F = W * inverse
+        T = (F @ W - W @ F + F * (own[:, None] - own)) / 2
+        bend = np.einsum("km,mk->k", F, W)
+        bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
+        squares, others = np.abs(W) ** 2, np.abs(F) ** 2
+        size = np.add.outer(squares.diagonal(), squares.diagonal())
+        alone = np.maximum(others @ squares + squares @ others - others * size, 0.0)
+    return Couplings(k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs]))
 
 
 class Continuation:
@@ -386,28 +368,22 @@ def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Ar
     if not parts or any(not np.array_equal(M, other) for other, _, _ in each):
         return None
     # along a unit diagonal of M, so that units do not matter
-    scale = 1.0 / np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
-    unit = [scale[:, None] * X * scale for X in parts]
+    scale = 1.0 / np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))[:, None]
+    unit = [scale * X * scale.T for X in parts]
     unit = [X / np.abs(X).max() for X in unit]
-    rows, columns = np.vstack(unit), np.hstack(unit)
-    floor = 8 * EPS * len(M)
-    spaces = []
-    for X in (rows, columns.T):
-        size = np.linalg.svd(X, full_matrices=True)
-        rank = int(np.sum(size[1] > floor * size[1][0]))
-        spaces.append(scale[:, None] * size[2][rank:].T)
-    right, left = spaces
-    if not right.shape[1] or right.shape != left.shape or right.shape[1] == len(M):
-        return None
-    if np.linalg.cond(left.T @ M @ right) > 1 / ILL:
-        return None
+
+    def annihilated(X: Array, k: int | None = None) -> Array:
+        """A basis of what X (., n), of rank k, annihilates, in the same units."""
+        _, size, rows = np.linalg.svd(X)
+        rank = int(np.sum(size > 8 * EPS * len(M) * size[0])) if k is None else k
+        return scale * rows[rank:].T
+
+    right, left = (annihilated(np.vstack(X)) for X in (unit, [X.T for X in unit]))
     k = right.shape[1]
-
-    def others(X: Array) -> Array:  # a basis of what X' annihilates, in the same units
-        basis = np.linalg.svd((scale[:, None] * X).T, full_matrices=True)[2][k:].T
-        return np.asarray(scale[:, None] * basis)
-
-    return others(M @ right), others(M.T @ left)
+    if not 0 < k < len(M) or left.shape[1] != k or np.linalg.cond(left.T @ M @ right) > 1 / ILL:
+        return None
+    P, Q = (annihilated((scale * X).T, k) for X in (M @ right, M.T @ left))
+    return P, Q
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:
@@ -670,7 +646,7 @@ def pairwise_steps(continuation: Continuation, ps: Sequence[float]) -> Iterator[
     """Steps between neighbouring values, halved until every root is matched."""
     continuation.prepare(ps)
     for a, b in itertools.pairwise(ps):
-        yield from _halved(continuation, a, b, 12)
+        yield from _halved(continuation, a, b, continuation.options.depth)
 
 
 def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
@@ -702,8 +678,9 @@ def divided(system: System, low: float, high: float) -> list[float]:
 def _inner(system: System, origin: float, end: float) -> list[float]:
     if isinstance(system, Batched):  # a branch, which ends where it has to
         return []
+    beside = origin + 1e-12 * (end - origin)  # the system's own units are those there
     try:
-        along = Continuation(system, min(origin, end), max(origin, end))
+        along = Continuation(system, *sorted((origin, beside)), ContinuationOptions(difference=1))
         state = along.at(origin)
     except (InputError, ComputationError):  # a factor divides by the parameter
         return []
@@ -720,15 +697,8 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
             greatest = float(np.max(np.sqrt(W) * np.sqrt(W.T), initial=0.0))
         return greatest if np.isfinite(greatest) else np.inf
 
-    way, found = end - origin, share(end)
-    if found <= 3e3:
-        return []
-    x = way
-    while found > 1.0 and abs(x) > 1e-15 * abs(way):
-        x /= 100.0
-        found = share(origin + x)
-    step, inner = 30.0 * (x / found if found > 0.0 else x), []
-    while abs(step) < abs(way) / 3:
+    inner, step = [], end - origin
+    while share(origin + step) > 3e3 and len(inner) < 10:
+        step /= 100.0
         inner.append(origin + step)
-        step *= 100.0
     return inner

@@ -1,6 +1,12 @@
 """What a search for thresholds gives: changes of verdict and crossings of the imaginary axis."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from squeal.linear.search import Searched
 
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 
@@ -55,3 +61,5 @@ class Thresholds:
     # a second count agrees between all crossings, and no step leaves room for more; None where
     # nothing is known between the values looked at, as of a plain function
     certified: bool | None = None
+    # the eigenvalues along mu that all this was read off, in parts between jumps
+    searched: tuple[Searched, ...] = field(default=(), repr=False, compare=False)

@@ -12,15 +12,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.continuation import (
-    ComplexArray,
     Continuation,
     Guess,
     Meeting,
@@ -47,8 +46,8 @@ class Event:
     omega: float
     direction: int  # +1: growth begins with rising value
     interval: tuple[float, float]
-    residual: float
-    coalesces: bool
+    residual: float = math.nan
+    coalesces: bool = False
     converged: bool = True
 
     @property
@@ -85,32 +84,29 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     low, high = step.extremes
     unsure = 2 * np.abs(step.off.real)
     real = step.a.real & step.b.real[step.order]
+    passes = far = np.zeros(len(za), dtype=bool)
     if form == "damped":
         unsure = unsure + step.rounding
         clear = (high + unsure < 0.0) | (low - unsure > 0.0)
-        passes = np.zeros(len(za), dtype=bool)
-    else:  # pairs off the line stay such; real roots of s = -lambda^2 may pass zero
-        still = (np.abs(za) <= step.rounding) & (np.abs(zb) <= step.rounding)
-        passes = real & (low - unsure <= 0.0) & (high + unsure >= 0.0) & ~still
-        passes &= form == "undamped"
-        apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
-        clear = (apart > 2 * np.abs(step.off.imag) + 4 * step.rounding) | (real & ~passes)
-    settled = known & (clear | (on_a & on_b & ~passes))
-    reach = high - low
-    surely = np.abs(step.off.real) <= step.doubt * np.maximum(np.abs((zb - za).real), reach)
-    single = known & ~settled & surely
-    guesses: list[Guess] = []
-    for k in np.flatnonzero(single).tolist():
-        guesses += _singles(step, k, form, True)
-    far = np.zeros(len(za), dtype=bool)
-    if form == "damped":  # whichever of them is which, they stay on their side
+        # whichever of them is which, they stay on their side
         way = np.abs(step.off) + np.abs(zb - za)
         way = np.maximum(way, np.minimum(np.abs(da), np.abs(db)))
         far = np.sign(za.real) == np.sign(zb.real)
         far &= np.minimum(np.abs(za.real), np.abs(zb.real)) > 2 * way
+    else:  # pairs off the line stay such; real roots of s = -lambda^2 may pass zero
+        if form == "undamped":
+            still = (np.abs(za) <= step.rounding) & (np.abs(zb) <= step.rounding)
+            passes = real & (low - unsure <= 0.0) & (high + unsure >= 0.0) & ~still
+        apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
+        clear = (apart > 2 * np.abs(step.off.imag) + 4 * step.rounding) | (real & ~passes)
+    settled = known & (clear | (on_a & on_b & ~passes))
+    surely = np.abs(step.off.real) <= step.doubt * np.maximum(np.abs((zb - za).real), high - low)
+    single = known & ~settled & surely
     left = np.flatnonzero(~settled & ~single & ~far).tolist()
+    guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, form, True)]
+    pairs = [(k, other) for n, k in enumerate(left) for other in left[n + 1 :]]
     taken: set[int] = set()
-    for k, other in _partners(step, left):
+    for k, other in sorted(pairs, key=lambda p: min(abs(z[p[0]] - z[p[1]]) for z in (za, zb))):
         if not taken & {k, other} and (cubics := step.pair(k, other)) is not None:
             guesses += _of_pair(step, k, other, *cubics, form)
             taken |= {k, other}
@@ -118,7 +114,7 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     for k in doubtful:  # the best there is if no step can be halved any more
         guesses += _singles(step, k, form, False)
     touches = known if form == "damped" else known & real
-    return guesses, ASIDE if doubtful else _touch(step, touches, reach)
+    return guesses, ASIDE if doubtful else _touch(step, touches, high - low)
 
 
 def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
@@ -141,22 +137,13 @@ def _singles(step: Step, k: int, form: str, sure: bool) -> Iterator[Guess]:
     real = step.a.real[k] and step.b.real[step.order[k]]
     if form == "gyroscopic" or (form == "undamped" and not real):
         return
-    cubic = hermite_cubic(*z.real)
+    path = z.real.copy()
     if sure:  # on the line at an end of the range: what is beside it follows from the slope
-        ends = np.where(np.abs(z.real) <= step.rounding[k], 0.0, z.real)
-        cubic = hermite_cubic(ends[0], z[1].real, ends[2], z[3].real)
+        path[[0, 2]] = np.where(np.abs(path[[0, 2]]) <= step.rounding[k], 0.0, path[[0, 2]])
     h = step.b.value - step.a.value
-    for t in zeros_between(cubic):
-        right, left = step.vectors(t, [k])
+    for t in zeros_between(hermite_cubic(*path)):
         root = complex(np.polyval(hermite_cubic(*z)[::-1], t))
-        yield Guess(step.a.value + t * h, root, right[:, 0], left[:, 0], False, h)
-
-
-def _partners(step: Step, left: list[int]) -> list[tuple[int, int]]:
-    """Pairs among roots in doubt, the closest first."""
-    za, _, zb, _ = step.ends
-    pairs = [(k, other) for n, k in enumerate(left) for other in left[n + 1 :]]
-    return sorted(pairs, key=lambda p: min(abs(za[p[0]] - za[p[1]]), abs(zb[p[0]] - zb[p[1]])))
+        yield Guess(step.a.value + t * h, root, *step.vectors(t, [k]), False, h)
 
 
 def _of_pair(
@@ -165,32 +152,35 @@ def _of_pair(
     """What two roots do that coalesce or part in the step."""
     h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, FINE)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
-
-    def guess(place: float, root: complex, coalesces: bool) -> Guess:
-        right, left = step.vectors(place, [k, other])
-        return Guess(step.a.value + place * h, complex(root), right, left, coalesces, h)
-
-    on = (step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all())
-    if form != "damped" or any(on):
-        for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0):
-            place = t[n] + (t[n + 1] - t[n]) * abs(d[n]) / (abs(d[n]) + abs(d[n + 1]))
-            yield guess(float(place), m[n], True)
-    if form == "damped" and not all(on):
-        half = np.sqrt(d)
-        turned = np.where((half[1:] * half[:-1].conj()).real < 0, -1, 1)
-        half[1:] *= np.cumprod(turned)  # a branch that does not jump
-        for z in (m + half, m - half):
-            for n in np.flatnonzero(z.real[1:] * z.real[:-1] < 0):
-                yield guess(float(t[n]), m[n], False)
-    elif form == "undamped":
+    on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
+    found = list(_crosses(m, d)) if form == "damped" and not all(on) else []
+    found += list(_meets(m, d)) if form != "damped" or any(on) else []
+    for n, z, coalesces in found:
+        vectors = step.vectors(t[n], [k, other])
+        yield Guess(step.a.value + t[n] * h, z, *vectors, coalesces, h)
+    if form == "undamped":
         product = (m * m - d).real  # of the two roots: one of them passes zero
         for n in np.flatnonzero((product[1:] * product[:-1] < 0) & (d.real[1:] >= 0)):
-            both = guess(float(t[n]), 0j, False)
-            for i in (0, 1):  # either may be the one
-                yield replace(both, right=both.right[:, i], left=both.left[:, i])
+            right, left = step.vectors(t[n], [k, other])
+            for i in ([0], [1]):  # either may be the one
+                yield Guess(step.a.value + t[n] * h, 0j, right[:, i], left[:, i], False, h)
 
 
-# Roots and pairs next to a guess
+def _crosses(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
+    """Where one root of a pair of that mean m and squared half difference d crosses the axis."""
+    number = (np.stack([m - np.sqrt(d), m + np.sqrt(d)]).real > 0.0).sum(axis=0)
+    for n in np.flatnonzero(number[1:] != number[:-1]):
+        yield int(n), complex(m[n]), False
+
+
+def _meets(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
+    """Where both meet on the line."""
+    for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0):
+        n += abs(d[n + 1]) < abs(d[n])
+        yield int(n), complex(m[n]), True
+
+
+# One root or two, next to a guess
 
 
 class Smooth(NamedTuple):
@@ -202,30 +192,29 @@ class Smooth(NamedTuple):
     noise: float
 
 
-@dataclass(frozen=True)
-class Pair:
-    """Mean and d = ((z1 - z2) / 2)^2 at a value of the parameter, their slopes, and half of d''.
+class Near(NamedTuple):
+    """One root (then d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the
+    parameter, with slopes.
 
-    The second derivative holds where the pair is close, which is where it is used; `noise` is the
-    error of d, `mean_noise` of the mean, by rounding and by what the subspaces are off.
+    `d_bend` is half of d'', which holds where two are close, where it is used; the noises are the
+    errors by rounding and by what the subspaces are off.
     """
 
     value: float
     mean: complex
     mean_slope: complex
+    mean_noise: float
     d: complex
     d_slope: complex
     d_bend: complex
     noise: float
-    mean_noise: float
-    right: NDArray = field(repr=False)
-    left: NDArray = field(repr=False)
+    right: NDArray
+    left: NDArray
 
-    def roots(self, step: NDArray) -> NDArray:
-        """Both roots, (..., 2), at values beyond this one by `step`."""
+    def ahead(self, step: Any) -> tuple[Any, Any]:
+        """Mean and d at values beyond this one by `step`."""
         d = self.d + step * self.d_slope + step**2 * self.d_bend
-        mean, half = self.mean + step * self.mean_slope, np.sqrt(np.asarray(d) + 0j)
-        return np.stack([mean - half, mean + half], axis=-1)
+        return self.mean + step * self.mean_slope, d
 
     def approach(self, form: str) -> tuple[float, float]:
         """How far away two roots come closest, and half of how long they stay there."""
@@ -252,39 +241,64 @@ def _solvers(A: NDArray, shift: complex) -> tuple[Solve, Solve]:
     return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
 
 
-def pair_at(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Pair:
-    """The pair of roots next to `near` at p; right, left (N, 2) are vectors that it begins from."""
+def roots_near(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Near:
+    """The root at p next to `near`, or the two; right and left vectors (N, 1) or (N, 2) are those
+    that it begins from."""
     A, derivative, sizes = along.both(p)
-    size = norm_of(A)
-    shift = near + NUDGE * max(abs(near), 1e-4 * size) * (1 + 1j)
-    if along.form == "undamped" and abs(near.imag) <= NUDGE * max(abs(near), 1e-4 * size):
-        shift = shift.real
-        # two conjugate columns have one real part
-        right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
-    solve, transposed = _solvers(A, shift)
-    X = _subspace(A, size, right, solve)
-    Y = _subspace(A.conj().T, size, left, transposed)
+    size, missed = norm_of(A) or 1.0, 0.0
+    if right.shape[1] == 1:
+        X, Y = _vectors(A, size, near, right, left)
+    else:
+        nudge = NUDGE * max(abs(near), 1e-4 * size)
+        shift = near + nudge * (1 + 1j)
+        if along.form == "undamped" and abs(near.imag) <= nudge:
+            shift = shift.real
+            # two conjugate columns have one real part
+            right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
+        solve, transposed = _solvers(A, shift)
+        X = _subspace(A, size, right, solve)
+        Y = _subspace(A.conj().T, size, left, transposed)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     small, slope = inverse @ (A @ X), inverse @ (derivative @ X)
-    mean, mean_slope = np.trace(small) / 2, np.trace(slope) / 2
-    N, S = small - mean * np.eye(2), slope - mean_slope * np.eye(2)
-    # independent roundings in the entries of A, and what the subspaces miss, to second order
+    if len(small) == 2:  # what the subspaces miss, to second order
+        beside = solve(A @ X - X @ small)
+        missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
+    # independent roundings in the entries of A
     entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
-    beside = solve(A @ X - X @ small)
-    missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
     error = along.options.sure * (EPS * entries + missed)
-    return Pair(
+    m = len(small)
+    mean, mean_slope = np.trace(small) / m, np.trace(slope) / m
+    N, S = small - mean * np.eye(m), slope - mean_slope * np.eye(m)
+    return Near(
         p,
         complex(mean),
         complex(mean_slope),
+        float(error.trace() / m),
         complex(-np.linalg.det(N)),
         complex(np.trace(N @ S)),
         complex(np.trace(S @ S) / 2),
         float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2),
-        float(error.trace() / 2),
         X,
         Y,
     )
+
+
+def _vectors(
+    A: NDArray, size: float, z: complex, right: NDArray, left: NDArray
+) -> tuple[NDArray, NDArray]:
+    """Vectors of one root by inverse iteration and Rayleigh quotients."""
+    x, y = right, left
+    for _ in range(3):
+        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j))
+        x, y = solve(x), transposed(y)
+        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+        across = np.vdot(y, x)
+        if abs(across) < 1e-13:
+            break
+        before, z = z, complex(np.vdot(y, A @ x) / across)
+        if abs(z - before) <= 4 * EPS * size:
+            break
+    return x, y
 
 
 def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
@@ -310,72 +324,33 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
     return X
 
 
-class Root(NamedTuple):
-    """One root with unit vectors, its slope, and how far rounding moves it."""
-
-    z: complex
-    slope: complex
-    noise: float
-    right: ComplexArray
-    left: ComplexArray
-
-
-def root_at(
-    along: Continuation, p: float, near: complex, right: ComplexArray, left: ComplexArray
-) -> Root:
-    """The root at p next to `near`, by inverse iteration and Rayleigh quotients."""
-    A, derivative, sizes = along.both(p)
-    size: float = norm_of(A) or 1.0
-    x, y, z = right, left, near
-    for _ in range(3):
-        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j))
-        x, y = solve(x), transposed(y)
-        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
-        across = y.conj() @ x
-        if abs(across) < 1e-13:
-            break
-        moved = complex(y.conj() @ (A @ x) / across)
-        z, way = moved, abs(moved - z)
-        if way <= 4 * EPS * size:
-            break
-    across = y.conj() @ x
-    entries = float(np.sqrt(np.abs(y) ** 2 @ (sizes**2 @ np.abs(x) ** 2)))
-    noise = along.options.sure * EPS * entries / (float(abs(across)) or 1e-300)
-    slope = complex(y.conj() @ (derivative @ x) / across) if across else 0j
-    return Root(z, slope, float(noise), x, y)
-
-
 # From a guess to an event
 
 
 class _Search:
-    """The function that vanishes at the event of a guess, with the vectors of the last value."""
+    """The function that vanishes at the event of a guess, from the vectors of the last value."""
 
     def __init__(self, along: Continuation, guess: Guess) -> None:
         self.along, self.guess = along, guess
-        self.right, self.left, self.near = guess.right, guess.left, guess.root
-        self.at, self.slope = guess.value, 0j
-        self.pair: Pair | None = None
-        self.root: Root | None = None
+        self.last: Near | None = None
 
     def __call__(self, p: float) -> Smooth:
-        near = self.near + (p - self.at) * self.slope
-        if self.guess.right.ndim == 1:
-            root = root_at(self.along, p, near, self.right, self.left)
-            self.root, self.right, self.left = root, root.right, root.left
-            self.at, self.near, self.slope = p, root.z, root.slope
-            return Smooth(root.z.real, root.slope.real, 0.0, root.noise)
-        pair = pair_at(self.along, p, near, self.right, self.left)
-        self.pair, self.right, self.left = pair, pair.right, pair.left
-        self.at, self.near, self.slope = p, pair.mean, pair.mean_slope
-        if self.guess.coalesces:
-            return Smooth(pair.d.real, pair.d_slope.real, pair.d_bend.real, pair.noise)
-        m, dm, d, dd = pair.mean.real, pair.mean_slope.real, pair.d, pair.d_slope
+        guess, last = self.guess, self.last
+        if last is None:
+            last = roots_near(self.along, p, guess.root, guess.right, guess.left)
+        else:
+            near = last.mean + (p - last.value) * last.mean_slope
+            last = roots_near(self.along, p, near, last.right, last.left)
+        self.last = last
+        m, dm, d, dd = last.mean.real, last.mean_slope.real, last.d, last.d_slope
+        if guess.right.shape[1] == 1:
+            return Smooth(m, dm, 0.0, last.mean_noise)
+        if guess.coalesces:
+            return Smooth(d.real, dd.real, last.d_bend.real, last.noise)
         value = m**2 * d.real + d.imag**2 / 4 - m**4
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
-        noise = abs(2 * m * d.real - 4 * m**3) * pair.mean_noise
-        noise += (m**2 + abs(d.imag) / 2) * pair.noise
-        return Smooth(value, slope, 0.0, noise)
+        noise = abs(2 * m * d.real - 4 * m**3) * last.mean_noise
+        return Smooth(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * last.noise)
 
 
 def located(along: Continuation, guess: Guess) -> Event | None:
@@ -386,7 +361,7 @@ def located(along: Continuation, guess: Guess) -> Event | None:
     along : Continuation
         The parametrised eigenproblem.
     guess : Guess
-        One root that may cross the line (vectors (N,)), two that may meet on it, or two of which
+        One root that may cross the line (vectors (N, 1)), two that may meet on it, or two of which
         one may cross (vectors (N, 2)).
     """
     guess = replace(guess, value=min(max(guess.value, along.low), along.high))
@@ -428,86 +403,85 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     half = 2 * at.noise / abs(at.slope) + abs(move) + 2 * EPS * abs(p)
     if guess.coalesces and half > guess.width:
         return None
-    told = _of_root(f, move, at) if guess.right.ndim == 1 else _of_pair_at(f, move)
+    told = _told(f, move, at)
     if told is None:
         return None
     omega, direction, residual = told
-    interval: tuple[float, float] | None = (p - half, p + half)
+    interval = p - half, p + half
     if half > 1e-9 * guess.width:  # the slope may change within
-        interval = certain(f, p, half, along.low, along.high)
-    if interval is None:
-        return None
-    return Event(p, omega, direction, interval, residual, guess.coalesces)
+        ends = certain(lambda x: _sign(f(x)), (p, p), half, along.low, along.high)
+        if ends is None:
+            return None
+        *interval, rise = ends
+        if rise and (guess.coalesces or guess.right.shape[1] == 1):
+            direction = rise if along.form == "damped" else -rise
+    return Event(p, omega, direction, (interval[0], interval[1]), residual, guess.coalesces)
 
 
-def _of_root(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
-    along, root = f.along, f.root
-    assert root is not None
-    A, derivative, _ = along.both(f.at)
-    if abs(move * at.slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * f.guess.width):
-        return None  # where two roots coalesce the slope is without bound, and this no zero
-    z = root.z + move * root.slope
-    real = along.form != "damped" or abs(z.imag) <= 4 * root.noise
-    direction = 1 if (at.slope > 0) == (along.form == "damped") else -1
-    rest = float(np.linalg.norm(A @ root.right - root.z * root.right) / (norm_of(A) or 1.0))
-    return 0.0 if real else along.omega(z), direction, rest
-
-
-def _of_pair_at(f: _Search, move: float) -> tuple[float, int, float] | None:
-    along, pair = f.along, f.pair
-    assert pair is not None
-    A = along.both(f.at)[0]
-    mean = pair.mean + move * pair.mean_slope
+def _told(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
+    """Frequency, direction and residual of what is found by a last step `move`."""
+    along, near = f.along, f.last
+    assert near is not None
+    A, derivative, _ = along.both(near.value)
+    mean = near.mean + move * near.mean_slope
+    damped = along.form == "damped"
+    if f.guess.right.shape[1] == 1:
+        if abs(move * at.slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * f.guess.width):
+            return None  # where two roots coalesce the slope is without bound, and this no zero
+        rest = float(np.linalg.norm(A @ near.right - near.mean * near.right) / (norm_of(A) or 1.0))
+        real = not damped or abs(mean.imag) <= 4 * near.mean_noise
+        return 0.0 if real else along.omega(mean), 1 if (at.slope > 0) == damped else -1, rest
     least = np.linalg.svd(A - mean * np.eye(len(A)), compute_uv=False)
     residual = float(least[-1] / least[0])
-    on_zero = abs(mean) <= 2 * math.sqrt(abs(pair.noise)) + pair.mean_noise
     if f.guess.coalesces:
+        on_zero = abs(mean) <= 2 * math.sqrt(abs(near.noise)) + near.mean_noise
         if along.form == "undamped" and mean.real < 0:
             return None  # two divergent roots join: nothing crosses
         if along.form == "gyroscopic" and abs(mean.imag) > abs(mean.real) and not on_zero:
             return None
-        sign = 1.0 if along.form == "damped" else -1.0  # of d where the pair grows
-        direction = int(np.sign(sign * pair.d_slope.real))
         zero = on_zero and along.form != "undamped"
+        direction = 1 if (near.d_slope.real > 0) == damped else -1  # d > 0 off the axis if damped
         return 0.0 if zero else along.omega(mean), direction, residual
-    roots = pair.roots(np.array(move))
-    z = complex(roots[np.argmin(np.abs(roots.real))])
-    half = (z - mean) or 1e-300
-    slope = complex(pair.mean_slope + (pair.d_slope + 2 * move * pair.d_bend) / (2 * half))
-    noise = abs(pair.noise / (2 * half)) + pair.mean_noise
-    real = abs(z.imag) <= max(1e-9 * float(np.abs(roots).max()), noise)
+    d = np.sqrt(near.ahead(move)[1])
+    half = (d if abs((mean + d).real) < abs((mean - d).real) else -d) or 1e-300
+    z = complex(mean + half)
+    slope = complex(near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half))
+    noise = abs(near.noise / (2 * half)) + near.mean_noise
+    real = abs(z.imag) <= max(1e-9 * abs(mean) + 1e-9 * abs(half), noise)
     return 0.0 if real else along.omega(z), 1 if slope.real > 0 else -1, residual
 
 
-def certain(
-    f: Callable[[float], Smooth], p: float, half: float, low: float, high: float
-) -> tuple[float, float] | None:
-    """The nearest values below and above p at which the sign of f is certain, by factors of two
-    from `half`; an end of [low, high] is taken as it is.
+def _sign(at: Smooth) -> int:
+    """Of the value, 0 if rounding leaves it open."""
+    return int(np.sign(at.value)) if abs(at.value) > at.noise else 0
 
-    None if the sign is the same on both sides. Where f is flat next to its zero these hold the
-    zero, and rounding over slope does not.
+
+def certain(
+    sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
+) -> tuple[float, float, int] | None:
+    """The nearest values below and above a range at which a sign is certain, by factors of two
+    from `half`, and its rise; an end of [low, high] is taken as it is.
+
+    None if the sign is the same on both sides. Where a function is flat next to its zero these hold
+    the zero, and rounding over slope does not.
     """
     least = 2 * float(np.spacing(max(abs(low), abs(high))))
-
-    def sign(x: float) -> float:
-        at = f(x)
-        return math.copysign(1.0, at.value) if abs(at.value) > at.noise else 0.0
-
     ends, signs = [], []
-    for way, last in ((-1, low), (1, high)):
+    for p, way, last in ((at[0], -1, low), (at[1], 1, high)):
         room = way * (last - p)
         step = max(min(half, room / 2), least)
-        found = sign(p + way * step) if step < room else 0.0
+        found = sign(p + way * step) if step < room else 0
         if found:
             while step > least and sign(p + way * step / 2) == found:
                 step /= 2
         while not found and step < room:
             step *= 2
-            found = sign(p + way * step) if step < room else 0.0
+            found = sign(p + way * step) if step < room else 0
         ends.append(float(p + way * step if found else last))
         signs.append(found)
-    return None if signs[0] * signs[1] > 0 else (ends[0], ends[1])
+    if signs[0] * signs[1] > 0:
+        return None
+    return ends[0], ends[1], signs[1] or -signs[0]
 
 
 # Windows
@@ -528,8 +502,7 @@ def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float)
     seen: list[tuple[float, complex]] = []
     for state, one in met:
         both, p = [one.first, one.second], state.value + one.step
-        start = state.right[:, both], state.left[:, both]
-        pair = _nearest(along, p, one.mean, *start, width)
+        pair = _closest(along, p, one.mean, state.right[:, both], state.left[:, both], width)
         if pair is None:
             continue
         x, half = pair.approach(along.form)
@@ -539,14 +512,14 @@ def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float)
             yield from _window(pair, along.form, width)
 
 
-def _nearest(
+def _closest(
     along: Continuation, p: float, near: complex, right: NDArray, left: NDArray, width: float
-) -> Pair | None:
+) -> Near | None:
     """The pair at its closest approach."""
     pair = None
     for _ in range(4):
         try:
-            pair = pair_at(along, p, near, right, left)
+            pair = roots_near(along, p, near, right, left)
         except np.linalg.LinAlgError:
             return None
         right, left = pair.right, pair.left
@@ -560,34 +533,22 @@ def _nearest(
     return pair
 
 
-def _window(pair: Pair, form: str, width: float) -> Iterator[Guess]:
+def _window(pair: Near, form: str, width: float) -> Iterator[Guess]:
     """Crossings of the line around the closest approach of a pair, if there are any."""
-    right, left = pair.right, pair.left
     centre, half = pair.approach(form)
     if half == 0.0 or not np.isfinite(centre):
         return
-    if form != "damped":
-        bend, slope = pair.d_bend.real, pair.d_slope.real
-        # beyond rounding d has the other sign there
+    bend, slope = pair.d_bend.real, pair.d_slope.real
+    if form != "damped":  # beyond rounding d has the other sign there
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
             return
-        for x in (centre - half, centre + half):
-            if abs(x) <= width:
-                z = complex(pair.mean + x * pair.mean_slope)
-                yield Guess(pair.value + x, z, right, left, True, min(4 * half, width))
-        return
-    steps = centre + np.linspace(-8.0, 8.0, 4 * FINE) * half
-    steps = steps[np.abs(steps) < width]
-    steps = np.unique(np.concatenate([steps, np.linspace(-width, width, FINE)]))
-    both = pair.roots(steps)
-    number = (both.real > 0.0).sum(axis=1)
-    for n in np.flatnonzero(number[1:] != number[:-1]):
-        low, high = float(steps[n]), float(steps[n + 1])
-        for _ in range(60):  # where the pair's own model crosses
-            middle = (low + high) / 2
-            if (pair.roots(np.array(middle)).real > 0.0).sum() == number[n]:
-                low = middle
-            else:
-                high = middle
-        mean = complex(pair.mean + low * pair.mean_slope)
-        yield Guess(pair.value + low, mean, right, left, False, min(4 * half, width))
+        x = np.array([centre - half, centre + half])
+        found = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
+    else:
+        x = centre + np.linspace(-8.0, 8.0, 4 * FINE) * half
+        x = np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, FINE)])
+        x = np.unique(x)
+        found = list(_crosses(*pair.ahead(x)))
+    least = min(4 * half, width)
+    for n, z, coalesces in found:
+        yield Guess(pair.value + x[n], z, pair.right, pair.left, coalesces, least)

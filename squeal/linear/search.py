@@ -1,8 +1,8 @@
 """All events between two values of a parameter, and what shows whether one is missing.
 
 Steps of the continuation give guesses, which are located. What grows is counted halfway between
-neighbouring events; where the count does not follow from those that were located, the range is
-searched more finely, and what is still missing is bisected by the count.
+neighbouring events. Where the count does not follow from what was located the range there is
+halved and searched again, until the events add up or what remains is known by the count alone.
 
 A search is certified if a second counter, the sign function of the matrix by default, agrees
 between all events, if what grows at every value looked at follows from them, if every interval is
@@ -21,15 +21,15 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
+    Bools,
     ComplexArray,
     Continuation,
     ContinuationOptions,
     Guess,
-    State,
     Step,
 )
 from squeal.linear.eigen import hidden
-from squeal.linear.events import ASIDE, Event, Smooth, certain, guesses_of, located, windows
+from squeal.linear.events import ASIDE, Event, certain, guesses_of, located, windows
 from squeal.linear.light import Slow
 from squeal.linear.matrices import checked, norm_of, reduce
 from squeal.linear.system import System, TermSystem, dense
@@ -38,47 +38,82 @@ from squeal.linear.verdict import UnstableCount
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
 
-BESIDE = (1e-9, 1e-7, 1e-5, 1e-3)  # of the range: where what grows from its start is seen
 ALIKE = 1e-3  # of a frequency: roots that may be one
+
+
+def growing(along: Continuation, p: float) -> tuple[Bools, Bools]:
+    """Roots that grow at p by more than rounding, and those of them that are one of a pair; of a
+    pair that which `exponents` gives above the axis."""
+    state = along.at(p)
+    z, rounding = state.roots, state.rounding
+    if along.form == "undamped":
+        pairs = z.imag > rounding
+        return pairs | (state.real & (z.real < -rounding)), pairs
+    across, rates = (z.imag, z.real) if along.form == "damped" else (z.real, -z.imag)
+    return (rates > rounding) & (across >= -rounding), across > rounding
 
 
 def growth_at(along: Continuation, p: float) -> UnstableCount:
     """What grows at p by more than rounding."""
-    state = along.at(p)
-    z, rounding = state.roots, state.rounding
-    if along.form == "undamped":
-        rates = np.abs(np.sqrt(-z).real)
-        return _counted(z.imag > rounding, state.real & (z.real < -rounding), rates)
-    across, rates = (z.imag, z.real) if along.form == "damped" else (z.real, -z.imag)
-    grows = rates > rounding
-    pairs, reals = grows & (across > rounding), grows & (np.abs(across) <= rounding)
-    return _counted(pairs, reals, rates * along.rate)
+    some, pairs = growing(along, p)
+    rates = np.abs(along.exponents(along.at(p).roots).real)
+    both = some & pairs, some & ~pairs
+    fastest = (float(np.max(rates[one], initial=0.0)) for one in both)
+    return UnstableCount(*(int(one.sum()) for one in both), *fastest)
 
 
-def _counted(pairs: np.ndarray, reals: np.ndarray, rates: np.ndarray) -> UnstableCount:
-    fastest = (float(np.max(rates[some], initial=0.0)) for some in (pairs, reals))
-    return UnstableCount(int(np.sum(pairs)), int(np.sum(reals)), *fastest)
-
-
-def grows(state: State) -> np.ndarray:
-    """Roots that grow by more than rounding, of a pair without damping both."""
-    if state.form == "undamped":
-        return ~state.on_line
-    return (state.roots.real if state.form == "damped" else -state.roots.imag) > state.rounding
+def growing_pairs(along: Continuation, p: float) -> list[float]:
+    """Angular frequencies (rad/s) of the pairs that grow at p, the fastest growing first."""
+    some, pairs = growing(along, p)
+    z = along.at(p).roots[some & pairs]
+    order = np.argsort(-np.abs(along.exponents(z).real))
+    return [along.omega(complex(one)) for one in z[order]]
 
 
 def _bounds(along: Continuation, p: float) -> tuple[int, int]:
     """At least and at most how many roots (two for a pair) grow at p, rounding considered."""
     state = along.at(p)
-    z, rounding = state.roots, state.rounding
-    if along.form == "undamped":  # each complex s and each negative one gives a growing root
-        near = state.close.sum(axis=1) > 1
-        sure = ~state.on_line
-        return int(np.sum(sure)), int(np.sum(sure | near | (z.real < rounding)))
+    z, rounding = state.roots, 2 * state.rounding  # those of two that are close, see `State.close`
     if along.form == "damped":
         return int(np.sum(z.real > rounding)), int(np.sum(z.real > -rounding))
     near = state.close.sum(axis=1) > 1
-    return int(np.sum(z.imag < -rounding)), int(np.sum((z.imag < -rounding) | near))
+    if along.form == "gyroscopic":
+        sure = z.imag < -rounding
+        return int(np.sum(sure)), int(np.sum(sure | near))
+    # each complex s and each negative one gives a growing root
+    sure = (np.abs(z.imag) > rounding) | (z.real < -rounding)
+    return int(np.sum(sure)), int(np.sum(sure | near | (z.real < rounding)))
+
+
+Place = tuple[Continuation, float]
+
+
+def difference(below: Place, above: Place) -> Iterator[tuple[float, int]]:
+    """Frequency (0 of a real root) and direction of what has to cross between two values.
+
+    Of the pairs those that are farthest from any that grows on the other side. Of two divergent
+    roots that join to a growing pair, or come from one, nothing crosses.
+    """
+    a, b = growth_at(*below), growth_at(*above)
+    pairs, reals = b.pairs - a.pairs, b.reals - a.reals
+    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
+    pairs, reals = pairs - joined, reals + 2 * joined
+    here, there = (growing_pairs(*at) for at in ((above, below) if pairs > 0 else (below, above)))
+    for omega in there[: max(len(here) - abs(pairs), 0)]:
+        here.remove(min(here, key=lambda own: abs(own - omega)))
+    omegas = (here + [0.0] * abs(pairs))[: abs(pairs)]
+    yield from ((omega, int(np.sign(pairs))) for omega in omegas)
+    yield from ((0.0, int(np.sign(reals))) for _ in range(abs(reals)))
+
+
+def explained(place: Sequence[Event], a: UnstableCount, b: UnstableCount) -> bool:
+    """True if the events of a place add up to the change of what grows."""
+    pairs, reals = (
+        sum(c.direction for c in place if c.kind == k) for k in ("flutter", "divergence")
+    )
+    # two divergent roots join to a growing pair, or come from one, and cross nothing
+    joined = b.pairs - a.pairs - pairs
+    return bool(b.reals - a.reals - reals == -2 * joined)
 
 
 @dataclass(frozen=True)
@@ -141,27 +176,14 @@ def search(
     for a, b in itertools.pairwise(values):
         walk.go(a, b, options.depth)
     walk.guesses += _meetings_at_end(along)
-    found: list[Event] = []
-    walk.locate(found)
-    for finer in (4, 16):
-        wrong = [
-            (a, b)
-            for place, a, b in _around(along, found)
-            if not explained(place, growth_at(along, a), growth_at(along, b))
-            or not _steady_beside(along, place, a, b)
-        ]
-        if not wrong or len(along.states) > budget:
-            break
-        for a, b in wrong:
-            for x, y in itertools.pairwise(np.linspace(a, b, finer + 1).tolist()):
-                walk.go(x, y, options.depth)
-        walk.locate(found)
-    places = _start_as_one(along, _cleaned(along, found, 2 * budget))
-    first = _middles(along, places)[0]
-    # nothing was seen to cross below the first place, but what grows there may not at the start
-    if not explained([], growth_at(along, low), growth_at(along, first)):
-        places = _start_as_one(along, [*_bisected(along, low, first, []), *places])
-    stretches = tuple(_stretches(along, places, (counter or sign_count) if by_terms else None))
+    walk.locate()
+    places = walk.places()
+    middles = _middles(along, places)
+    at = [low, *(p[0].value for p in places), high]
+    stretches = tuple(
+        Stretch(*ends, growth_at(along, p), (counter or sign_count)(along, p) if by_terms else None)
+        for ends, p in zip(itertools.pairwise(at), middles, strict=True)
+    )
     certified = None
     if by_terms:
         certified = not walk.unresolved and _agrees(along, places, stretches)
@@ -169,12 +191,16 @@ def search(
 
 
 class _Walk:
-    """Steps along a continuation with a budget of values; `unresolved` are those at whose end the
-    budget left roots unmatched or a factor too bent."""
+    """Steps along a continuation with a budget of values, and the events `found` so far.
+
+    `unresolved` are steps at whose end the budget left roots unmatched or a factor too bent.
+    """
 
     def __init__(self, along: Continuation, budget: int) -> None:
         self.along, self.budget = along, budget
+        self.wide = along.high - along.low
         self.guesses: list[Guess] = []
+        self.found: list[Event] = []
         self.unresolved: list[tuple[float, float]] = []
         self.factors = _factors(along.system, along.low, along.high)
 
@@ -183,9 +209,10 @@ class _Walk:
         along = self.along
         step = Step.of(along.at(low), along.at(high), along.options)
         found, share = guesses_of(step, along.form, (low == along.low, high == along.high))
+        most = 8 * along.options.resolved / (high - low) ** 2
+        bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
         # half the budget is kept for matches
         several = any(one.doubtful for _, one in step.meetings)
-        bent = self._bent(low, high)
         divide = share
         if bent or (several and len(along.states) < self.budget / 2):
             divide = ASIDE
@@ -200,21 +227,115 @@ class _Walk:
         self.guesses += found
         self.guesses += windows(along, step.meetings, high - low)
 
-    def _bent(self, low: float, high: float) -> bool:
-        """True if a factor may bend by more than what a step resolves."""
-        most = 8 * self.along.options.resolved / (high - low) ** 2
-        return any(not bend(low, high) <= most * size for bend, size in self.factors)
-
-    def locate(self, found: list[Event]) -> None:
+    def locate(self) -> None:
         """Add what the guesses lead to."""
-        along = self.along
         for guess in self.guesses:
-            one = located(along, guess)
-            one = None if one is None else _from_start(along, one)
-            if one is not None and not any(_same(along, one, other) for other in found):
-                found.append(one)
+            one = located(self.along, guess)
+            if one is not None and one.value - self.along.low <= 1e-6 * self.wide:
+                one = self.from_start(one)
+            if one is not None and not any(self._same(one, other) for other in self.found):
+                self.found.append(one)
         self.guesses.clear()
-        found.sort(key=lambda c: c.value)
+        self.found.sort(key=lambda c: c.value)
+
+    def _same(self, one: Event, other: Event) -> bool:
+        near = self.along.options.same * self.wide + one.width
+        alike = one.direction == other.direction
+        alike &= abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
+        return alike and abs(one.value - other.value) <= near
+
+    def from_start(self, one: Event) -> Event | None:
+        """An event as it is; at the start of the range exactly if rounding leaves that, and none if
+        what does not grow there begins to decay."""
+        along = self.along
+        if one.interval[0] > along.low or not _quiet(along, along.low, one.omega):
+            return one
+        return replace(one, value=along.low) if one.direction > 0 else None
+
+    def places(self) -> list[tuple[Event, ...]]:
+        """Events that add up to what grows between them, as far as can be, by places."""
+        along, near = self.along, 4 * self.along.options.same * self.wide
+        middles = _middles(along, together(self.found, near))
+        edges = [along.low, *middles[1:-1], max(middles[-1], along.high)]
+        settled = [one for a, b in itertools.pairwise(edges) for one in self._settled(a, b, (a, b))]
+        settled.sort(key=lambda c: c.value)
+        start = fastest_first(along, [one for one in settled if one.value == along.low])
+        rest = together([one for one in settled if one.value != along.low], near)
+        return [tuple(group) for group in (start, *rest) if group]
+
+    def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
+        """Events from a to b that add up to the change of what grows; `ends` are those of the
+        range in which their intervals may lie."""
+        along, wide = self.along, self.wide
+        inside = [one for one in self.found if a <= one.value <= b]
+        before, after = growth_at(along, a), growth_at(along, b)
+        done, coarse = explained(inside, before, after), b - a > 1e-3 * wide
+        if done and (not coarse or self._steady(a, b, inside)):
+            return inside
+        near = 4 * along.options.same * wide
+        changes = list(difference((along, a), (along, b)))
+        if inside and not done and inside[-1].value - inside[0].value <= near:
+            several = [self._alike(*change, a, b) for change in changes]
+            if changes and all(several):  # of equal subsystems, all at one place
+                return [one for one in several if one]
+        middle = self._middle(a, b, inside)
+        if len(along.states) > 2 * self.budget or (done and middle is None):
+            return inside  # what is located is told, and the search is not certified
+        if middle is None:
+            at = [
+                self._alike(*change, a - near, b + near) or self._by_count(*change, a, b, ends)
+                for change in changes
+            ]
+            return [one for one in at if one]
+        if coarse:
+            self.go(a, middle, along.options.depth)
+            self.go(middle, b, along.options.depth)
+            self.locate()
+        return [*self._settled(a, middle, ends), *self._settled(middle, b, ends)]
+
+    def _steady(self, a: float, b: float, inside: list[Event]) -> bool:
+        """True if as many roots grow up to the events inside as at a, and after them as at b."""
+        first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
+        before, after = growth_at(self.along, a), growth_at(self.along, b)
+        return _steady(self.along, a, first, before) and _steady(self.along, last, b, after)
+
+    def _middle(self, a: float, b: float, inside: list[Event]) -> float | None:
+        """Where to halve, beside the intervals of events; None where there is no room for that."""
+        least = max(1e-10 * self.wide, 4 * float(np.spacing(max(abs(a), abs(b)))))
+        tried = [a + ASIDE * (b - a)]
+        tried += [one.interval[k] + way * least for one in inside for k, way in ((0, -1), (1, 1))]
+        for p in tried:
+            free = all(not c.interval[0] - least < p < c.interval[1] + least for c in inside)
+            if a + least < p < b - least and free:
+                return p
+        return None
+
+    def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
+        """The located event of that frequency and direction between low and high."""
+        for one in self.found:
+            apart = abs(one.omega - omega) <= ALIKE * min(one.omega, omega)
+            if low <= one.value <= high and one.direction == way and apart:
+                return one
+        return None
+
+    def _by_count(
+        self, omega: float, way: int, a: float, b: float, ends: tuple[float, float]
+    ) -> Event | None:
+        """An event between a and b of which only the count tells, with an interval beside which
+        that is sure."""
+        along = self.along
+        before, after = growth_at(along, a).roots, growth_at(along, b).roots
+
+        def sign(p: float) -> int:
+            least, most = _bounds(along, p)
+            return -way if most <= min(before, after) else way * (least >= max(before, after))
+
+        sides = certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends
+        one = Event((a + b) / 2, omega, way, (sides[0], sides[1]), converged=False)
+        found = self.from_start(one)
+        if found is not None and found.value == along.low:
+            return self._alike(omega, way, along.low, along.low) or found
+        return found
 
 
 def _factors(
@@ -223,24 +344,15 @@ def _factors(
     """Bounds of the second derivatives of the factors of terms, and their greatest values."""
     if not isinstance(system, TermSystem):
         return []
-    name = system.parameter
-    found: list[tuple[Callable[[float, float], float], float]] = []
+    name, values = system.parameter, system.values()
     formulas = {t.factor.text: t.factor for part in (system.M, system.C, system.K) for t in part}
+    found: list[tuple[Callable[[float, float], float], float]] = []
     for formula in formulas.values():
         if name in formula.names:
-            values = system.values()
-            at = [low + x * (high - low) for x in np.linspace(0, 1, 33)]
+            at = np.linspace(low, high, 33).tolist()
             size = max(abs(formula.value(values | {name: p})) for p in at)
-
             found.append((partial(formula.curvature, values, name), size))
     return found
-
-
-def _same(along: Continuation, one: Event, other: Event) -> bool:
-    near = along.options.same * (along.high - along.low) + one.width
-    alike = one.direction == other.direction
-    alike &= abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
-    return alike and abs(one.value - other.value) <= near
 
 
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:
@@ -255,6 +367,7 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
 
 
 def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
+    """A value between neighbouring places, and beyond the first and the last."""
     low, high, same = along.low, along.high, along.options.same
     at = [low, *(p[0].value for p in places), high]
     middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
@@ -266,183 +379,14 @@ def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[flo
     return middles
 
 
-def _around(along: Continuation, found: list[Event]) -> Iterator[tuple[list[Event], float, float]]:
-    """Each place with values of the parameter below and above; the whole range if there is none."""
-    places = together(found, 4 * along.options.same * (along.high - along.low))
-    if not places:
-        yield [], along.low, along.high
-        return
-    for place, (a, b) in zip(places, itertools.pairwise(_middles(along, places)), strict=True):
-        yield place, a, b
-
-
-def explained(place: Sequence[Event], a: UnstableCount, b: UnstableCount) -> bool:
-    """True if the events of a place add up to the change of what grows."""
-    pairs = sum(c.direction for c in place if c.kind == "flutter")
-    reals = sum(c.direction for c in place if c.kind == "divergence")
-    rise = b.pairs - a.pairs, b.reals - a.reals
-    # two divergent roots join to a growing pair, or come from one, and cross nothing
-    joined = rise[0] - pairs
-    return bool(rise[1] - reals == -2 * joined)
-
-
-def _steady(along: Continuation, low: float, high: float, growth: UnstableCount) -> bool:
-    """True if at each state between low and high as many roots grow, as far as rounding tells."""
-    inside = [s.value for s in along.states if low < s.value < high]
-    return all(least <= growth.roots <= most for least, most in (_bounds(along, p) for p in inside))
-
-
-def _steady_beside(along: Continuation, place: list[Event], a: float, b: float) -> bool:
-    first, last = (place[0].value, place[-1].value) if place else (b, b)
-    before, after = growth_at(along, a), growth_at(along, b)
-    return _steady(along, a, first, before) and _steady(along, last, b, after)
-
-
-def _cleaned(along: Continuation, found: list[Event], most: int) -> list[tuple[Event, ...]]:
-    """Places whose events change what grows; of others nothing, or what bisection tells."""
-    result: list[tuple[Event, ...]] = []
-    for place, a, b in _around(along, found):
-        if explained(place, growth_at(along, a), growth_at(along, b)):
-            result += [tuple(place)] if place else []
-        elif place and (several := _several(along, place, a, b)):
-            result.append(several)
-        elif len(along.states) < most:
-            result += _bisected(along, a, b, place)
-        elif place:  # what is located is told, and the search is not certified
-            result.append(tuple(place))
-    return result
-
-
-def _several(along: Continuation, place: list[Event], a: float, b: float) -> tuple[Event, ...]:
-    """The events of equal subsystems, which all lie at one place; empty if that is not so."""
-    before, after = growth_at(along, a), growth_at(along, b)
-    if place[0].value == along.low:
-        for share in BESIDE:
-            start = _completed(along, place, along.low + share * (along.high - along.low))
-            if explained(start, growth_at(along, along.low), after):
-                return start
-    repeated = tuple(c for c in place for _ in range(_times(along, c)))
-    return repeated if explained(repeated, before, after) else ()
-
-
-def _times(along: Continuation, one: Event) -> int:
-    """How many equal roots cross the line there."""
-    state = along.at(one.value)
-    at: complex = one.omega**2
-    if along.form != "undamped":
-        at = (1j if along.form == "damped" else 1) * one.omega / along.rate
-    near = np.abs(state.roots - at) <= state.rounding + 1e-6 * np.abs(state.roots)
-    return max(int(near.sum()) // (2 if one.coalesces else 1), 1)
-
-
-def _bisected(
-    along: Continuation, a: float, b: float, place: list[Event]
-) -> list[tuple[Event, ...]]:
-    """Changes of the count between a and b, located where they are known and bisected if not."""
-    before, after = growth_at(along, a), growth_at(along, b)
-    wide = along.high - along.low
-    if before.roots == after.roots:  # where a growing pair meets on the real axis nothing crosses
-        return []
-    low, high = a, b
-    while high - low > max(1e-10 * wide, 4 * np.spacing(abs(high))):
-        middle = (low + high) / 2
-        if growth_at(along, middle).roots == before.roots:
-            low = middle
-        else:
-            high = middle
-    near = [c for c in place if abs(c.value - low) <= 1e-6 * wide]
-    if near:
-        beyond = max(high, near[0].interval[1]) + 1e-7 * wide
-        rest = [c for c in place if c is not near[0]]
-        return [(near[0],), *(_bisected(along, beyond, b, rest) if beyond < b else [])]
-    seen = growth_at(along, high)
-    rise = seen.roots - before.roots
-    state = along.at(high if rise > 0 else low)
-    # of what grows the least above rounding
-    own = np.where(grows(state), np.abs(state.roots - _foot(state)), np.inf) / state.rounding
-    k = int(np.argmin(own))
-    margin = 1e-7 * wide
-    beyond = min(high + margin, b)
-    # what neither grows nor decays at the start may grow from there on, below rounding at first
-    start = tuple(_beginning(along, a, beyond)) if rise > 0 else ()
-    if start and explained(start, growth_at(along, a), growth_at(along, beyond)):
-        return [start, *_bisected(along, beyond, b, place)]
-    omega = along.omega(complex(state.roots[k])) if _oscillates(state)[k] else 0.0
-    interval = _sure(along, (low + high) / 2, margin, (a, b), (before.roots, seen.roots))
-    way = 1 if rise > 0 else -1
-    one = Event((low + high) / 2, omega, way, interval, np.nan, False, converged=False)
-    if beyond >= b or growth_at(along, high).roots == after.roots:
-        return [(one,)]
-    return [(one,), *_bisected(along, beyond, b, place)]
-
-
-def _foot(state: State) -> ComplexArray:
-    """The point of the line next to each root."""
-    z = state.roots
-    if state.form == "damped":
-        return np.asarray(1j * z.imag)
-    return np.asarray(np.where(z.real > 0, z.real, 0.0) if state.form == "undamped" else z.real)
-
-
-def _oscillates(state: State) -> np.ndarray:
-    z = state.roots
-    if state.form == "undamped":
-        return np.asarray(~state.real | (z.real > 0))
-    return np.abs(z.imag if state.form == "damped" else z.real) > state.rounding
-
-
-def _sure(
-    along: Continuation,
-    p: float,
-    margin: float,
-    ends: tuple[float, float],
-    roots: tuple[int, int],
-) -> tuple[float, float]:
-    """What holds a change of the count at p: beside it `roots` grow for sure, or the whole range if
-    other roots leave that in doubt."""
-    way = 1.0 if roots[1] > roots[0] else -1.0
-
-    def count(x: float) -> Smooth:
-        least, most = _bounds(along, x)
-        value = -way if most <= min(roots) else way if least >= max(roots) else 0.0
-        return Smooth(value, 0.0, 0.0, 0.0)
-
-    return certain(count, p, margin, *ends) or ends
-
-
-# At the ends of the range
-
-
-def _from_start(along: Continuation, one: Event) -> Event | None:
-    """An event as it is; at the start of the range exactly if rounding leaves that, and none if
-    what does not grow there begins to decay."""
-    near = one.value - along.low <= 1e-6 * (along.high - along.low)
-    if not near or one.interval[0] > along.low or not _quiet(along, along.low, one.omega):
-        return one
-    return replace(one, value=along.low) if one.direction > 0 else None
-
-
 def _meetings_at_end(along: Continuation) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
     state = along.at(along.high)
-    on = state.on_line if along.form != "undamped" else state.real
-    met = on & on[:, None] & state.close
-    for pair in np.argwhere(np.triu(met, 1)):
+    on = state.real if along.form == "undamped" else state.on_line
+    for pair in np.argwhere(np.triu(on & on[:, None] & state.close, 1)):
         right, left = state.right[:, pair], state.left[:, pair]
         width = 1e-6 * (along.high - along.low)
         yield Guess(along.high, complex(state.roots[pair].mean()), right, left, True, width)
-
-
-def _growing(along: Continuation, p: float) -> list[float]:
-    """Angular frequencies (rad/s) of all that grows at p, 0 for a real root."""
-    state = along.at(p)
-    z, some = state.roots, grows(state)
-    if along.form == "undamped" or along.form == "damped":
-        some = some & (z.imag >= -state.rounding)
-    else:
-        some = some & (z.real >= -state.rounding)
-    found = _oscillates(state) & (~state.real if along.form == "undamped" else True)
-    return [along.omega(complex(z[k])) if found[k] else 0.0 for k in np.flatnonzero(some)]
 
 
 def _quiet(along: Continuation, p: float, omega: float) -> bool:
@@ -453,42 +397,9 @@ def _quiet(along: Continuation, p: float, omega: float) -> bool:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
     near = np.abs([along.omega(complex(z)) - omega for z in state.roots]) <= ALIKE * omega
     on = near & state.on_line
-    if not along.conservative:
+    if along.form == "damped":
         return bool(on.any())
     return bool(state.close[np.ix_(on, on)].sum() > on.sum())
-
-
-def _beginning(along: Continuation, a: float, b: float) -> Iterator[Event]:
-    """All that grows at b and may grow from the start on, below rounding up to a."""
-    before = [s.value for s in along.states if along.low <= s.value <= a]
-    found = _growing(along, b)
-    for omega in _growing(along, a):
-        if found:
-            found.remove(min(found, key=lambda other: abs(other - omega)))
-    for omega in found:
-        if all(_quiet(along, p, omega) for p in before):
-            yield Event(along.low, omega, 1, (along.low, b), np.nan, False, converged=False)
-
-
-def _completed(along: Continuation, place: Sequence[Event], p: float) -> tuple[Event, ...]:
-    """What grows from the start on and does at p: the events located there and all others."""
-    rest = list(_beginning(along, along.low, p))
-    kept = []
-    for one in place:
-        near = min(rest, key=lambda other: abs(other.omega - one.omega), default=None)
-        if near is not None and abs(near.omega - one.omega) <= ALIKE * one.omega:
-            rest.remove(near)
-            kept.append(one)
-    return *kept, *rest
-
-
-def _start_as_one(
-    along: Continuation, places: Sequence[tuple[Event, ...]]
-) -> list[tuple[Event, ...]]:
-    """Places with all that grows from the start on as one, the fastest first."""
-    first = [one for place in places if place[0].value == along.low for one in place]
-    rest = [place for place in places if place[0].value != along.low]
-    return [tuple(fastest_first(along, first)), *rest] if first else rest
 
 
 def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
@@ -502,11 +413,10 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
     state = along.at(place[0].value + way * aside)
     omegas = np.array([along.omega(complex(z)) for z in state.roots])
     rates = way * along.exponents(state.roots).real
-    rates = np.where(rates > 0, rates, -np.inf)
 
     def rate(one: Event) -> float:
         own = np.abs(omegas - one.omega) <= ALIKE * max(one.omega, float(omegas.min()))
-        return float(np.max(rates[own], initial=-np.inf))
+        return float(np.max(rates[own & (rates > 0)], initial=-np.inf))
 
     return sorted(place, key=rate, reverse=True)
 
@@ -514,13 +424,10 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
 # The certificate
 
 
-def _stretches(
-    along: Continuation, places: Sequence[tuple[Event, ...]], counter: Counter | None
-) -> Iterator[Stretch]:
-    at = [along.low, *(p[0].value for p in places), along.high]
-    for (low, high), middle in zip(itertools.pairwise(at), _middles(along, places), strict=True):
-        number = None if counter is None else counter(along, middle)
-        yield Stretch(low, high, growth_at(along, middle), number)
+def _steady(along: Continuation, low: float, high: float, growth: UnstableCount) -> bool:
+    """True if at each state between low and high as many roots grow, as far as rounding tells."""
+    inside = [s.value for s in along.states if low < s.value < high]
+    return all(least <= growth.roots <= most for least, most in (_bounds(along, p) for p in inside))
 
 
 def _agrees(
@@ -537,8 +444,26 @@ def _agrees(
         )
         and all(_steady(along, s.low, s.high, s.growth) for s in stretches)
         and all(c.width <= room for p in places for c in p)
+        and not _undecided(along, places)
         and not any(_hides(along, p) for p in (along.low, along.high))
     )
+
+
+def _undecided(along: Continuation, places: Sequence[tuple[Event, ...]]) -> bool:
+    """True if away from all events rounding does not tell on which side of the axis a root is.
+
+    A spectrum that is symmetric about the axis has roots on it; and zero may be one by rank.
+    """
+    if along.form != "damped":
+        return False
+    margin = 1e-6 * (along.high - along.low)
+    taken = [(c.interval[0] - margin, c.interval[1] + margin) for p in places for c in p]
+    for state in along.states:
+        apart = along.low < state.value < along.high
+        apart = apart and not any(low <= state.value <= high for low, high in taken)
+        if apart and np.any(state.on_line & (np.abs(state.roots) > state.rounding)):
+            return True
+    return False
 
 
 def _hides(along: Continuation, p: float) -> bool:
@@ -556,21 +481,19 @@ def sign_count(along: Continuation, p: float) -> int | None:
     """How many roots grow at p, by the sign function: of rates above what separates them from
     rounding, without any eigenvalue. None if it does not settle."""
     state, A = along.at(p), along.both(p)[0]
-    rounding, unit = state.rounding, 1.0
+    z: ComplexArray = state.roots if along.form == "damped" else 1j * state.roots
+    noise = state.rounding
     if along.form == "undamped":
         unit = float(np.sqrt(norm_of(A))) or 1.0
-        half = np.sqrt(-state.roots + 0j) / unit
-        z: ComplexArray = np.concatenate([half, -half])
-        rounding = np.concatenate([state.rounding, state.rounding]) / unit**2
-        quiet = (np.abs(z.real) <= np.sqrt(rounding)) | (z.real <= 0)
+        half = along.exponents(state.roots) / unit
+        z, noise = np.concatenate([half, -half]), np.sqrt(np.tile(state.rounding, 2)) / unit
         zero, eye = np.zeros_like(A), np.eye(len(A))
         A = np.block([[zero, eye], [-A / unit**2, zero]])
-    else:
-        z = state.roots if along.form == "damped" else 1j * state.roots
-        A = A if along.form == "damped" else (1j * A).real
-        quiet = z.real <= rounding
+    elif along.form == "gyroscopic":
+        A = (1j * A).real
+    quiet = z.real <= noise
     least = float(np.min(z.real[~quiet], initial=np.inf))
-    most = max(float(np.max(z.real[quiet], initial=-np.inf)), float(np.max(rounding, initial=0.0)))
+    most = max(float(np.max(z.real[quiet], initial=0.0)), float(np.max(noise, initial=0.0)))
     if not np.isfinite(least):
         least = max(1e3 * most, 1e-6)
     floor = least / 8 if least > 64 * most else np.sqrt(max(most, 1e-16) * least)
@@ -585,24 +508,17 @@ def count_right(A: np.ndarray, x: float = 0.0) -> int | None:
     scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
     """
     n = len(A)
-    S = A - x * np.eye(n)
-    scaled = True
-    with np.errstate(all="ignore"):
+    S, factor, change = A - x * np.eye(n), 1.0, np.inf
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
         for _ in range(60):
-            try:
-                other = np.linalg.inv(S)
-            except np.linalg.LinAlgError:
-                return None
-            factor = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if scaled else 1.0
+            other = np.linalg.inv(S)
+            factor = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if change > 1e-2 else 1.0
             new = (factor * S + other / factor) / 2
             change = float(np.linalg.norm(new - S, 1) / np.linalg.norm(new, 1))
             S = new
-            if not np.isfinite(change):
-                return None
-            scaled = scaled and change > 1e-2
-            if change < 1e-5:  # the next step would leave its square
+            if not change >= 1e-5:  # the next step would leave its square
                 break
-        else:
-            return None
-    number = (float(np.trace(S)) + n) / 2
-    return round(number) if abs(number - round(number)) < 1e-3 else None
+        number = (float(np.trace(S)) + n) / 2
+        settled = change < 1e-5 and abs(number - round(number)) < 1e-3
+        return round(number) if settled else None
+    return None

@@ -24,9 +24,19 @@ from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing, Thresholds
 from squeal.linear.events import Event, located
 from squeal.linear.light import Slow
 from squeal.linear.matrices import LightMassError
-from squeal.linear.search import Counter, Searched, explained, fastest_first, growth_at, search
+from squeal.linear.search import (
+    Counter,
+    Searched,
+    difference,
+    explained,
+    fastest_first,
+    growing,
+    growing_pairs,
+    growth_at,
+    search,
+)
 from squeal.linear.system import System, check_range, check_system
-from squeal.linear.verdict import GROWING, UnstableCount
+from squeal.linear.verdict import GROWING
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
 
@@ -79,14 +89,20 @@ def thresholds(
     >>> print(*found.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    return _found("thresholds", system, mu_max, breakpoints, mu_min, options, counter)
+    check_system(system, "thresholds")
+    check_range("thresholds", mu_min, mu_max)
+    inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
+    try:
+        return _along(system, mu_min, inner, mu_max, options, counter)
+    except LightMassError:
+        return _along(Slow(system, mu_min), mu_min, inner, mu_max, options, counter)
 
 
 def critical_points(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> list[CriticalPoint]:
     """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
-    return _found("critical_points", system, mu_max, breakpoints, mu_min).points
+    return thresholds(system, mu_max, breakpoints, mu_min).points
 
 
 def crossings(
@@ -98,25 +114,7 @@ def crossings(
     crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
     come from one, cross nothing.
     """
-    return _found("crossings", system, mu_max, breakpoints, mu_min).crossings
-
-
-def _found(
-    asked: str,
-    system: System,
-    mu_max: float,
-    breakpoints: Iterable[float],
-    mu_min: float,
-    options: ContinuationOptions | None = None,
-    counter: Counter | None = None,
-) -> Thresholds:
-    check_system(system, asked)
-    check_range(asked, mu_min, mu_max)
-    inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
-    try:
-        return _along(system, mu_min, inner, mu_max, options, counter)
-    except LightMassError:
-        return _along(Slow(system, mu_min), mu_min, inner, mu_max, options, counter)
+    return thresholds(system, mu_max, breakpoints, mu_min).crossings
 
 
 def _along(
@@ -129,23 +127,23 @@ def _along(
 ) -> Thresholds:
     points: list[CriticalPoint] = []
     crossed: list[Crossing] = []
-    before: Searched | None = None
-    certified: bool | None = True
+    searched: list[Searched] = []
     edges = [mu_min, *inner, mu_max] if inner else divided(system, mu_min, mu_max)
     for a, b in itertools.pairwise(edges):
         low = float(np.nextafter(a, b)) if a in inner else a
         high = float(np.nextafter(b, a)) if b in inner else b
         found = search(system, low, high, options, counter)
-        certified = found.certified if certified else certified
-        if before is not None:
-            point, rows = _jump(a, before, found)
+        if searched:
+            point, rows = _jump(a, searched[-1], found)
             points += point
             crossed += rows
         changes = list(_changes(found))
         points += [_point(found, c) for c in changes]
         crossed += _crossings(found, {c.place: c for c in changes})
-        before = found
-    return Thresholds(points, crossed, certified)
+        searched.append(found)
+    answers = [found.certified for found in searched]
+    certified = None if None in answers else all(answers)
+    return Thresholds(points, crossed, certified, tuple(searched))
 
 
 # Changes of verdict
@@ -155,11 +153,7 @@ def _changes(found: Searched) -> Iterator[VerdictChange]:
     """Changes of verdict; an exchange at a place of crossings belongs to that."""
     line = found.line
     places = [
-        Place(
-            float(p[0].value),
-            frozenset(c.kind for c in p if c.direction > 0),
-            frozenset(c.kind for c in p if c.direction < 0),
-        )
+        Place(p[0].value, *(frozenset(c.kind for c in p if c.direction == way) for way in (1, -1)))
         for p in found.places
     ]
     verdicts = Verdicts(
@@ -182,19 +176,15 @@ def _lead(line: Continuation, p: float) -> tuple[float, float, float]:
     """By how much the fastest pair outgrows the fastest real root at p (1/s), the slope of that and
     its rounding; a root of which there is none grows by 0."""
     state = line.at(p)
-    z = line.exponents(state.roots)
-    with np.errstate(all="ignore"):
-        by_root = 1 / (2 * np.abs(z)) if line.form == "undamped" else line.rate + 0 * np.abs(z)
-        turn = (
-            -1 / (2 * z) if line.form == "undamped" else z / np.where(state.roots, state.roots, 1)
-        )
-    slopes, rounding = turn * state.slopes, by_root * state.rounding
+    z, (some, pairs) = line.exponents(state.roots), growing(line, p)
+    with np.errstate(all="ignore"):  # d lambda / dz
+        turn = -0.5 / z if line.form == "undamped" else z / state.roots
+    slopes, rounding = turn * state.slopes, np.abs(turn) * state.rounding
     rates = []
-    pairs = np.abs(z.imag) > rounding
-    for some in (pairs, ~pairs):
-        k = int(np.argmax(np.where(some, z.real, -np.inf)))
-        grows = bool(some[k] and z[k].real > rounding[k])
-        rates.append(np.array([z[k].real, slopes[k].real, rounding[k]]) if grows else np.zeros(3))
+    for own in (some & pairs, some & ~pairs):
+        k = int(np.argmax(np.where(own, np.abs(z.real), -np.inf)))
+        rate = np.array([abs(z[k].real), np.sign(z[k].real) * slopes[k].real, rounding[k]])
+        rates.append(rate if own[k] else np.zeros(3))
     value, slope, _ = rates[0] - rates[1]
     return float(value), float(slope), float(rates[0][2] + rates[1][2])
 
@@ -216,30 +206,30 @@ def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float]
     k = int(np.argmax(met.roots.real))
     if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
         return None
-    return float(found.value), found.width / 2
+    return found.value, found.width / 2
 
 
 def _point(found: Searched, change: VerdictChange) -> CriticalPoint:
     line, at = found.line, () if change.place is None else found.places[change.place]
     grows = change.above in GROWING
     concerned = change.above if grows else change.below
-    leads = _leads(line, at, change)[concerned]
+    lead = _leads(line, at, change)[concerned]
     interval = _interval(at) or (change.value - change.half, change.value + change.half)
-    if leads:
-        omega = leads.omega
-    elif change.place is None:
-        # a pair and a real root grow alike; or a pair is about to be two real roots
-        growth = growth_at(line, change.value)
-        level = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
-        omega = _fastest(line, change.value) if level and concerned == "flutter" else 0.0
-    else:
-        side = _beside(line, interval, grows)
-        omega = _fastest(line, side) if concerned == "flutter" else 0.0
+    side = change.value if change.place is None else _beside(line, interval, grows)
+    growth = growth_at(line, change.value)
+    # without a place a pair and a real root grow alike, or a pair is about to be two real roots
+    alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
+    omega = 0.0
+    if lead is not None:
+        omega = lead.omega
+    elif concerned == "flutter" and (change.place is not None or alike):
+        omega = next(iter(growing_pairs(line, side)), 0.0)
     tight = interval[1] - interval[0] <= TIGHT * max(abs(change.value), 1e-300)
     settled = all(c.converged for c in at) and (tight or not at)
-    residual = _residual(leads) if leads else None
     kind = change.above if grows else "restabilised"
-    return CriticalPoint(change.value, kind, omega / (2 * math.pi), interval, settled, residual)
+    hertz = omega / (2 * math.pi)
+    residual = None if lead is None else _residual(lead)
+    return CriticalPoint(float(change.value), kind, hertz, interval, settled, residual)
 
 
 def _leads(
@@ -257,8 +247,7 @@ def _leads(
 def _interval(at: Sequence[Event]) -> tuple[float, float] | None:
     if not at:
         return None
-    low, high = (f(c.interval[i] for c in at) for i, f in ((0, min), (1, max)))
-    return float(low), float(high)
+    return float(min(c.interval[0] for c in at)), float(max(c.interval[1] for c in at))
 
 
 def _residual(one: Event) -> float | None:
@@ -273,96 +262,49 @@ def _beside(line: Continuation, interval: tuple[float, float], above: bool) -> f
     return min(beside or values, key=lambda v: abs(v - (low + high) / 2))
 
 
-def _fastest(line: Continuation, p: float) -> float:
-    """Angular frequency (rad/s) of the fastest pair at p."""
-    return next(iter(_growing_pairs(line, p)), 0.0)
-
-
-def _growing_pairs(line: Continuation, p: float) -> list[float]:
-    """Angular frequencies (rad/s) of the pairs at p, the fastest growing first."""
-    state = line.at(p)
-    z = line.exponents(state.roots)
-    omega = np.array([line.omega(complex(one)) for one in state.roots])
-    upper = z.imag > 0 if line.form != "undamped" else state.roots.imag > state.rounding
-    order = np.argsort(-np.where(upper, z.real, -np.inf))
-    return [float(omega[k]) for k in order if upper[k] and z[k].real > 0]
-
-
 # Crossings
 
 
 def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
+    line = found.line
     for k, place in enumerate(found.places):
-        below, above = found.stretches[k].growth, found.stretches[k + 1].growth
         change = changes.get(k)
-        if explained(place, below, above):
-            leads = tuple(_leads(found.line, place, change).values()) if change else ()
+        if explained(place, found.stretches[k].growth, found.stretches[k + 1].growth):
+            leads = tuple(_leads(line, place, change).values()) if change else ()
             for c in place:
                 changing = change is not None and (c in leads or not any(leads))
-                yield c.crossing(_mode(found.line, c), changing, _residual(c))
-        else:
-            interval = _interval(place)
-            assert interval is not None
-            sides = [(found.line, _beside(found.line, interval, way)) for way in (False, True)]
-            value = float(place[0].value)
-            yield from _counted(value, interval, (below, above), sides, change is not None)
+                yield c.crossing(_mode(line, c), changing, _residual(c))
+        elif (interval := _interval(place)) is not None:
+            below, above = ((line, _beside(line, interval, way)) for way in (False, True))
+            yield from _counted(place[0].value, interval, below, above, change is not None)
 
 
 def _jump(
     at: float, before: Searched, after: Searched
 ) -> tuple[list[CriticalPoint], list[Crossing]]:
     """What changes at a breakpoint."""
-    below = _at_end(before, before.line.high, before.stretches[-1].growth)
-    above = _at_end(after, after.line.low, after.stretches[0].growth)
-    changes = below.verdict != above.verdict
-    sides = [(before.line, before.line.high), (after.line, after.line.low)]
+    sides = (before.line, before.line.high), (after.line, after.line.low)
+    below, above = (growth_at(*side).verdict for side in sides)
     points = []
-    if changes:
-        grows = above.verdict in GROWING
-        kind = above.verdict if grows else "restabilised"
-        concerned = above.verdict if grows else below.verdict
-        omega = _fastest(*sides[int(grows)]) if concerned == "flutter" else 0.0
-        points = [CriticalPoint(at, kind, omega / (2 * math.pi), (at, at), True)]
-    return points, list(_counted(at, (at, at), (below, above), sides, changes))
-
-
-def _at_end(found: Searched, p: float, growth: UnstableCount) -> UnstableCount:
-    """What grows at an end of a range: that of the stretch there, but for a pair that has met."""
-    here = growth_at(found.line, p)
-    return here if here.roots == growth.roots else growth
+    if below != above:
+        grows = above in GROWING
+        omegas = growing_pairs(*sides[grows]) if (above if grows else below) == "flutter" else []
+        hertz = next(iter(omegas), 0.0) / (2 * math.pi)
+        points = [CriticalPoint(at, above if grows else "restabilised", hertz, (at, at), True)]
+    return points, list(_counted(at, (at, at), *sides, below != above))
 
 
 def _counted(
     mu: float,
     interval: tuple[float, float],
-    growth: tuple[UnstableCount, UnstableCount],
-    sides: Sequence[tuple[Continuation, float]],
+    below: tuple[Continuation, float],
+    above: tuple[Continuation, float],
     changes: bool,
 ) -> Iterator[Crossing]:
-    """Crossings of which only the number is known, as at a jump: what grows more on one side.
-
-    Of the pairs there those that are farthest from any pair that grows on the other side.
-    """
-    below, above = growth
-    for kind, more in _rises(above.pairs - below.pairs, above.reals - below.reals).items():
-        here, there = (sides[1], sides[0]) if more > 0 else (sides[0], sides[1])
-        omegas = [0.0] * abs(more)
-        if kind == "flutter" and more:
-            omegas, others = _growing_pairs(*here), _growing_pairs(*there)
-            for omega in others[: max(len(omegas) - abs(more), 0)]:
-                omegas.remove(min(omegas, key=lambda own: abs(own - omega)))
-            omegas = (omegas + [0.0] * abs(more))[: abs(more)]
-        for omega in omegas:
-            mode = _number(here[0], here[1], omega, 1e-6)
-            way = "up" if more > 0 else "down"
-            yield Crossing(mu, kind, way, omega / (2 * math.pi), interval, mode, changes, None)
-
-
-def _rises(pairs: int, reals: int) -> dict[str, int]:
-    """How many pairs and real roots cross where so many more grow above; of two divergent ones that
-    join to a growing pair, or come from one, nothing crosses."""
-    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
-    return {"flutter": pairs - joined, "divergence": reals + 2 * joined}
+    """Crossings of which only the number is known, as at a jump."""
+    for omega, way in difference(below, above):
+        mode = _number(*(above if way > 0 else below), omega, 1e-6)
+        yield Event(mu, omega, way, interval).crossing(mode, changes, None)
 
 
 def _mode(line: Continuation, c: Event) -> int:

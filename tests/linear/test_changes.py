@@ -7,7 +7,7 @@ from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
-RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9]
+RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]
 
 
 def of(M, C, K0, K1):

@@ -139,7 +139,9 @@ def test_equal_oscillators_and_another_one_that_begin_to_grow_together(mix):
 
 
 def test_one_of_two_equal_oscillators_begins_to_grow_where_the_other_ceases():
-    found = thresholds(oscillators((0.4, -0.6, 0.0), 0.5, mix=0.0, omegas=(1.0, 1.0, 1.7))[1], 1.0)
+    found = thresholds(
+        oscillators((0.4, -0.6, 0.0), 0.5, mix=0, omegas=(1.0, 1.0, 1.7), others=0.3)[1], 1.0
+    )
     assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 2, rel=1e-12)
     assert sorted(c.direction for c in found.crossings) == ["down", "up"]
     assert omegas_of(found) == pytest.approx([1.0] * 2, rel=1e-9)
