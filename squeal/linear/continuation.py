@@ -680,7 +680,8 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
         return []
     beside = origin + 1e-12 * (end - origin)  # the system's own units are those there
     try:
-        along = Continuation(system, *sorted((origin, beside)), ContinuationOptions(difference=1))
+        ends = min(origin, beside), max(origin, beside)
+        along = Continuation(system, *ends, ContinuationOptions(difference=1.0))
         state = along.at(origin)
     except (InputError, ComputationError):  # a factor divides by the parameter
         return []
@@ -697,7 +698,8 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
             greatest = float(np.max(np.sqrt(W) * np.sqrt(W.T), initial=0.0))
         return greatest if np.isfinite(greatest) else np.inf
 
-    inner, step = [], end - origin
+    inner: list[float] = []
+    step = end - origin
     while share(origin + step) > 3e3 and len(inner) < 10:
         step /= 100.0
         inner.append(origin + step)

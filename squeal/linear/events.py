@@ -175,9 +175,9 @@ def _crosses(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
 
 def _meets(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
     """Where both meet on the line."""
-    for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0):
-        n += abs(d[n + 1]) < abs(d[n])
-        yield int(n), complex(m[n]), True
+    for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0).tolist():
+        nearer = n + int(abs(d[n + 1]) < abs(d[n]))
+        yield nearer, complex(m[nearer]), True
 
 
 # One root or two, next to a guess
@@ -412,10 +412,10 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
         ends = certain(lambda x: _sign(f(x)), (p, p), half, along.low, along.high)
         if ends is None:
             return None
-        *interval, rise = ends
+        interval, rise = ends[:2], ends[2]
         if rise and (guess.coalesces or guess.right.shape[1] == 1):
             direction = rise if along.form == "damped" else -rise
-    return Event(p, omega, direction, (interval[0], interval[1]), residual, guess.coalesces)
+    return Event(p, omega, direction, interval, residual, guess.coalesces)
 
 
 def _told(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
