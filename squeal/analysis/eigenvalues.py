@@ -18,8 +18,8 @@ from squeal.linear import (
     Spectrum,
     System,
     UnstableMode,
-    crossings,
     judge,
+    thresholds,
     unstable_modes,
 )
 from squeal.linear.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
@@ -237,4 +237,4 @@ def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     def along(at: float) -> Matrices:
         return own if at == mu else system(at)
 
-    return unstable_modes(along, mu, crossings(along, mu, path.breakpoints if path else ()))
+    return unstable_modes(along, mu, thresholds(along, mu, path.breakpoints if path else ()))

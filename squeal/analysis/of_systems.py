@@ -32,7 +32,8 @@ from squeal.io.journal import Checkpoint
 from squeal.io.matrices import fingerprint
 from squeal.io.short_form import PlainSystem
 from squeal.io.system import SystemFile
-from squeal.linear import Spectrum, UnstableMode, crossings, unstable_modes
+from squeal.linear import Spectrum, UnstableMode, unstable_modes
+from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.system import TermSystem
 from squeal.linear.system import dense as plain_matrix
 from squeal.sparse.argument_principle import Rectangle
@@ -188,7 +189,7 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
         return tuple(grow)
     own = dense(system)
     try:
-        every = unstable_modes(own, at, crossings(own, at))
+        every = unstable_modes(own, at, linear_thresholds(own, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return tuple(grow)
 

@@ -8,12 +8,11 @@ from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
 from squeal.linear.invariants import VERDICTS
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
+from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
 from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import critical_points, crossings, thresholds
-from squeal.linear.tracking import TrackedModes, track
-from squeal.linear.unstable import UnstableMode, unstable_modes
 from squeal.linear.verdict import (
     GROWING,
     Judgement,

@@ -570,22 +570,26 @@ def _passes(values: Array, slack: Array) -> Bools:
 @dataclass(frozen=True, eq=False)
 class Step:
     """Two neighbouring states, and how their roots belong together: `order` is the index at `b` of
-    each root of `a`. `meetings` are the near-coalescences that are predicted within."""
+    each root of `a`."""
 
     a: State
     b: State
     order: NDArray[np.intp]
-    doubt: float
-    near: float
-    meetings: list[tuple[State, Meeting]]
+    options: ContinuationOptions
 
     @staticmethod
     def of(a: State, b: State, options: ContinuationOptions) -> Step:
         """The step between two states."""
-        mean = (b.value - a.value) / 2 * (a.slopes[:, None] + b.slopes[None, :])
-        order = _assigned(np.abs(b.roots[None, :] - a.roots[:, None] - mean))
-        met = near_coalescences(a, b, options.exchange)
-        return Step(a, b, order, options.doubt, options.near, met)
+        h = b.value - a.value
+        mean, bend = a.slopes[:, None] + b.slopes, a.slopes[:, None] - b.slopes
+        missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
+        # of two that cross in the middle those that turn back would fit as well
+        return Step(a, b, _assigned(missed + 0.01 * np.abs(h * bend)), options)
+
+    @cached_property
+    def meetings(self) -> list[tuple[State, Meeting]]:
+        """The near-coalescences that are predicted within."""
+        return near_coalescences(self.a, self.b, self.options.exchange)
 
     @cached_property
     def ends(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
@@ -609,7 +613,7 @@ class Step:
     def matched(self) -> Bools:
         """Roots that the slopes at both ends foresee."""
         way = np.abs(self.ends[2] - self.ends[0])
-        least = np.maximum(self.doubt * way, self.near * np.abs(self.ends[0]))
+        least = np.maximum(self.options.doubt * way, self.options.near * np.abs(self.ends[0]))
         return np.asarray(np.abs(self.off) <= least + 4 * self.rounding)
 
     @cached_property
@@ -637,7 +641,9 @@ class Step:
         square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
         unit = max(abs(square[0]), abs(square[2]))
         for (a, da, b, db), size in ((mean, abs(mean[0])), (square, unit)):
-            if abs(b - a - (da + db) / 2) > self.doubt * max(abs(b - a), self.near * size):
+            if abs(b - a - (da + db) / 2) > self.options.doubt * max(
+                abs(b - a), self.options.near * size
+            ):
                 return None
         return hermite_cubic(*mean), hermite_cubic(*square)
 
@@ -650,16 +656,19 @@ def pairwise_steps(continuation: Continuation, ps: Sequence[float]) -> Iterator[
 
 
 def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
-    step = Step.of(continuation.at(a), continuation.at(b), continuation.options)
+    step, middle = (
+        Step.of(continuation.at(a), continuation.at(b), continuation.options),
+        (a + b) / 2,
+    )
     fits = step.matched.copy()
     for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
         if not fits[k] and not fits[other] and step.pair(k, other) is not None:
             fits[[k, other]] = True
-    if fits.all() or not depth or len(continuation.states) > continuation.options.budget:
+    if fits.all() or not depth or middle in (a, b):
         yield step
         return
-    yield from _halved(continuation, a, (a + b) / 2, depth - 1)
-    yield from _halved(continuation, (a + b) / 2, b, depth - 1)
+    yield from _halved(continuation, a, middle, depth - 1)
+    yield from _halved(continuation, middle, b, depth - 1)
 
 
 def divided(system: System, low: float, high: float) -> list[float]:

@@ -100,7 +100,9 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
         apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
         clear = (apart > 2 * np.abs(step.off.imag) + 4 * step.rounding) | (real & ~passes)
     settled = known & (clear | (on_a & on_b & ~passes))
-    surely = np.abs(step.off.real) <= step.doubt * np.maximum(np.abs((zb - za).real), high - low)
+    surely = np.abs(step.off.real) <= step.options.doubt * np.maximum(
+        np.abs((zb - za).real), high - low
+    )
     single = known & ~settled & surely
     left = np.flatnonzero(~settled & ~single & ~far).tolist()
     guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, form, True)]
@@ -155,22 +157,22 @@ def _of_pair(
     on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
     found = list(_crosses(m, d)) if form == "damped" and not all(on) else []
     found += list(_meets(m, d)) if form != "damped" or any(on) else []
-    for n, z, coalesces in found:
-        vectors = step.vectors(t[n], [k, other])
-        yield Guess(step.a.value + t[n] * h, z, *vectors, coalesces, h)
+    for i, z, coalesces in found:
+        vectors = step.vectors(t[i], [k, other])
+        yield Guess(step.a.value + t[i] * h, z, *vectors, coalesces, h)
     if form == "undamped":
         product = (m * m - d).real  # of the two roots: one of them passes zero
         for n in np.flatnonzero((product[1:] * product[:-1] < 0) & (d.real[1:] >= 0)):
             right, left = step.vectors(t[n], [k, other])
-            for i in ([0], [1]):  # either may be the one
-                yield Guess(step.a.value + t[n] * h, 0j, right[:, i], left[:, i], False, h)
+            for one in ([0], [1]):  # either may be the one
+                yield Guess(step.a.value + t[n] * h, 0j, right[:, one], left[:, one], False, h)
 
 
 def _crosses(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
     """Where one root of a pair of that mean m and squared half difference d crosses the axis."""
     number = (np.stack([m - np.sqrt(d), m + np.sqrt(d)]).real > 0.0).sum(axis=0)
-    for n in np.flatnonzero(number[1:] != number[:-1]):
-        yield int(n), complex(m[n]), False
+    for n in np.flatnonzero(number[1:] != number[:-1]).tolist():
+        yield n, complex(m[n]), False
 
 
 def _meets(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:

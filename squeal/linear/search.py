@@ -26,6 +26,7 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
+    State,
     Step,
 )
 from squeal.linear.eigen import hidden
@@ -41,16 +42,22 @@ Counter = Callable[[Continuation, float], int | None]
 ALIKE = 1e-3  # of a frequency: roots that may be one
 
 
+def grows(state: State) -> Bools:
+    """Roots that grow by more than rounding, of a pair both."""
+    z, rounding = state.roots, state.rounding
+    if state.form == "undamped":
+        return np.asarray(~state.real | (z.real < -rounding))
+    return np.asarray((z.real if state.form == "damped" else -z.imag) > rounding)
+
+
 def growing(along: Continuation, p: float) -> tuple[Bools, Bools]:
-    """Roots that grow at p by more than rounding, and those of them that are one of a pair; of a
-    pair that which `exponents` gives above the axis."""
+    """Roots that grow at p, of a pair the upper one, and which of them are one of a pair."""
     state = along.at(p)
     z, rounding = state.roots, state.rounding
-    if along.form == "undamped":
-        pairs = z.imag > rounding
-        return pairs | (state.real & (z.real < -rounding)), pairs
-    across, rates = (z.imag, z.real) if along.form == "damped" else (z.real, -z.imag)
-    return (rates > rounding) & (across >= -rounding), across > rounding
+    across = z.real if state.form == "gyroscopic" else z.imag
+    pairs = across > rounding
+    real = state.real if state.form == "undamped" else np.abs(across) <= rounding
+    return grows(state) & (pairs | real), pairs
 
 
 def growth_at(along: Continuation, p: float) -> UnstableCount:

@@ -34,7 +34,6 @@ def test_veering_modes_keep_their_branch(steps):
     split = np.hypot(modes.mus - 1, gap)
     expected = np.sqrt([2 - split, 2 + split]).T
     assert modes.values[:, [0, 2]].imag == pytest.approx(expected, rel=1e-12)
-    assert modes.likeness.min() > 0.5
 
 
 def test_flutter_and_back_gives_all_eigenvalues(mode_coupling):
@@ -47,15 +46,20 @@ def test_flutter_and_back_gives_all_eigenvalues(mode_coupling):
     assert modes.frequencies_hz.shape == (25, 4)
 
 
-def test_shapes_belong_to_their_eigenvalues(rng):
-    M = np.diag([1.0, 2.0, 0.1])
-    K0, K1 = 10 * np.eye(3) + rng.normal(size=(3, 3)), rng.normal(size=(3, 3))
-    C = 0.01 * np.eye(3)
-    modes = track(lambda mu: (M, C, K0 + mu * K1), np.linspace(0, 1, 5))
-    for i, mu in enumerate(modes.mus):
-        for k in range(6):
-            v, x = modes.values[i, k], modes.shapes[i, :, k]
-            assert np.abs((v * v * M + v * C + K0 + mu * K1) @ x).max() < 1e-10
+def test_free_bodies_and_damped_modes_are_all_listed(rng):
+    """Two modes of random damping beside a free motion that nothing acts on."""
+    K0, K1 = np.diag([10.0, 30.0]), rng.normal(size=(2, 2))
+    T = np.eye(3) + 0.3 * rng.normal(size=(3, 3))
+
+    def system(mu):
+        K, C = np.zeros((3, 3)), np.diag([0.1, 0.2, 0.0])
+        K[:2, :2] = K0 + mu * K1
+        return T.T @ T, T.T @ C @ T, T.T @ K @ T
+
+    modes = track(system, np.linspace(0, 1, 5))
+    for mu, row in zip(modes.mus, modes.values, strict=True):
+        exact = complex_eigenvalues(*system(mu)).values
+        assert np.sort_complex(row.round(7)) == pytest.approx(np.sort_complex(exact), abs=1e-6)
 
 
 def test_an_empty_sweep_is_refused(mode_coupling):

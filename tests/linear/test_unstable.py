@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from squeal.linear import crossings, unstable_modes
+from squeal.linear import thresholds, unstable_modes
 from tests.known import coupled
 
 
@@ -17,7 +17,7 @@ def drum(mu, e=(0.02, 0.04)):
 
 
 def of(system, mu):
-    return unstable_modes(system, mu, crossings(system, mu))
+    return unstable_modes(system, mu, thresholds(system, mu))
 
 
 def test_mode_coupling():

@@ -14,7 +14,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.invariants import code, invariants
-from squeal.linear.unstable import growing_eigenvalues
+from squeal.linear.paths import growing_eigenvalues
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
 I2, I3 = np.eye(2), np.eye(3)
