@@ -4,7 +4,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
 """
 
-from squeal.linear.crossing import CriticalPoint, Crossing, Thresholds
+from squeal.linear.crossing import CriticalPoint, Crossing
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
 from squeal.linear.invariants import VERDICTS
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
@@ -12,7 +12,7 @@ from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_mode
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.stacks import stack_eigenvalues, sweep
 from squeal.linear.system import Batched, Matrices, System
-from squeal.linear.thresholds import critical_points, crossings, thresholds
+from squeal.linear.thresholds import Thresholds, critical_points, crossings, thresholds
 from squeal.linear.verdict import (
     GROWING,
     Judgement,

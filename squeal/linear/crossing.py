@@ -1,12 +1,6 @@
 """What a search for thresholds gives: changes of verdict and crossings of the imaginary axis."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from squeal.linear.search import Searched
+from dataclasses import dataclass
 
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 
@@ -50,16 +44,3 @@ class Crossing:
 
 def _hertz(frequency: float) -> str:
     return f", {frequency:.6g} Hz" if frequency else ""
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """What happens over a range of mu: `points` are the changes of verdict among the crossings."""
-
-    points: list[CriticalPoint]
-    crossings: list[Crossing]
-    # a second count agrees between all crossings, and no step leaves room for more; None where
-    # nothing is known between the values looked at, as of a plain function
-    certified: bool | None = None
-    # the eigenvalues along mu that all this was read off, in parts between jumps
-    searched: tuple[Searched, ...] = field(default=(), repr=False, compare=False)

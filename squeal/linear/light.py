@@ -5,12 +5,11 @@ roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static condensati
 mass, and with a light one a few iterations more, each of which gains a factor of D2 L / K22.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from squeal.errors import MatrixError
-from squeal.linear.crossing import Thresholds
 from squeal.linear.matrices import EPS, Array, checked, light_motions, unit_diagonal
 from squeal.linear.system import Matrices, System, dense
 
@@ -91,17 +90,3 @@ class Slow:
                 self.growth = max(self.growth, len(self.M) * condition * lost)
                 return rest
         raise FastMotionError(REFUSED)
-
-    def widened(self, found: Thresholds) -> Thresholds:
-        """The thresholds with intervals for the rounding of the elimination."""
-
-        def wide(mu: float, interval: tuple[float, float]) -> tuple[float, float]:
-            return mu + self.growth * (interval[0] - mu), mu + self.growth * (interval[1] - mu)
-
-        if found.certified is not None:  # followed, with this rounding
-            return found
-        return Thresholds(
-            [replace(p, interval=wide(p.mu, p.interval)) for p in found.points],
-            [replace(c, interval=wide(c.mu, c.interval)) for c in found.crossings],
-            found.certified,
-        )

@@ -17,11 +17,11 @@ from squeal.linear.continuation import (
     Step,
     pairwise_steps,
 )
-from squeal.linear.crossing import Thresholds
 from squeal.linear.eigen import ComplexArray, Eigenvalue, complex_eigenvalues, ordered
 from squeal.linear.matrices import Array
 from squeal.linear.search import grows
 from squeal.linear.system import System, check_system, matrices_at, values_of
+from squeal.linear.thresholds import Thresholds
 
 AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
 BESIDE = 1e-6  # of the range: so close to a crossing rounding may hide it

@@ -9,7 +9,7 @@ what grows is counted between these places (`search`). The verdict changes are r
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from squeal.linear.continuation import (
     Guess,
     divided,
 )
-from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing, Thresholds
+from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing
 from squeal.linear.events import Event, located
 from squeal.linear.light import Slow
 from squeal.linear.matrices import LightMassError
@@ -39,6 +39,19 @@ from squeal.linear.system import System, check_range, check_system
 from squeal.linear.verdict import GROWING
 
 EXACT = 150  # rows of A up to which modes are numbered by the roots at a crossing itself
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What happens over a range of mu: `points` are the changes of verdict among the crossings."""
+
+    points: list[CriticalPoint]
+    crossings: list[Crossing]
+    # a second count agrees between all crossings, and no step leaves room for more; None where
+    # nothing is known between the values looked at, as of a plain function
+    certified: bool | None = None
+    # the eigenvalues along mu that all this was read off, in parts between jumps
+    searched: tuple[Searched, ...] = field(default=(), repr=False, compare=False)
 
 
 def thresholds(
