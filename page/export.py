@@ -27,7 +27,7 @@ from squeal.model.law import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states
-from squeal.simulation.symbols import FAINT, NAMES, equations, rising, state_parameters
+from squeal.simulation.taylor import FAINT, NAMES, equations, rising, state_parameters
 
 SHOWN = ("B1", "B2", "BN")  # models on the page
 SPRINGS = (4, 8, 16, 32)  # of model BN; each number is code of its own

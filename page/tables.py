@@ -29,7 +29,7 @@ from squeal.model.springs import Springs
 from squeal.model.states import STATES
 from squeal.schema.values import Number, Row
 from squeal.simulation.hybrid import LIMITS
-from squeal.simulation.symbols import NAMES
+from squeal.simulation.taylor import NAMES
 
 OF_PARAMETER = ("meaning", "unit", "dimension", "required", "angle")
 

@@ -28,7 +28,6 @@ from squeal.simulation.hybrid import (
     Options,
     first_state,
     integrate,
-    joined,
     off_level,
 )
 
@@ -98,7 +97,7 @@ class _Natural:
 
 
 def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
-    from squeal.simulation.symbols import NAMES
+    from squeal.simulation.taylor import NAMES
 
     count = len(task.stop)
     rows = None if task.damping is None else tuple(map(tuple, task.damping))
@@ -178,24 +177,21 @@ def _work(task: _Task) -> Arrays:
     rates = np.maximum(np.sqrt(p.m * (p.w**2 + p.h**2) / p.I), 1.0)
     order = np.argsort(-natural.stop * rates, kind="stable")
     results, dense = _Results(task, natural), task.measure is not None
-    for begin in range(0, n, options.looked_at_together):
-        block = order[begin : begin + options.looked_at_together]
-        courses = [
-            run_together(
-                law,
-                natural.model.terms,
-                max(task.tolerance, float(np.finfo(float).eps)),
-                natural.coefficients[:, pads],
-                natural.terms[:, pads],
-                natural.touching[:, pads],
-                natural.state[:, pads],
-                natural.stop[pads],
-                dense,
-                options,
-            )
-            for pads in np.split(block, range(options.lanes, len(block), options.lanes))
-        ]
-        course = joined(courses, True)
+    size = options.looked_at_together if dense else n
+    for begin in range(0, n, size):
+        block = order[begin : begin + size]
+        course = run_together(
+            law,
+            natural.model.terms,
+            task.tolerance,
+            natural.coefficients[:, block],
+            natural.terms[:, block],
+            natural.touching[:, block],
+            natural.state[:, block],
+            natural.stop[block],
+            dense,
+            options,
+        )
         doubt = unsure(course, options)
         results.add(block, ~doubt & (course.limit < 0), course)
         for i in block[doubt].tolist():

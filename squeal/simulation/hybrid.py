@@ -68,8 +68,10 @@ class Options:
         hundred scenes' energy shows at finer tolerances; a step is a third cheaper.
     lanes : int
         Motions of an ensemble that heyoka integrates side by side.
+    refilled_after : int
+        Steps after which lanes that are done take up other motions.
     looked_at_together : int
-        Motions of an ensemble that observers see at once, a multiple of `lanes`.
+        Motions of an ensemble that are measured at once.
     chunk : int
         Motions of an ensemble that one process works on at a time.
     samples : int
@@ -88,7 +90,8 @@ class Options:
     least_turn: float = 1e-15
     regrouped_above: float = 1e-14
     lanes: int = 8
-    looked_at_together: int = 32
+    refilled_after: int = 100
+    looked_at_together: int = 64
     chunk: int = 4096
     samples: int = 8
     scipy_step: float = 0.2
@@ -196,36 +199,28 @@ class Course:
         )
 
 
-def joined(courses: Sequence[Course], side_by_side: bool) -> Course:
-    """Courses of different motions as one, or those of one motion that follow each other."""
+def joined(courses: Sequence[Course]) -> Course:
+    """Courses of one motion that follow each other as one, its coefficients as arrays (1,)."""
     first, last = courses[0], courses[-1]
-    counts = [len(one.t0) if side_by_side else 0 for one in courses]
-    begin = np.cumsum([0, *counts[:-1]])
 
     def all_of(name: str) -> np.ndarray:
         return np.concatenate([getattr(one, name) for one in courses], axis=-1)
 
-    found: dict[str, Any] = {name: all_of(name) for name in ("point", "t", "state")}
-    found["lane"] = np.concatenate([one.lane + b for one, b in zip(courses, begin, strict=True)])
-    if side_by_side:
-        found |= {n: all_of(n) for n in ("terms", "t0", "t1", "first", "end", "steps", "limit")}
-        c = Coefficients(*map(np.concatenate, zip(*(one.c for one in courses), strict=True)))
-    else:
-        found |= {"t1": last.t1, "end": last.end, "limit": last.limit}
-        found["steps"] = np.sum([one.steps for one in courses], axis=0)
-        c = first.c
     smooth = None
+    changes: Any = {name: all_of(name) for name in ("lane", "point", "t", "state")}
     if first.smooth is not None:
-        parts = [one.dense for one in courses]
-        smooth = Steps(
-            np.concatenate([part.lane + b for part, b in zip(parts, begin, strict=True)]),
-            *(np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "h")),
-            *(
-                np.concatenate([getattr(p, name) for p in parts], axis=-1)
-                for name in ("series", "on")
-            ),
-        )
-    return dataclasses.replace(first, **found, c=c, smooth=smooth)
+        names = [field.name for field in dataclasses.fields(Steps)]
+        parts = ([getattr(one.dense, name) for one in courses] for name in names)
+        smooth = Steps(*(np.concatenate(part, axis=-1) for part in parts))
+    return dataclasses.replace(
+        last,
+        c=Coefficients(*(np.array([v]) for v in first.c)),
+        t0=first.t0,
+        first=first.first,
+        steps=np.sum([one.steps for one in courses], axis=0),
+        smooth=smooth,
+        **changes,
+    )
 
 
 class Integrator(Protocol):
@@ -268,8 +263,7 @@ class Courses(Observer):
     @property
     def whole(self) -> Course:
         """What was seen of the motion, coefficients as arrays (1,)."""
-        found = joined(self._courses, False)
-        return dataclasses.replace(found, c=Coefficients(*(np.array([v]) for v in found.c)))
+        return joined(self._courses)
 
 
 def state_of(contact: np.ndarray) -> State:

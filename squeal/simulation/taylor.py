@@ -1,29 +1,100 @@
-"""Taylor integration with heyoka, of one motion or of several side by side.
+"""Taylor integration with heyoka, of one motion or of many side by side.
 
-One set of equations serves all pads and contact states, which are runtime parameters. A callback
-flips the contact where a gap passes zero, so that heyoka's own loop runs on.
+The equations of `squeal.model.equations` become heyoka's expressions. A pad's numbers and contact
+are runtime parameters, so that the code that heyoka compiles, and keeps on disk, serves all. A
+callback flips the contact where a gap passes zero, so that heyoka's own loop runs on.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from threading import local
-from typing import Any
+from threading import get_ident
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.equations import PadModel, term_count
-from squeal.model.law import ContactLaw
-from squeal.model.mechanics import Coefficients, pose
+from squeal.model.equations import PadModel, net_loads, term_count
+from squeal.model.law import ContactLaw, Touching
+from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_lengths
 from squeal.model.states import State
-from squeal.simulation import symbols
-from squeal.simulation.hybrid import DEFAULT, LIMITS, Course, Options, Steps
+from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options, Steps
+
+# its warnings would go to standard output; a lost root shows in the check at the end of a course
+hy.set_logger_level_critical()
+
+# A gap that is exactly zero at the start of a step hides the next root of the same step from
+# heyoka 7.13: its bracketing search then stops at the left end. This offset, far below the
+# rounding of any gap, puts the start on the side of the contact state.
+NEVER_ZERO = 1e-300
+# heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
+# would loosen the error control of a small motion.
+FAINT = 1e-30
+# With more contact points than so many heyoka compiles functions instead of unrolled code.
+UNROLLED = 2
+# of the runtime parameters of `equations`, in their order
+NAMES = Coefficients._fields
 
 _ONWARD = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
 Together = Callable[[int], bool]
 """Whether a point changes so that another one has to be looked at before the motion goes on."""
+
+
+def equations(
+    law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
+) -> tuple[list[tuple[Any, Number]], list[Number], list[Number]]:
+    """Symbolic equations of motion of (x, y, w theta) and their rates, gaps of the contact points,
+    and limits, which are positive as long as the model holds, in the order of `LIMITS`.
+
+    `on` is the contact state, as constants or as symbols; `terms` are those with velocities, see
+    `PadModel.terms`, whose numbers, `PadModel.term_values`, follow as runtime parameters.
+    """
+    c = Coefficients(*(hy.par[i] for i in range(len(NAMES))))
+    first = len(NAMES) + law.points
+    numbers = [hy.par[first + i] for i in range(term_count(terms))]
+    state = hy.make_vars("x", "y", "s", "u", "v", "r")
+    q, (u, v, r) = c.place(state), state[3:]
+    if "falling" in terms:
+        c = at_speed(hy, c, (numbers[9], numbers[10]), u)
+    total = net_loads(hy, c, law, q, on)
+    rates = [u, v, r, total.x / c.m, total.y / c.m, c.w * total.moment / c.I]
+    if "damping" in terms:
+        for i in range(3):
+            drag = sum(numbers[3 * i + j] * speed for j, speed in enumerate((u, v, r)))
+            rates[3 + i] = rates[3 + i] - drag
+    at = pose(hy, q)
+    lengths = zip(spring_lengths(hy, c, at), (c.L1, c.L2), strict=True)
+    limits = [facing(c, at), *(length / L - COLLAPSED for length, L in lengths)]
+    if "falling" in terms:
+        limits.append(numbers[11] - u)
+    system = list(zip(state, rates, strict=True))
+    return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
+
+
+def state_parameters(law: ContactLaw) -> tuple[Any, ...]:
+    """Runtime parameters, after those of the coefficients, that say which points touch."""
+    return tuple(hy.par[len(NAMES) + i] for i in range(law.points))
+
+
+def rising(heights: Sequence[Any], on: Touching) -> list[Any]:
+    """Expressions that pass zero upwards where a contact point separates or touches."""
+    pairs = zip(heights, on, strict=True)
+    return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
+
+
+class Part(NamedTuple):
+    """Steps of lanes side by side, as heyoka takes them.
+
+    series (k, 6, p, lanes): coefficients in powers of time; t, h (k, lanes): begin and length; on
+    (k, points, lanes): contact; motion (k, lanes): what runs in each lane, -1 where nothing does.
+    """
+
+    series: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    on: np.ndarray
+    motion: np.ndarray
 
 
 class Machine:
@@ -42,12 +113,12 @@ class Machine:
         fp_type: Any,
         regrouped: bool,
     ) -> None:
-        on = symbols.state_parameters(law)
-        system, heights, limits = symbols.equations(law, on, terms)
-        self.first, self.points = len(symbols.NAMES), law.points
-        self.log: list[tuple[Any, ...]] = []  # lane (of several), point, time, state of the changes
+        on = state_parameters(law)
+        system, heights, limits = equations(law, on, terms)
+        first, self.points = len(NAMES), law.points
+        self.log: list[tuple[Any, ...]] = []  # lane, point, time, state of the changes
         self.together: Together | None = None
-        count = self.first + law.points + term_count(terms)
+        count = first + law.points + term_count(terms)
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
@@ -55,10 +126,10 @@ class Machine:
         event = hy.t_event_batch if lanes else hy.t_event
         events = [
             event(e, direction=upwards, callback=self._on_change(i, lanes), cooldown=none, **how)
-            for i, e in enumerate(symbols.rising(heights, on))
+            for i, e in enumerate(rising(heights, on))
         ] + [event(limit, direction=downwards, **how) for limit in limits]
         how |= {"tol": fp_type(tolerance), "t_events": events, "fast_math": regrouped}
-        how["compact_mode"] = law.points > symbols.UNROLLED or fp_type is not float
+        how["compact_mode"] = law.points > UNROLLED or fp_type is not float
         if fp_type is not float:  # the time goes into the numbers, which no processor has
             how["opt_level"] = 0
         make = hy.taylor_adaptive_batch if lanes else hy.taylor_adaptive
@@ -67,7 +138,8 @@ class Machine:
         self.ta = make(system, zero, pars=np.full((count, *shape), fp_type(1.0)), **how)
         self.pars, self.state = self.ta.pars, self.ta.state
         self.time: Any = self.ta.time if lanes else None
-        self.on = self.pars[self.first : self.first + law.points]
+        self.on = self.pars[first : first + law.points]
+        self.columns = [self.state[:, lane] for lane in range(lanes)]
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
     def _on_change(self, point: int, lanes: int) -> Any:
@@ -75,47 +147,61 @@ class Machine:
 
         def alone(ta: Any, _sign: int) -> bool:
             self.on[point] = 1.0 - self.on[point]
-            log.append((point, ta.time, self.state.copy()))
+            log.append((0, point, ta.time, self.state.tobytes()))
             return self.together is None or not self.together(point)
 
         def side_by_side(_ta: Any, _sign: int, lane: int) -> bool:
             touches = self.on[point]
-            touches[lane] = 1.0 - touches[lane]
-            log.append((lane, point, self.time[lane], self.state[:, lane].copy()))
+            touches[lane] = 1.0 - touches.item(lane)
+            log.append((lane, point, self.time.item(lane), self.columns[lane].tobytes()))
             return True
 
         return side_by_side if lanes else alone
 
-    def run(self, stop: Any, most: int, dense: bool) -> tuple[Any, list[tuple[np.ndarray, ...]]]:
+    def run(self, stop: Any, most: int, motion: np.ndarray | None) -> tuple[Any, Part | None]:
         """Propagate to `stop`, for at most so many steps.
 
-        Returns what heyoka says of the end, and of each step, if `dense`, the contact, the
-        coefficients and the time at its end.
+        Returns what heyoka says of the end and, for motions whose steps are wanted, these.
         """
         self.log.clear()
         self.ta.reset_cooldowns()
-        kept: list[tuple[np.ndarray, ...]] = []
-        if not dense:
-            return self.ta.propagate_until(stop, max_steps=most), kept
-        on, now, series, time = self.on.copy(), self.on, self.ta.tc, self.time
+        if motion is None:
+            return self.ta.propagate_until(stop, max_steps=most), None
+        ta, on, tc, done = self.ta, self.on, self.ta.tc, 0
+        series = np.empty((most, *tc.shape), tc.dtype)
+        t = np.empty((most + 1, len(motion)), tc.dtype)
+        contact = np.empty((most + 1, *on.shape))
+        t[0], contact[0] = ta.time, on
 
-        def keep(ta: Any) -> bool:
-            nonlocal on
-            kept.append((on, series.copy(), np.array(ta.time) if time is None else time.copy()))
-            on = now.copy()
+        def keep(_ta: Any) -> bool:
+            nonlocal done
+            series[done] = tc
+            done += 1
+            t[done], contact[done] = ta.time, on
             return True
 
-        return self.ta.propagate_until(stop, max_steps=most, write_tc=True, callback=keep), kept
+        told = ta.propagate_until(stop, max_steps=most, write_tc=True, callback=keep)
+        h = np.diff(t[: done + 1], axis=0)
+        taken = h > 0.0  # motions that are done wait for others
+        taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
+        steps = series[:done].reshape(done, *tc.shape[:2], -1)
+        contact = contact[:done].reshape(done, self.points, -1)
+        return told, Part(steps, t[:done], h, contact, np.where(taken, motion, -1))
+
+    def changes(self) -> dict[str, np.ndarray]:
+        """Lane, point, time and state (6, e) of the contact changes of the last run."""
+        lane, point, t, states = zip(*self.log, strict=True) if self.log else ((), (), (), ())
+        return {
+            "lane": np.array(lane, dtype=int),
+            "point": np.array(point, dtype=int),
+            "t": np.array(t),
+            "state": np.frombuffer(b"".join(states), self.state.dtype).reshape(-1, 6).T,
+        }
 
 
-class _Machines(local):
-    """Compiled integrators of a thread: threads cannot disturb each other."""
-
-    def __init__(self) -> None:
-        self.of = lru_cache(maxsize=64)(Machine)
-
-
-_MACHINES = _Machines()
+@lru_cache(maxsize=64)
+def _machine(_thread: int, *how: Any) -> Machine:
+    return Machine(*how)
 
 
 def machine(
@@ -126,28 +212,28 @@ def machine(
     fp_type: Any = float,
     options: Options = DEFAULT,
 ) -> Machine:
-    """The integrator of a contact law with some terms (`PadModel.terms`) at a tolerance."""
-    regrouped = fp_type is float and tolerance > options.regrouped_above
-    return _MACHINES.of(law, terms, tolerance, lanes, fp_type, regrouped)
+    """The integrator of a contact law with some terms (`PadModel.terms`) at a tolerance.
 
-
-def smooth(kept: list[tuple[np.ndarray, ...]], begin: Any, lanes: int, count: int) -> Steps:
-    """The steps of the first `count` of several motions from what `Machine.run` keeps of them.
-
-    They began at a time `begin`.
+    Each thread has its own.
     """
-    on, series, t = (np.array(parts) for parts in zip(*kept, strict=True))
-    t = np.concatenate([np.full((1, lanes), begin), t.reshape(-1, lanes)])
-    h = np.diff(t, axis=0)
-    taken = h > 0.0  # motions that are done wait for others
-    taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
-    lane, k = np.nonzero(taken.T[:count])
-    step = h[k, lane]
-    parts = np.moveaxis(series.reshape(len(kept), 6, -1, lanes), 0, 2).swapaxes(0, 1)
-    parts = parts.reshape(len(parts), 6, -1).take(lanes * k + lane, axis=2)
-    powers = np.multiply.accumulate(np.broadcast_to(step, (len(parts), 1, len(step))), axis=0)
-    parts[1:] *= powers[:-1]
-    return Steps(lane, t[k, lane], step, parts, on.reshape(len(kept), -1, lanes)[k, :, lane].T)
+    regrouped = fp_type is float and tolerance > options.regrouped_above
+    return _machine(get_ident(), law, terms, tolerance, lanes, fp_type, regrouped)
+
+
+def smooth(parts: Sequence[Part]) -> Steps:
+    """The steps of all motions, in order of motion and time."""
+    series, t, h, on, motion = map(np.concatenate, zip(*parts, strict=True))
+    k, lane = np.nonzero(motion >= 0)
+    order = np.argsort(motion[k, lane], kind="stable")
+    k, lane = k[order], lane[order]
+    rows = series.transpose(2, 1, 0, 3)
+    rows = rows.reshape(*rows.shape[:2], -1).take(k * rows.shape[3] + lane, axis=2)
+    h = h[k, lane]
+    power = np.ones_like(h)
+    for coefficient in rows[1:]:
+        power *= h
+        coefficient *= power
+    return Steps(motion[k, lane], t[k, lane], h, rows, on[k, :, lane].T)
 
 
 def limit_of(outcome: Any, points: int) -> int:
@@ -175,23 +261,21 @@ class TaylorIntegrator:
         fp_type: Any = float,
         options: Options = DEFAULT,
     ) -> None:
-        self.tolerance = (
-            max(tolerance, float(np.finfo(float).eps)) if fp_type is float else tolerance
-        )
-        self._model, self._law, self._c, self._fp = model, model.law, model.c, fp_type
-        self._options = options
+        least = float(np.finfo(float).eps) if fp_type is float else 0.0
+        self.tolerance = max(tolerance, least)
+        self._model, self._fp, self._options = model, fp_type, options
         numbers = (*model.c, *(0.0,) * model.law.points, *model.term_values.tolist())
         self._pars = np.array([fp_type(float(value)) for value in numbers])
-        self._near = options.clear * (1.0 + model.c.w + model.c.h)
 
-    def _together(self, machine: Machine) -> Together:
+    def _together(self, own: Machine) -> Together:
         """Whether another point is near the surface, on the other side or on its way there."""
-        c, law, state, on = self._c, self._law, machine.state, machine.on
+        c, law, state, on = self._model.c, self._model.law, own.state, own.on
+        limit = self._options.clear * (1.0 + c.w + c.h)
 
         def near(point: int) -> bool:
             at = pose(math, c.place((0.0, float(state[1]), float(state[2]))))
             return any(
-                other != point and (-gap if on[other] else gap) < self._near
+                other != point and (-gap if on[other] else gap) < limit
                 for other, gap in enumerate(law.gaps(c, at))
             )
 
@@ -199,36 +283,32 @@ class TaylorIntegrator:
 
     def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
         """See `squeal.simulation.hybrid.Integrator`."""
-        own = machine(self._law, self._model.terms, self.tolerance, 0, self._fp, self._options)
+        model, options = self._model, self._options
+        own = machine(model.law, model.terms, self.tolerance, 0, self._fp, options)
         own.pars[:] = self._pars
         own.on[:] = contact
         own.state[:] = state
         own.ta.time = begin = self._fp(t)
         own.together = self._together(own)
-        (outcome, _, _, steps, *_), kept = own.run(
-            self._fp(stop), self._options.steps_at_once, dense
-        )
-        limit = limit_of(outcome, self._law.points)
+        single = np.zeros(1, dtype=int) if dense else None
+        (outcome, _, _, steps, *_), part = own.run(self._fp(stop), options.steps_at_once, single)
+        limit = limit_of(outcome, own.points)
         if limit < -1:
             raise ComputationError(
                 f"the motion is not finite after t = {float(t):.9g} natural time units"
             )
-        points, times, states = zip(*own.log, strict=True) if own.log else ((), (), ())
         return Course(
-            law=self._law,
-            c=self._c,
-            terms=self._model.term_values[:, None],
+            law=model.law,
+            c=model.c,
+            terms=model.term_values[:, None],
             t0=np.array([begin]),
             t1=np.array([own.ta.time]),
             first=np.array(contact, dtype=int)[:, None],
             end=own.state[:, None].copy(),
-            lane=np.zeros(len(points), dtype=int),
-            point=np.array(points, dtype=int),
-            t=np.array(times),
-            state=np.array(states).reshape(-1, 6).T,
             steps=np.array([steps]),
             limit=np.array([limit]),
-            smooth=smooth(kept, begin, 1, 1) if kept else None,
+            smooth=None if part is None else smooth([part]),
+            **own.changes(),
         )
 
 
@@ -244,57 +324,62 @@ def run_together(
     dense: bool,
     options: Options = DEFAULT,
 ) -> Course:
-    """The motions of n <= `options.lanes` scaled pads side by side, each to its own time.
+    """The motions of n scaled pads, each to its own time; the next begins where one is done.
 
     coefficients (names, n); numbers (m, n): of the terms with velocities; on (points, n) of 0 or 1;
     state (6, n); stop (n,). The entry of `limit` is -2 for a motion that could not be carried to
     the end. Changes of several points in one instant are not told apart, see `unsure`.
     """
-    lanes, n = options.lanes, len(stop)
-    own = machine(law, terms, tolerance, lanes, options=options)
-    each = np.minimum(np.arange(lanes), n - 1)
-    own.pars[:] = np.concatenate([coefficients, on, numbers])[:, each]
-    own.state[:] = state[:, each]
-    own.ta.set_time(0.0)
-    now: Any = own.time
-    until = np.where(np.arange(lanes) < n, stop[each], 0.0)
-    limit, steps = np.full(lanes, -1), np.zeros(lanes, dtype=int)
-    log: list[tuple[Any, ...]] = []
-    kept: list[tuple[np.ndarray, ...]] = []
-    while (now < until).any():
-        _, more = own.run(until, options.most_steps, dense)
-        log += own.log
-        kept += more
-        ended = []
-        for lane, (outcome, _, _, taken) in enumerate(own.ta.propagate_res):
-            steps[lane] += taken
-            met = limit_of(outcome, law.points)
-            if met != -1 and now[lane] < until[lane]:
-                limit[lane], until[lane] = met, now[lane]
-                ended.append(lane)
-        if not ended:  # too many steps
-            limit[now < until] = -2
+    n, lanes = len(stop), options.lanes
+    own = machine(law, terms, max(tolerance, float(np.finfo(float).eps)), lanes, options=options)
+    given = np.concatenate([coefficients, on, numbers])
+    t1, end, steps, limit = np.zeros(n), state.copy(), np.zeros(n, dtype=int), np.full(n, -1)
+    motion, time, until, begun = np.full(lanes, -1), np.zeros(lanes), np.zeros(lanes), 0
+    logs: list[dict[str, np.ndarray]] = []
+    parts: list[Part] = []
+    while True:
+        free = np.flatnonzero(time >= until)
+        done = free[motion[free] >= 0]
+        t1[motion[done]], end[:, motion[done]] = time[done], own.state[:, done]
+        # idle lanes stand at the start of the first motion, where nothing happens
+        motion[free], time[free], until[free] = -1, 0.0, 0.0
+        new = np.arange(begun, min(n, begun + len(free)))
+        begun += len(new)
+        motion[free[: len(new)]], until[free[: len(new)]] = new, stop[new]
+        own.pars[:, free], own.state[:, free] = (v[:, motion[free].clip(0)] for v in (given, state))
+        if (motion < 0).all():
             break
-        lost = [lane for lane in ended if limit[lane] == -2]
-        own.state[:, lost] = state[:, each[lost]]
-    log.sort(key=lambda change: change[0])
-    changes: Any = list(zip(*log, strict=True)) if log else [()] * 4
-    begin = np.zeros(n)
+        own.ta.set_time(time)
+        most = max(options.refilled_after, int(steps[:begun].mean()) // 4)
+        _, part = own.run(until, most, motion.copy() if dense else None)
+        parts += [] if part is None else [part]
+        found = own.changes()
+        found["lane"] = motion[found["lane"]]
+        logs.append(found)
+        time = own.time.copy()
+        for lane in np.flatnonzero(motion >= 0).tolist():
+            outcome, _, _, taken = own.ta.propagate_res[lane]
+            i = motion[lane]
+            steps[i] += taken
+            limit[i] = limit_of(outcome, law.points) if time[lane] < until[lane] else -1
+            if limit[i] != -1 or steps[i] >= options.most_steps:
+                until[lane] = time[lane]
+                limit[i] = -2 if limit[i] == -1 else limit[i]
+    changes = {name: np.concatenate([log[name] for log in logs], axis=-1) for name in logs[0]}
+    order = np.argsort(changes["lane"], kind="stable")
+    order = order[np.searchsorted(changes["lane"][order], 0) :]  # without those of idle lanes
     return Course(
         law=law,
         c=Coefficients(*coefficients),
         terms=numbers,
-        t0=begin,
-        t1=until[:n],
+        t0=np.zeros(n),
+        t1=t1,
         first=on,
-        end=own.state[:, :n].copy(),
-        lane=np.array(changes[0], dtype=int),
-        point=np.array(changes[1], dtype=int),
-        t=np.array(changes[2]),
-        state=np.array(changes[3]).reshape(-1, 6).T,
-        steps=steps[:n],
-        limit=limit[:n],
-        smooth=smooth(kept, 0.0, lanes, n) if dense else None,
+        end=end,
+        steps=steps,
+        limit=limit,
+        smooth=smooth(parts) if dense else None,
+        **{name: values[..., order] for name, values in changes.items()},
     )
 
 

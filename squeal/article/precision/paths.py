@@ -61,7 +61,7 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
     import heyoka as hy
 
-    from squeal.simulation.symbols import NAMES, equations
+    from squeal.simulation.taylor import NAMES, equations
 
     system, heights, _ = equations(law, contact)
     variables = [variable for variable, _ in system]
@@ -76,7 +76,7 @@ def compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
 
 def functions(model: PadModel, contact: State) -> tuple[Any, Any]:
     """rhs(state) -> (6,) and gaps(state) -> (2,) of a scaled pad within a contact state."""
-    from squeal.simulation.symbols import NAMES
+    from squeal.simulation.taylor import NAMES
 
     numbers = np.array([float(getattr(model.c, name)) for name in NAMES])
     rates, gaps = compiled(model.law, contact)
