@@ -6,7 +6,6 @@ import os
 import sys
 from pathlib import Path
 
-import yaml
 
 sys.path.insert(0, workflow.basedir)
 
@@ -14,7 +13,6 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.report.captions import captions, values
 from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
 from squeal.article.report.plain import plain
-from squeal.io.document import with_named_files
 from squeal.io.provenance import sources
 from workflow.warm import start
 
@@ -35,7 +33,6 @@ os.environ.update(
 localrules:
     all,
     everything_but_pdf,
-    gathered,
     searches_gathered,
 
 

@@ -1,4 +1,4 @@
-"""Maps over two parameters of a scene: verdicts, critical friction, growth, and random pads.
+"""Maps over two parameters of a scene: verdicts, critical friction and growth.
 
 B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
 the branch from mu = 0 that a query follows; see `squeal.analysis.stack`.
@@ -38,18 +38,14 @@ QUANTITIES = {
 """What a field may show: its name in words, and its unit."""
 COUNT = Whole(1, 100_000)
 FIELD_POINTS = 2_000  # that are followed together
-BLOCK = 10_000  # random pads from one random stream, whatever the parts of a study
-BINS, PADS, SEED = Whole(1, 1000), Whole(1, 10**12), Whole(0, 2**63)
-PART = "two whole numbers, the first below the second, from 0 to n"
 
 
 @dataclass(frozen=True)
 class Axis:
     """One parameter of a map: n values at the middles of n equal cells between low and high.
 
-    log: the cells are equal in the logarithm; part: only the values with numbers from the first to
-    below the second, for a map in parts. Raises InputError for an unknown parameter or for values
-    that it may not take.
+    log: the cells are equal in the logarithm. Raises InputError for an unknown parameter or for
+    values that it may not take.
     """
 
     name: str
@@ -57,20 +53,15 @@ class Axis:
     high: float
     n: int
     log: bool = False
-    part: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         at = Place("Axis")
         check_axis(self.name, self.low, self.high, self.n, at, self.log)
-        if self.part is not None:
-            first, stop = Several(Whole(0, self.n), PART, 2).read(self.part, at / "part")
-            if not first < stop:
-                raise (at / "part").must_be(self.part, PART)
 
     @property
     def values(self) -> np.ndarray:
-        """The n values, or those of the part."""
-        numbers = np.arange(*(self.part or (0, self.n)))
+        """The n values."""
+        numbers = np.arange(self.n)
         low, high = self.ends
         return np.asarray(self.uneven(low + (high - low) * (numbers + 0.5) / self.n))
 
@@ -344,79 +335,3 @@ def _quantity(stack: PadStack, quantity: str, mu_max: float) -> tuple[np.ndarray
         return fastest.real, unknown
     grows = fastest.real > 0.0
     return np.where(grows, np.abs(fastest.imag) / (2 * math.pi), np.nan), unknown
-
-
-@dataclass(frozen=True)
-class Range:
-    """The values that one parameter may take: evenly spread, or their logarithms.
-
-    Raises InputError for an unknown parameter or for values that no pad may have.
-    """
-
-    name: str
-    low: float
-    high: float
-    logarithmic: bool = False
-
-    def __post_init__(self) -> None:
-        check_axis(self.name, self.low, self.high, 2, Place("Range"), self.logarithmic)
-
-    def values(self, shares: np.ndarray) -> np.ndarray:
-        """Values at shares between 0 and 1 of the range."""
-        if self.logarithmic:
-            return self.low * (self.high / self.low) ** shares
-        return self.low + (self.high - self.low) * shares
-
-
-@dataclass(frozen=True)
-class RandomPads:
-    """`count` pads whose parameters in `ranges` are drawn, all others being the scene's.
-
-    They are counted in `bins` equal parts of the first range (of its logarithm, where that is
-    spread). Raises InputError for a parameter that the scene does not use.
-    """
-
-    scene: Scene
-    ranges: tuple[Range, ...]
-    count: int
-    bins: int = 20
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        at = Place("RandomPads")
-        check_names(self.scene, self.names, at / "ranges")
-        for kind, name in ((PADS, "count"), (BINS, "bins"), (SEED, "seed")):
-            kind.read(getattr(self, name), at / name)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters that are drawn."""
-        return tuple(each.name for each in self.ranges)
-
-    @property
-    def blocks(self) -> int:
-        """Number of blocks, the last of which may be shorter."""
-        return -(-self.count // BLOCK)
-
-    @property
-    def edges(self) -> np.ndarray:
-        """Edges (bins + 1,) of the bins."""
-        return self.ranges[0].values(np.arange(self.bins + 1) / self.bins)
-
-    def draw(self, block: int) -> tuple[np.ndarray, np.ndarray]:
-        """Bins (n,) and values (len(ranges), n) of the pads of one block."""
-        n = min(BLOCK, self.count - block * BLOCK)
-        shares = np.random.default_rng([self.seed, block]).random((len(self.ranges), n))
-        values = [each.values(row) for each, row in zip(self.ranges, shares, strict=True)]
-        return (shares[0] * self.bins).astype(int), np.array(values)
-
-    def counts(self, start: int, stop: int) -> np.ndarray:
-        """Numbers (bins, len(NAMES)) of pads with each verdict, in the blocks from start to stop.
-
-        Raises ComputationError where damping ratios meet a mode that is unstable without friction.
-        """
-        found = np.zeros((self.bins, len(NAMES)), dtype=np.int64)
-        for block in range(start, stop):
-            bins, values = self.draw(block)
-            np.add.at(found, (bins, codes_at(self.scene, self.names, values).codes), 1)
-        return found

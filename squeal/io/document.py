@@ -155,9 +155,3 @@ def named_files(document: Any) -> Iterator[str]:
             yield entry
         elif isinstance(entry, dict | list):
             yield from named_files(entry)
-
-
-def with_named_files(path: Path) -> list[str]:
-    """A document's file and those that it names, which lie beside it. Raises InputError."""
-    beside = (str(path.parent / name) for name in named_files(read_document(path)))
-    return list(dict.fromkeys([str(path), *beside]))
