@@ -22,8 +22,8 @@ from squeal.linear import (
     thresholds,
     unstable_modes,
 )
-from squeal.linear.eigen import STIFF, hidden, ordered, scaled_rank, spectrum_of
-from squeal.linear.matrices import EPS, checked, reduce
+from squeal.linear.eigen import STIFF, hidden, ordered, spectrum_of
+from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.linear.verdict import decide, judge_reduced
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import PadModel

@@ -30,9 +30,8 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import at_speed, coefficients, pose
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import State
-from squeal.numerics import dual
-from squeal.numerics.dual import Dual
-from squeal.numerics.newton import complex_step, with_derivative
+from squeal.numerics import differentiation as dual
+from squeal.numerics.differentiation import Dual, complex_step, with_derivative
 
 DEGREE = math.pi / 180
 

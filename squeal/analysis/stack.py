@@ -22,7 +22,7 @@ from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
 from squeal.linear.matrices import first_order
 from squeal.model.pad import Pad
 from squeal.model.units import Units
-from squeal.numerics.newton import complex_step
+from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]
 QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
@@ -322,9 +322,9 @@ def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     """Verdict codes (k,), indices into `VERDICTS`, of z'' + B z' + A z = 0, stacks (k, 3, 3)."""
     if B is None or not B.any():
-        return undamped_verdicts(list(A.reshape(-1, 9).T))
+        return undamped_verdicts(A)
     codes, damped = np.empty(len(A), dtype=np.int8), B.any(axis=(1, 2))
-    codes[~damped] = undamped_verdicts(list(A[~damped].reshape(-1, 9).T))
+    codes[~damped] = undamped_verdicts(A[~damped])
     codes[damped] = damped_verdicts(A[damped], B[damped])
     return codes
 

@@ -11,9 +11,8 @@ import numpy as np
 from squeal.equilibrium.statics import Statics, solve_stack
 from squeal.model.equations import net_loads
 from squeal.model.mechanics import Coefficients, pose
-from squeal.numerics import dual
-from squeal.numerics.dual import Dual
-from squeal.numerics.newton import STEP, with_derivative
+from squeal.numerics import differentiation as dual
+from squeal.numerics.differentiation import STEP, Dual, with_derivative
 
 UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
 OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional

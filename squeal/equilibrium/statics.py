@@ -13,7 +13,7 @@ from squeal.model.law import Touching
 from squeal.model.mechanics import Coefficients, Pose, pose, springs
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
-from squeal.numerics.newton import complex_step, with_derivative
+from squeal.numerics.differentiation import complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error

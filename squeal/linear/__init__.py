@@ -5,12 +5,10 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 """
 
 from squeal.linear.crossing import CriticalPoint, Crossing
-from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues
+from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sensitivities
 from squeal.linear.invariants import VERDICTS
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
-from squeal.linear.sensitivity import sensitivities
-from squeal.linear.stacks import stack_eigenvalues, sweep
 from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import Thresholds, critical_points, crossings, thresholds
 from squeal.linear.verdict import (
@@ -28,8 +26,8 @@ __all__ = [
     "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
     "Judgement", "LoopAnswer", "Matrices", "Spectrum", "System", "Thresholds",
     "TrackedModes", "UnstableMode", "complex_eigenvalues", "critical_points", "crossings",
-    "damped_verdicts", "friction_loop", "judge", "sensitivities", "stack_eigenvalues",
-    "sum_verdicts", "sweep", "thresholds", "track", "undamped_verdicts", "unstable_modes",
+    "damped_verdicts", "friction_loop", "judge", "sensitivities",
+    "sum_verdicts", "thresholds", "track", "undamped_verdicts", "unstable_modes",
     "verdict",
 ]
 # fmt: on

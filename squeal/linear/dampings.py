@@ -12,11 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from squeal.errors import InputError
+from squeal.linear.matrices import SKEW
 from squeal.linear.system import Matrix, Term, TermSystem, dense
 from squeal.numerics.formula import Formula
-
-MODAL_ROWS = 2000  # modal damping fills its matrix
-SYMMETRIC = 1e-12  # of a matrix: a skew part up to this is rounding
 
 
 def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
@@ -55,7 +53,7 @@ def _friction(system: TermSystem) -> list[str]:
 
 
 def _symmetric(X: Matrix) -> bool:
-    return bool(abs(X - X.T).max() <= SYMMETRIC * abs(X).max())
+    return bool(abs(X - X.T).max() <= SKEW * abs(X).max())
 
 
 def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
@@ -89,10 +87,11 @@ def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
     """
     from scipy.linalg import eigh
 
-    if system.n > MODAL_ROWS or not 1 <= len(ratios) <= system.n:
+    most = 2000
+    if system.n > most or not 1 <= len(ratios) <= system.n:
         raise InputError(
             f"damping.ratios: {len(ratios)} ratios of {system.n} rows are not allowed; modal "
-            f"damping takes up to one for each row of at most {MODAL_ROWS}, rayleigh takes more"
+            f"damping takes up to one for each row of at most {most}, rayleigh takes more"
         )
     M, K = system.arrays()[0], dense(structure_stiffness(system)[0])
     try:

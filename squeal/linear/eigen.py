@@ -1,4 +1,4 @@
-"""Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding and residuals.
+"""Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
 How far rounding moves a root has one definition, `root_rounding`: its backward error times its
 condition number. The condition number grows without limit where roots coalesce; m roots that meet
@@ -16,27 +16,28 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.invariants import cubic_of, unstable_roots
+from squeal.linear.invariants import Cubic, cubic_of, unstable_roots
 from squeal.linear.matrices import (
     BEYOND,
+    EPS,
     Array,
     Reduced,
+    checked,
     first_order,
     noise_of,
     null_spaces,
-    rank_of,
     reduce,
+    scaled_rank,
     zero_roots,
 )
 
 ComplexArray = NDArray[np.complex128]
-SMALL = 3  # rows up to which invariants tell what an undamped system does
+_SIDES = ("right", "left")
 HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
 STIFF = (
     "one stiffness or damping is so much greater than others that rounding of it hides the slow "
     "modes; values that differ by fewer decades are required"
 )
-MOST_SHOWN = 6  # frequencies in a representation
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +126,9 @@ class Spectrum:
         return len(self.eigenvalues)
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:MOST_SHOWN])
-        more = ", ..." if len(self) > 2 * MOST_SHOWN else ""
+        most = 6
+        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:most])
+        more = ", ..." if len(self) > 2 * most else ""
         growth = self.dominant.growth_rate
         return f"Spectrum({len(self)} eigenvalues, {shown}{more} Hz, growth {growth:.6g} 1/s)"
 
@@ -236,18 +238,23 @@ def squared_frequencies(reduced: Reduced) -> Roots:
     full digits where roots coalesce or pass zero.
     """
     roots = standard_roots(reduced.A, reduced.rounding)
-    s, rounding = roots.values, roots.rounding
-    if reduced.n > SMALL or (cubic := cubic_of(reduced)).vague:
-        real = np.abs(s.imag) <= rounding
-        s[real] = s.real[real]
-        return roots
+    cubic = cubic_of(reduced) if reduced.n <= 3 else None
+    if cubic is not None and not cubic.vague:
+        _agree(roots.values, roots.rounding, cubic)
+    else:
+        real = np.abs(roots.values.imag) <= roots.rounding
+        roots.values[real] = roots.values.real[real]
+    return roots
+
+
+def _agree(s: ComplexArray, rounding: Array, cubic: Cubic) -> None:
+    """Give up to three roots the pairs and signs, beyond rounding, that their invariants tell."""
     pairs, negative = unstable_roots(cubic)
-    reals = np.arange(reduced.n)
+    reals = np.arange(len(s))
     if pairs:
-        apart = np.abs(s[:, None] - s) + np.diag(np.full(reduced.n, np.inf))
-        pair = np.argsort(-np.abs(s.imag))[:2]
-        if not s[pair].imag.all():
-            pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
+        # two conjugates, or where rounding made them real the closest two
+        apart = np.abs(s[:, None] - s.conj()) + np.diag(np.full(len(s), np.inf))
+        pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
         reals = np.setdiff1d(reals, pair)
         if np.any(np.abs(s[pair].imag) <= rounding[pair]):
             mean = s[pair].real.mean()
@@ -262,36 +269,39 @@ def squared_frequencies(reduced: Reduced) -> Roots:
     for k in rising[:negative]:
         if s[k].real >= 0.0 or rounding[k] >= -s[k].real:
             others = float(np.prod(np.delete(s, k)).real)
-            product = (cubic.a, cubic.b, cubic.c)[reduced.n - 1].value
+            product = (cubic.a, cubic.b, cubic.c)[len(s) - 1].value
             s[k] = -abs(product / others) if others else -rounding[k]
         rounding[k] = min(rounding[k], abs(s[k]) / 2)
     least = rising[negative:]
     s[least] = np.maximum(s[least].real, 0.0)
-    return roots
 
 
 def roots_of(reduced: Reduced) -> Roots:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
     Those that neither grow nor decay have a real part of at most their rounding, without damping
-    of exactly zero.
+    of exactly zero. Raises ComputationError if roots are beyond double precision.
     """
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
         values, x, y, condition, moved = standard_roots(matrix, reduced.rounding, reduced.A)
         n = reduced.n
-        return Roots(values * rate, x[:n], y[n:], condition, moved * rate)
-    s, x, y, condition, moved = squared_frequencies(reduced)
-    # the partner of s is its exact conjugate: one root serves both
-    half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
-    half = np.where(s.imag < 0, half.conj(), half)
-    half = np.where((s.imag == 0) & (s.real > 0), 1j * np.abs(half.imag), half)
-    size = np.abs(s)
-    below = size <= moved
-    moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
-    both = np.asarray(np.ravel([half, -half], order="F") + 0.0, dtype=complex)
-    x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
-    return Roots(both, x, y, np.repeat(condition, 2), np.repeat(moved, 2))
+        values, x, y, moved = values * rate, x[:n], y[n:], moved * rate
+    else:
+        s, x, y, condition, moved = squared_frequencies(reduced)
+        # the partner of s is its exact conjugate: one root serves both
+        half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
+        half = np.where(s.imag < 0, half.conj(), half)
+        half = np.where((s.imag == 0) & (s.real > 0), 1j * np.abs(half.imag), half)
+        size = np.abs(s)
+        below = size <= moved
+        moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
+        values = np.asarray(np.ravel([half, -half], order="F") + 0.0, dtype=complex)
+        x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
+        condition, moved = np.repeat(condition, 2), np.repeat(moved, 2)
+    if not np.isfinite(values).all():
+        raise ComputationError(BEYOND)
+    return Roots(values, x, y, condition, moved)
 
 
 def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
@@ -332,8 +342,6 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 def spectrum_of(reduced: Reduced) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
     roots = roots_of(reduced)
-    if not np.isfinite(roots.values).all():
-        raise ComputationError(BEYOND)
     residuals = _residuals(reduced, roots.values, roots.right)
     eigenvalues = tuple(
         Eigenvalue(
@@ -346,8 +354,7 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
         )
         for k in ordered(roots.values)
     )
-    zeros = int(np.sum(roots.values == 0))
-    return Spectrum(eigenvalues, reduced.B is None, zeros)
+    return Spectrum(eigenvalues, reduced.B is None, int(np.sum(roots.values == 0)))
 
 
 def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> Array:
@@ -368,13 +375,50 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     return np.asarray(vector, dtype=complex)
 
 
-def scaled_rank(K: Array) -> int:
-    """The rank of K with its rows and columns scaled to a largest entry of one: what is small
-    beside others still counts."""
-    for axis in (1, 0):
-        size = np.abs(K).max(axis=axis, keepdims=True)
-        K = K / np.where(size > 0, size, 1.0)
-    return rank_of(np.linalg.svd(np.asarray(K, dtype=np.float64), compute_uv=False))
+def sensitivities(
+    M: ArrayLike,
+    C: ArrayLike | None,
+    K: ArrayLike,
+    *,
+    dM: ArrayLike | None = None,
+    dC: ArrayLike | None = None,
+    dK: ArrayLike | None = None,
+    spectrum: Spectrum | None = None,
+) -> ComplexArray:
+    """Derivatives (2n,) of the eigenvalues by a parameter p, in the order of the spectrum.
+
+    d lambda/dp = -y^H (lambda^2 dM + lambda dC + dK) x / y^H (2 lambda M + C) x with the right and
+    left vectors x, y and the derivatives dM, dC, dK of the matrices (None: zero); rad/s per unit
+    of p. Where the denominator vanishes (a coalescence, or an undamped zero root) the eigenvalue
+    moves like a square root of p: the derivative is inf, or 0 if the numerator vanishes too.
+    `spectrum` saves the eigenvalues if they are known. Raises InputError.
+
+    Examples
+    --------
+    >>> sensitivities([[1.0]], None, [[4.0]], dK=[[1.0]]).imag.tolist()
+    [0.25, -0.25]
+    """
+    mass, damping, _ = checked(M, C, K)
+    known = spectrum or complex_eigenvalues(M, C, K)
+    z = known.values
+    right, left = (np.array([getattr(e, side) for e in known.eigenvalues]) for side in _SIDES)
+    zero = np.zeros_like(mass)
+
+    def form(parts: list[tuple[ComplexArray, ArrayLike | None]]) -> tuple[ComplexArray, Array]:
+        """y^H (sum of factors times matrices) x, and the size of which eps is rounding."""
+        total, size = np.zeros(len(z), dtype=complex), np.zeros(len(z))
+        for factor, X in parts:
+            X = zero if X is None else np.asarray(X, dtype=float)
+            total += factor * np.sum((left.conj() @ X) * right, axis=1)
+            size += np.abs(factor) * np.sum((np.abs(left) @ np.abs(X)) * np.abs(right), axis=1)
+        return total, size
+
+    moved, moved_size = form([(z**2, dM), (z, dC), (z**0, dK)])
+    weight, weight_size = form([(2 * z, mass), (z**0, damping)])
+    rounding = 100 * EPS
+    still = np.where(np.abs(moved) <= rounding * moved_size, 0.0, np.inf)
+    regular = np.abs(weight) > rounding * weight_size
+    return np.where(regular, -moved / np.where(regular, weight, 1.0), still)
 
 
 def hidden_share(reduced: Reduced, K: Array) -> float:

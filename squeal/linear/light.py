@@ -10,12 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import EPS, Array, checked, light_motions, unit_diagonal
-from squeal.linear.system import Matrices, System, dense
+from squeal.linear.matrices import EPS, Array, light_motions, unit_diagonal
+from squeal.linear.system import Matrices, Parametrised, System
 
-LIGHT = 1e-4  # of the next heavier mass: what is lighter is split off
-ROUNDS = 60
-CONDITION = 1e8  # of the light motions' stiffness: more leaves the slow roots too few digits
 REFUSED = (
     "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
     "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
@@ -26,61 +23,65 @@ REFUSED = (
 class FastMotionError(MatrixError):
     """What has no mass, or hardly any, cannot be eliminated."""
 
+    def __init__(self) -> None:
+        super().__init__(REFUSED)
+
 
 @dataclass
 class Slow:
     """The slow roots of `system`, which has to be like that at p, as a system of their own, M = 1.
 
-    Calls raise FastMotionError if M varies, light motions are damped or may grow. `growth` is by
-    how much what was eliminated so far has increased rounding.
+    A motion is light whose mass is below `light` times the next heavier one. Calls raise
+    FastMotionError if M varies, light motions are damped or may grow, or their stiffness has a
+    condition above `condition`, which leaves the slow roots too few digits. `growth` is by how much
+    what was eliminated so far has increased rounding.
     """
 
     system: System
     p: float
+    light: float = 1e-4
+    condition: float = 1e8
     growth: float = field(default=1.0, init=False)
 
     def __post_init__(self) -> None:
-        self.M = self._at(self.p)[0]
+        self._family = Parametrised(self.system, self.p, self.p)
+        self.M, _, K = self._family.at(self.p)
         masses, self.turn = light_motions(self.M)
         gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
-        self.light = int(np.argmax(gaps)) + 1
-        self.fast, self.heavy = masses[: self.light], masses[self.light :]
-        if gaps.max() * LIGHT < 1.0 or np.count_nonzero(self.fast) > 1:
-            raise FastMotionError(REFUSED)
-        self.sign = float(np.linalg.slogdet(self._turned(self._at(self.p)[2])[0])[0])
+        self.count = int(np.argmax(gaps)) + 1
+        self.fast, self.heavy = masses[: self.count], masses[self.count :]
+        if gaps.max() * self.light < 1.0 or np.count_nonzero(self.fast) > 1:
+            raise FastMotionError
+        self.sign = float(np.linalg.slogdet(self._turned(K)[0])[0])
         if self.sign <= 0.0 and np.any(self.fast):
-            raise FastMotionError(REFUSED)
-
-    def _at(self, p: float) -> tuple[Array, Array | None, Array]:
-        M, C, K = self.system(p)
-        return checked(dense(M), None if C is None else dense(C), dense(K))
+            raise FastMotionError
 
     def _turned(self, X: Array) -> tuple[Array, Array, Array, Array]:
         """Blocks 22, 21, 12 and 11 of a matrix, 2 being the light motions."""
-        X, k = self.turn.T @ X @ self.turn, self.light
+        X, k = self.turn.T @ X @ self.turn, self.count
         return X[:k, :k], X[:k, k:], X[k:, :k], X[k:, k:]
 
     def __call__(self, p: float) -> Matrices:
         """M, C and K of the slow motions at p."""
-        M, C, K = self._at(p)
+        M, C, K = self._family.at(p)
         unit = np.sqrt(np.outer(self.heavy, self.heavy))
         if C is not None:
             *light, C = self._turned(C)
             least = 4 * EPS * len(M) * np.abs(C).max(initial=0.0)
             if np.any(self.fast) or any(np.abs(X).max() > least for X in light):
-                raise FastMotionError(REFUSED)
+                raise FastMotionError
             C = C / unit
         if not np.array_equal(M, self.M):
-            raise FastMotionError(REFUSED)
+            raise FastMotionError
         return np.eye(len(unit)), C, self._condensed(*self._turned(K)) / unit
 
     def _condensed(self, K22: Array, K21: Array, K12: Array, K11: Array) -> Array:
         """D1 L (n1, n1)."""
         condition = float(np.linalg.cond(unit_diagonal(K22)))
-        if not condition < CONDITION or np.linalg.slogdet(K22)[0] != self.sign:
-            raise FastMotionError(REFUSED)
+        if not condition < self.condition or np.linalg.slogdet(K22)[0] != self.sign:
+            raise FastMotionError
         X = np.linalg.solve(K22, K21)
-        for _ in range(ROUNDS):
+        for _ in range(60):
             inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
             before, X = X, np.linalg.solve(K22, K21 + inertia)
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
@@ -89,4 +90,4 @@ class Slow:
                 lost *= float(self.heavy[-1] / self.heavy[0])
                 self.growth = max(self.growth, len(self.M) * condition * lost)
                 return rest
-        raise FastMotionError(REFUSED)
+        raise FastMotionError

@@ -1,4 +1,4 @@
-"""The matrices of M q'' + C q' + K q = 0: checked, and freed of their units."""
+"""The matrices of M q'' + C q' + K q = 0: checked, freed of their units, and their ranks."""
 
 from __future__ import annotations
 
@@ -13,21 +13,14 @@ from squeal.errors import ComputationError, InputError, MatrixError
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
-SKEW = 1e-12  # of M, its diagonal scaled to 1, which is taken for rounding
+SKEW = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
-LARGEST = 1e150  # (rad/s)^2, of roots whose squares are still numbers
 REQUIRED = "a well-conditioned matrix is required"
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
 
 class LightMassError(MatrixError):
     """M is singular, or so nearly that its inverse would cost the digits of other modes."""
-
-
-def rank_of(singular: Array, size: float | None = None) -> int:
-    """How many falling singular values are more than rounding of a matrix of that size (2-norm)."""
-    largest = size if size is not None else float(singular[0]) if len(singular) else 0.0
-    return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
 
 @dataclass(frozen=True)
@@ -50,20 +43,14 @@ class Reduced:
         return len(self.A)
 
 
-def real_array(name: str, value: ArrayLike) -> Array:
-    """A matrix or a stack of them. Raises InputError for what is no number or has an imaginary
-    part."""
+def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
     try:
         found = np.asarray(value)
         if np.iscomplexobj(found) and found.imag.any():
             raise ValueError
-        return np.asarray(found.real, dtype=float)
+        matrix = np.asarray(found.real, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name}: a square matrix of real numbers is required") from None
-
-
-def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
-    matrix = real_array(name, value)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
     if n is not None and len(matrix) != n:
@@ -104,26 +91,25 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     [[9.0]]
     """
     mass, damping, stiffness = checked(M, C, K)
-    T, rounding = factor(mass.tobytes(), len(mass))
+    T, rounding = _factor(mass.tobytes(), len(mass))
     with np.errstate(all="ignore"):
-        A, B = normalised(T, stiffness), None if damping is None else normalised(T, damping)
-        size = float(np.linalg.norm(A)) + (0.0 if B is None else float(np.linalg.norm(B)) ** 2)
-    if not size < LARGEST:
+        A, B = _normalised(T, stiffness), None if damping is None else _normalised(T, damping)
+        size = np.linalg.norm(A) + (0.0 if B is None else np.linalg.norm(B) ** 2)
+    if not np.isfinite(size):
         raise ComputationError(BEYOND)
     return Reduced(A, B, T, rounding)
 
 
-def normalised(T: Array, X: Array) -> Array:
-    """T' X T, also of stacks (..., n, n)."""
-    t = np.diagonal(T, axis1=-2, axis2=-1)
-    if np.count_nonzero(T) == t.size:  # T is regular
+def _normalised(T: Array, X: Array) -> Array:
+    t = np.diag(T)
+    if np.count_nonzero(T) == len(t):  # T is regular
         # symmetry of X survives to the last bit: one factor for each pair of entries
-        return np.asarray(X * (t[..., :, None] * t[..., None, :]))
-    return T.swapaxes(-2, -1) @ X @ T
+        return np.asarray(X * (t[:, None] * t))
+    return T.T @ X @ T
 
 
 @lru_cache(maxsize=8)  # along mu the mass matrix stays
-def factor(mass: bytes, n: int) -> tuple[Array, float]:
+def _factor(mass: bytes, n: int) -> tuple[Array, float]:
     """T with T' M T = 1, and the relative size of the errors that it brings."""
     M = np.frombuffer(mass).reshape(n, n)
     diagonal = np.diag(M)
@@ -134,32 +120,45 @@ def factor(mass: bytes, n: int) -> tuple[Array, float]:
         row = int(np.argmin(diagonal)) + 1
         raise LightMassError(f"M: row {row} has no mass; {REQUIRED}")
     scale = 1.0 / np.sqrt(diagonal)
-    unit = M * scale[:, None] * scale  # one by one: the product of two may overflow
+    unit = unit_diagonal(M)
     if np.abs(unit - unit.T).max() > SKEW:
         raise MatrixError("M: a symmetric matrix is required")
-    if np.count_nonzero(unit - np.diag(np.diag(unit))) == 0:
-        return _read_only(np.diag(scale)), 4 * EPS
-    least, *_, greatest = np.linalg.eigvalsh(unit)
-    if least < -4 * EPS * n * greatest:
-        raise MatrixError("M: a positive definite matrix is required")
-    if least < ILL * greatest:
-        size = max(least / greatest, 0.0)
-        raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
-    inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
-    T = scale[:, None] * inverse.T
-    return _read_only(T), 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
-
-
-def _read_only(T: Array) -> Array:
-    T.setflags(write=False)  # the cache keeps it
-    return T
+    if np.count_nonzero(M) == n:
+        T, inverse = np.diag(scale), np.eye(n)
+    else:
+        least, *_, greatest = np.linalg.eigvalsh(unit)
+        if least < -4 * EPS * n * greatest:
+            raise MatrixError("M: a positive definite matrix is required")
+        if least < ILL * greatest:
+            size = max(least / greatest, 0.0)
+            raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
+        inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
+        T = scale[:, None] * inverse.T
+    T.setflags(write=False)  # the cache holds it
+    return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
 
 
 def unit_diagonal(M: Any) -> Any:
     """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then."""
     size = np.sqrt(np.abs(np.diag(M)))
     size = 1.0 / np.where(size > 0, size, 1.0)
-    return M * np.outer(size, size)
+    return M * size[:, None] * size
+
+
+def light_motions(M: Array) -> tuple[Array, Array]:
+    """Rising masses (n,), 0 where they are rounding, of motions, the columns of T: T' M T diagonal.
+
+    Raises InputError unless M is symmetric, positive semidefinite.
+    """
+    size = np.sqrt(np.abs(np.diag(M)))
+    if not size.any():
+        raise MatrixError("M: has no mass on its diagonal; a mass is required")
+    masses, vectors = np.linalg.eigh(unit_diagonal(M))
+    least = 4 * EPS * len(M) * masses[-1]
+    if masses[0] < -least:
+        raise MatrixError("M: a positive definite matrix is required")
+    scale = 1.0 / np.where(size > 0, size, 1.0)
+    return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 
 def check_regular(M: Any, C: Any, K: Any) -> None:
@@ -175,29 +174,24 @@ def check_regular(M: Any, C: Any, K: Any) -> None:
     rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
     for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
         z = rate * turn
-        P = z * z * M + (0.0 if C is None else z * C) + K
-        for axis in (1, 0, 1):
-            size = np.abs(P).max(axis=axis, keepdims=True)
-            P = P / np.where(size > 0, size, 1.0)
-        if rank_of(np.linalg.svd(P, compute_uv=False)) == len(P):
+        if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K, 3) == len(M):
             return
     raise MatrixError("M, C and K: are singular together, so that every number is a root")
 
 
-def light_motions(M: Array) -> tuple[Array, Array]:
-    """Rising masses (n,), 0 where they are rounding, of motions, the columns of T: T' M T diagonal.
+def rank_of(singular: Array, size: float | None = None) -> int:
+    """How many falling singular values are more than rounding of a matrix of that size (2-norm)."""
+    largest = size if size is not None else float(singular[0]) if len(singular) else 0.0
+    return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
-    Raises InputError unless M is symmetric, positive semidefinite.
-    """
-    size = np.sqrt(np.abs(np.diag(M)))
-    if not size.any():
-        raise MatrixError("M: has no mass on its diagonal; a mass is required")
-    scale = 1.0 / np.where(size > 0, size, 1.0)
-    masses, vectors = np.linalg.eigh(unit_diagonal(M))
-    least = 4 * EPS * len(M) * masses[-1]
-    if masses[0] < -least:
-        raise MatrixError("M: a positive definite matrix is required")
-    return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
+
+def scaled_rank(K: Any, passes: int = 2) -> int:
+    """The rank of K with its rows and columns scaled to a largest entry of one: what is small
+    beside others still counts."""
+    for axis in (1, 0, 1)[:passes]:
+        size = np.abs(K).max(axis=axis, keepdims=True)
+        K = K / np.where(size > 0, size, 1.0)
+    return rank_of(np.linalg.svd(K, compute_uv=False))
 
 
 def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Array]:

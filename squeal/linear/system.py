@@ -28,8 +28,6 @@ System = Callable[[float], Matrices]
 Dense = tuple[Array, Array | None, Array]
 Slopes = tuple[Array, Array, Array]
 
-SUPPORT = 1e10  # a diagonal entry of K so many times greater than all others is a support
-
 
 def is_sparse(matrix: Matrix) -> bool:
     """True for a SciPy sparse array or matrix."""
@@ -162,26 +160,28 @@ class TermSystem:
 
     def restricted(self, rows: NDArray[np.intp]) -> TermSystem:
         """The system of some rows and columns; all other coordinates are held."""
-        M, C, K = (
-            tuple(Term(_part(t.matrix, rows), t.factor) for t in terms)
-            for terms in (self.M, self.C, self.K)
-        )
+
+        def part(term: Term) -> Term:
+            whole = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
+            return Term(whole[rows][:, rows], term.factor)
+
+        M, C, K = (tuple(map(part, terms)) for terms in (self.M, self.C, self.K))
         return dataclasses.replace(self, M=M, C=C, K=K)
 
     def simplified(self) -> TermSystem:
         """The same system with one term for each factor, all constant ones in a single term."""
         parts = []
         for terms in (self.M, self.C, self.K):
-            groups: dict[str, list[Term]] = {}
+            groups: dict[Formula, list[Term]] = {}
             for term in terms:
-                groups.setdefault("" if term.constant else term.factor.text, []).append(term)
+                groups.setdefault(ONE if term.constant else term.factor, []).append(term)
             parts.append(
                 tuple(
                     Term(
-                        self._sum(same, [1.0 if text else t.factor.value({}) for t in same]),
-                        same[0].factor if text else ONE,
+                        self._sum(same, [t.factor.value({}) if t.constant else 1.0 for t in same]),
+                        factor,
                     )
-                    for text, same in groups.items()
+                    for factor, same in groups.items()
                 )
             )
         M, C, K = parts
@@ -276,40 +276,43 @@ class Parametrised:
         """M, C (None without damping) and K, arrays (n, n)."""
         return self.at_many([p])[0]
 
-    def at_many(self, ps: Sequence[float]) -> list[Dense]:
-        """M, C and K at each value."""
-        if isinstance(self.system, Batched):
-            given = list(self.system.many(list(ps)))
-        else:
-            given = [matrices_at(self.system, p) for p in ps]
-        return [checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given]
-
     def derivative(self, p: float) -> Slopes:
         """dM/dp, dC/dp and dK/dp, arrays (n, n)."""
         return self.with_derivatives([p])[0][1]
+
+    def at_many(self, ps: Sequence[float]) -> list[Dense]:
+        """M, C and K at each value."""
+        if isinstance(self.system, Batched):
+            given = self.system.many(list(ps))
+        else:
+            given = [matrices_at(self.system, p) for p in ps]
+        return [checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given]
 
     def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Dense, Slopes]]:
         """Matrices and derivatives at each value."""
         if isinstance(self.system, TermSystem):
             name = self.system.parameter
             moved = [self.system.derivative(name, {name: p}) for p in ps]
-            found = self.at_many(ps)
-            return [(one, _slopes(one, by)) for one, by in zip(found, moved, strict=True)]
+            return [
+                (one, _filled(one, slopes))
+                for one, slopes in zip(self.at_many(ps), moved, strict=True)
+            ]
         step = self.difference * (self.high - self.low)
-        inside = [min(max(p, self.low), self.high) for p in ps]
-        ends = [(max(self.low, p - step), min(self.high, p + step)) for p in inside]
-        flat = [value for p, pair in zip(ps, ends, strict=True) for value in (p, *pair)]
-        every = self.at_many(flat)
-        result = []
-        for k, (a, b) in enumerate(ends):
-            one, first, last = every[3 * k : 3 * k + 3]
-            ways = [_slopes(one, X) for X in (first, last)]
-            M, C, K = ((y - x) / (b - a) for x, y in zip(*ways, strict=True))
+        inside = np.clip(ps, self.low, self.high)
+        before, after = np.maximum(self.low, inside - step), np.minimum(self.high, inside + step)
+        found = self.at_many([*ps, *before.tolist(), *after.tolist()])
+        k, result = len(ps), []
+        for one, first, last, h in zip(
+            found[:k], found[k : 2 * k], found[2 * k :], after - before, strict=True
+        ):
+            M, C, K = (
+                (y - x) / h for x, y in zip(_filled(one, first), _filled(one, last), strict=True)
+            )
             result.append((one, (M, C, K)))
         return result
 
 
-def _slopes(like: Dense, matrices: Sequence[Any]) -> Slopes:
+def _filled(like: Dense, matrices: Sequence[Any]) -> Slopes:
     M, C, K = (np.zeros_like(like[0]) if X is None else dense(X) for X in matrices)
     return M, C, K
 
@@ -318,27 +321,27 @@ def supports(system: TermSystem) -> NDArray[np.intp]:
     """Rows whose coordinates are held by a penalty on the diagonal of K.
 
     Finite-element programs write a support as a diagonal entry of 1e22 or more. A row is one if its
-    diagonal entry, at the system's own parameters, is `SUPPORT` times greater than its row and
-    column and than the diagonal of the other rows, as a stiffness and per mass.
+    diagonal entry, at the system's own parameters, is 1e10 times greater than all else in its row
+    and column and than the diagonal of the other rows, as a stiffness and per mass.
     """
     M, _, K = system.at()
-    size = abs(K)
-    diagonal, mass = np.abs(size.diagonal()), np.abs(M.diagonal())
+    size, mass, gap = abs(K), np.abs(M.diagonal()), 1e10
+    diagonal = size.diagonal()
     order = np.argsort(diagonal)
     order = order[diagonal[order] > 0.0]
-    gaps = np.flatnonzero(diagonal[order[1:]] >= SUPPORT * diagonal[order[:-1]])
+    gaps = np.flatnonzero(diagonal[order[1:]] >= gap * diagonal[order[:-1]])
     if not gaps.size:
         return gaps
     rows = np.sort(order[gaps[0] + 1 :])
-    rest = np.setdiff1d(np.arange(len(diagonal)), rows)
-    heavy = rest[mass[rest] > 0.0]
-    fastest = np.max(diagonal[heavy] / mass[heavy], initial=0.0)
-    part = _part(size, rows, rest), _part(size, rest, rows)
-    beside = max(float(X.max()) if 0 not in X.shape else 0.0 for X in part)
-    among = _part(size, rows)
-    other = among - np.diag(diagonal[rows]) if not is_sparse(among) else _off_diagonal(among)
-    least = diagonal[rows].min() / SUPPORT
-    held = least >= max(beside, float(other.max())) and least >= fastest * mass[rows].max()
+    others = np.setdiff1d(np.flatnonzero(mass), rows)
+    fastest = np.max(diagonal[others] / mass[others], initial=0.0)
+    if is_sparse(size):
+        beside = size.copy()
+        beside.setdiag(0.0)
+    else:
+        beside = size - np.diag(diagonal)
+    least = diagonal[rows].min() / gap
+    held = least >= max(beside[rows].max(), beside[:, rows].max(), fastest * mass[rows].max())
     return np.asarray(rows if held else rows[:0])
 
 
@@ -348,17 +351,6 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     if not rows.size:
         return system, rows
     return system.restricted(np.setdiff1d(np.arange(system.n), rows)), rows
-
-
-def _part(X: Matrix, rows: NDArray[np.intp], columns: NDArray[np.intp] | None = None) -> Matrix:
-    columns = rows if columns is None else columns
-    return X.tocsc()[rows][:, columns] if is_sparse(X) else np.asarray(X)[np.ix_(rows, columns)]
-
-
-def _off_diagonal(X: Matrix) -> Matrix:
-    from scipy.sparse import diags_array
-
-    return X - diags_array(X.diagonal())
 
 
 def check_system(system: object, asked: str, other: str = "") -> None:

@@ -1,38 +1,26 @@
 """The verdict on a system: stable, marginal, flutter or divergence, and how it was reached.
 
-How is flutter detected? Every eigenvalue comes with the distance that rounding may move it
+How is flutter decided? Every eigenvalue comes with the distance that rounding may move it
 (`eigen.root_rounding`). A root grows if its real part is greater than this distance; a growing root
 whose imaginary part is greater too is one of a pair (flutter), else it is real (divergence). The
 fastest growing one names the verdict. Nothing grows: `marginal` if some root lies within the
 distance from the imaginary axis, `stable` if none does. That is `decide`, of any roots.
 
-Undamped systems of up to three rows are judged without eigenvalues, by the signs of the
-discriminant and of the coefficients of the polynomial in lambda^2, each against a bound of its own
-rounding (`invariants`): at a flutter boundary two roots coalesce and computed real parts are noise
-of the size of the square root of the machine precision, while the discriminant passes through zero
-at full slope. Maps use the same invariants for whole arrays; the roots of `eigen` agree with them.
+At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
+square root of the machine precision. Up to three rows without damping the roots therefore follow
+the signs of the discriminant and of the coefficients of the polynomial in lambda^2, each against a
+bound of its own rounding (`invariants`). Maps take these signs themselves, for whole arrays.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import ComputationError
 from squeal.linear import invariants
-from squeal.linear.eigen import SMALL, ComplexArray, roots_of
-from squeal.linear.invariants import (
-    DIVERGENCE,
-    FLUTTER,
-    STABLE,
-    UNDECIDED,
-    VERDICTS,
-    Cubic,
-    code,
-    cubic_of,
-)
-from squeal.linear.matrices import BEYOND, EPS, Array, Reduced, first_order, reduce
+from squeal.linear.eigen import ComplexArray, roots_of
+from squeal.linear.invariants import DIVERGENCE, FLUTTER, STABLE, UNDECIDED, VERDICTS
+from squeal.linear.matrices import EPS, Array, Reduced, first_order, reduce
 
 GROWING = ("flutter", "divergence")
 UNKNOWN = "unknown"
@@ -163,31 +151,12 @@ def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
 
 def judge_reduced(reduced: Reduced) -> Judgement:
     """As `judge`, for a system in mass-normalised coordinates."""
-    if reduced.B is None and reduced.n <= SMALL and not (cubic := cubic_of(reduced)).vague:
-        return _by_invariants(reduced, cubic)
     roots = roots_of(reduced)
     return decide(roots.values, roots.rounding)
 
 
-def growth_of(reduced: Reduced) -> UnstableCount:
-    """What grows in a system in mass-normalised coordinates."""
-    roots = roots_of(reduced)
-    return unstable_count(roots.values, roots.rounding)
-
-
-def _by_invariants(reduced: Reduced, cubic: Cubic) -> Judgement:
-    if not np.isfinite([v for quantity in cubic[:5] for v in quantity]).all():
-        raise ComputationError(BEYOND)
-    name = VERDICTS[int(code(cubic))]
-    singular = abs(cubic.c.value) <= cubic.c.bound
-    note = " (K singular)" if singular and reduced.n == 3 else ""
-    if name != "divergence":
-        disc = cubic.discriminant2 if singular else cubic.discriminant
-        return Judgement(name, f"discriminant in lambda^2{note}", *map(float, disc))
-    minors = "determinant" if reduced.n == 2 else "sum of principal minors"
-    negative = [("determinant", cubic.c), (minors, cubic.b), ("trace", cubic.a)]
-    criterion, value = next(item for item in negative if item[1].value < -item[1].bound)
-    return Judgement(name, f"{criterion} of M^-1 K{note}", *map(float, value))
+def _code(A: Array, B: Array | None, rounding: float) -> int:
+    return VERDICTS.index(judge_reduced(Reduced(A, B, np.eye(len(A)), rounding)).verdict)
 
 
 def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np.int8]:
@@ -208,23 +177,16 @@ def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np
     codes[grows.real < 0.0] = STABLE
     doubtful = np.abs(values.real) <= bound
     doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
-    unit = np.eye(A.shape[-1])
     for k in np.flatnonzero(doubtful.any(axis=-1)):
-        codes[k] = VERDICTS.index(judge_reduced(Reduced(A[k], B[k], unit, rounding)).verdict)
+        codes[k] = _code(A[k], B[k], rounding)
     return codes
 
 
-def undamped_verdicts(entries: Sequence[ArrayLike], rounding: float = 4 * EPS) -> NDArray[np.int8]:
-    """Verdict codes, indices into VERDICTS, of many undamped systems A = M^-1 K of three rows.
-
-    `entries` are the nine entries of A row by row, numbers or arrays that broadcast against each
-    other; the result has the broadcast shape.
-    """
-    codes = invariants.undamped_verdicts(entries, rounding)
-    arrays = np.broadcast_arrays(*entries)
-    for at in np.argwhere(codes == UNDECIDED):
-        A = np.array([e[tuple(at)] for e in arrays]).reshape(3, 3)
-        codes[tuple(at)] = _code_by_squares(A, rounding)
+def undamped_verdicts(A: Array, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+    """Verdict codes (...), indices into VERDICTS, of undamped systems A = M^-1 K (..., 3, 3)."""
+    codes = invariants.undamped_verdicts(A, rounding)
+    for at in map(tuple, np.argwhere(codes == UNDECIDED)):
+        codes[at] = _code(A[at], None, rounding)
     return codes
 
 
@@ -235,10 +197,5 @@ def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[n
     """
     codes = invariants.sum_verdicts(Q, u, rounding)
     for i, k in np.argwhere(codes == UNDECIDED):
-        codes[i, k] = _code_by_squares(Q[:, :, k] + np.outer(u[:, i], u[:, i]), rounding)
+        codes[i, k] = _code(Q[:, :, k] + np.outer(u[:, i], u[:, i]), None, rounding)
     return codes
-
-
-def _code_by_squares(A: Array, rounding: float) -> int:
-    roots = roots_of(Reduced(A, None, np.eye(3), rounding))
-    return VERDICTS.index(decide(roots.values, roots.rounding).verdict)

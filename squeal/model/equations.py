@@ -24,7 +24,7 @@ from squeal.model.mechanics import (
 )
 from squeal.model.pad import Model, Pad
 from squeal.model.states import State, states
-from squeal.numerics.newton import complex_step
+from squeal.numerics.differentiation import complex_step
 from squeal.schema.place import Place
 
 Coordinates = tuple[Number, Number, Number]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.numerics import dual
+from squeal.numerics import differentiation as dual
 from squeal.schema.keys import Key, check_needs, listed
 from squeal.schema.place import Place
 from squeal.schema.values import Angle, Number

@@ -19,7 +19,7 @@ from squeal.model.law import ContactLaw
 from squeal.model.mechanics import Coefficients, pose
 from squeal.model.states import State
 from squeal.model.units import Units
-from squeal.numerics.newton import complex_step
+from squeal.numerics.differentiation import complex_step
 
 # Where the model ends: what has happened when a limit is reached.
 LIMITS = (

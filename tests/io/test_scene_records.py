@@ -13,7 +13,7 @@ from squeal.io.scene import Damping, Scene, check_simulation, read_scene
 from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.numerics.dual import Dual
+from squeal.numerics.differentiation import Dual
 from squeal.schema.place import Place
 from squeal.simulation import simulate
 from tests.io.test_scene import FALLING, VALUES, text

@@ -11,8 +11,6 @@ from squeal.linear import (
     complex_eigenvalues,
     critical_points,
     judge,
-    stack_eigenvalues,
-    sweep,
     track,
 )
 from squeal.linear.matrices import check_regular, reduce
@@ -162,8 +160,6 @@ def test_single_oscillator():
 def test_refuses_what_is_not_a_system(M, C, K, word):
     with pytest.raises(InputError, match=f"^{word}: "):
         complex_eigenvalues(M, C, K)
-    with pytest.raises(InputError, match=f"^{word}: "):
-        sweep(lambda mu: (M, C, K), [0.0, 1.0])
 
 
 def test_complex_matrices_without_imaginary_parts_are_taken():
@@ -184,8 +180,6 @@ def test_roots_beyond_double_precision_are_not_given():
         for ask in (complex_eigenvalues, judge):
             with pytest.raises(ComputationError):
                 ask(M, C, K)
-        with pytest.raises(ComputationError):
-            stack_eigenvalues(M, C, [K])
 
 
 def test_a_cached_factor_cannot_be_written_to():

@@ -16,7 +16,7 @@ from squeal.article.precision.measure import timed
 from squeal.article.results.precision import Timing
 from squeal.io.scene import Scene
 from squeal.io.short_form import PlainSystem
-from squeal.linear import complex_eigenvalues, critical_points, sweep
+from squeal.linear import complex_eigenvalues, critical_points
 from squeal.model.linear import about_origin
 
 POINTS = 100
@@ -29,10 +29,6 @@ Program = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def _with_vectors(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return np.array([complex_eigenvalues(M, None, one).values for one in K])
-
-
-def _with_sweep(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    return sweep(lambda i: (M, None, K[int(i)]), range(len(K)))
 
 
 def _with_numpy(M: np.ndarray, K: np.ndarray) -> np.ndarray:
@@ -61,7 +57,6 @@ PEERS: dict[str, Program] = {
 }
 PROGRAMS: dict[str, Program] = {
     "squeal.complex_eigenvalues": _with_vectors,
-    "squeal.linear.sweep": _with_sweep,
     **PEERS,
 }
 
