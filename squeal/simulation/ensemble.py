@@ -1,4 +1,4 @@
-"""Ensembles: motions of many pads, by heyoka's batch mode and in several processes."""
+"""Ensembles: motions of many pads, side by side in heyoka's batch mode and in several processes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.model.contact import CONSISTENT, Formulation, contact_law
+from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel
-from squeal.model.law import ContactLaw
-from squeal.model.mechanics import coefficients, pose
+from squeal.model.mechanics import pose
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units
@@ -30,6 +29,7 @@ from squeal.simulation.hybrid import (
     integrate,
     off_level,
 )
+from squeal.simulation.run import heyoka
 
 DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
@@ -49,27 +49,19 @@ def stack(pads: Sequence[Pad]) -> Pad:
     return Pad(**columns)
 
 
-def _each(value: Any, count: int) -> Any:
-    """The numbers (count,) of all pads; those that are so already are not touched."""
-    return value if getattr(value, "shape", ()) == (count,) else np.broadcast_to(value, count)
-
-
-def _part(pads: Pad, first: int, size: int, count: int) -> Pad:
-    if size >= count:
-        return pads
-    columns = {n: _each(v, count)[first : first + size] for n, v in pads.given().items()}
-    return pads.replace(**columns)
+def _some(model: PadModel, which: Any) -> PadModel:
+    """Some of a stack of pads, all of whose numbers are arrays (n,): by a slice or by numbers."""
+    pad = model.pad.replace(**{name: v[which] for name, v in model.pad.given().items()})
+    damping: Any = model.damping  # entries are arrays (n,) too
+    rows = damping and tuple(tuple(v[which] for v in row) for row in damping)
+    return dataclasses.replace(model, pad=pad, damping=rows)
 
 
 @dataclasses.dataclass(frozen=True)
 class _Task:
-    """A chunk of pads with all that a process needs; `pads` is a stack, `initial` (n, 6) in SI,
-    `damping` (3, 3, n) or None."""
+    """A chunk of pads with all that a process needs; `initial` (n, 6) and `stop` (n,) in SI."""
 
-    model: Model
-    formulation: Formulation
-    pads: Pad
-    damping: np.ndarray | None
+    model: PadModel
     initial: np.ndarray
     stop: np.ndarray
     tolerance: float
@@ -78,146 +70,86 @@ class _Task:
     options: Options
 
 
-@dataclasses.dataclass(frozen=True)
-class _Natural:
-    """A chunk in natural units: stacked units and pads, coefficients (names, n), states (6, n),
-    numbers of the terms with velocities (m, n)."""
-
-    units: Units
-    model: PadModel
-    terms: np.ndarray
-    coefficients: np.ndarray
-    touching: np.ndarray
-    state: np.ndarray
-    stop: np.ndarray
-
-    def units_of(self, pads: np.ndarray) -> Units:
-        """The units, arrays (n,), of some pads (indices)."""
-        return Units(*(value[pads] for value in vars(self.units).values()))
-
-
-def _in_natural_units(task: _Task, law: ContactLaw) -> _Natural:
-    from squeal.simulation.taylor import NAMES
-
-    count = len(task.stop)
-    rows = None if task.damping is None else tuple(map(tuple, task.damping))
-    model = PadModel(task.model, task.pads, task.formulation, rows)
-    each = vars(natural_units(model, task.initial.T)).values()
-    units = Units(*(_each(v, count) for v in each))
-    scaled = units.scaled(model)
-    c = coefficients(np, scaled.pad, law.absolute_gap)
-    numbers = np.array([_each(getattr(c, name), count) for name in NAMES])
-    state = units.to_scaled(task.initial.T)
-    heights = np.array(law.gaps(c, pose(np, c.place(state))))
+def _work(task: _Task) -> Arrays:
+    """The motions of a chunk."""
+    taylor, options, n = heyoka(), task.options, len(task.stop)
+    each = vars(natural_units(task.model, task.initial.T)).values()
+    units = Units(*(np.broadcast_to(v, n) for v in each))  # type: ignore[arg-type]
+    model, state, stop = units.scaled(task.model), units.to_scaled(task.initial.T), task.stop
+    stop, c = stop / units.time, model.c
+    heights = np.array(model.law.gaps(c, pose(np, c.place(state))))
     touching = (heights < 0.0).astype(int)
     # on the switching surface, or too near to tell, the first motion decides
-    for i in np.flatnonzero((np.abs(heights) < 1e-9 * (1.0 + c.w + c.h)).any(axis=0)):
-        one = _single(scaled, count, int(i))
+    near = np.abs(heights) < options.clear * (1.0 + c.w + c.h)
+    for i in np.flatnonzero(near.any(axis=0)).tolist():
+        one = _some(model, i)
         touching[:, i] = first_state(one, state[:, i])
         state[:, i] = off_level(one, state[:, i], State(*touching[:, i].astype(bool).tolist()))
-    terms = np.array(np.broadcast_arrays(*scaled.term_values, state[0])[:-1]).reshape(-1, count)
-    return _Natural(units, scaled, terms, numbers, touching, state, task.stop / units.time)
+    found: Arrays = {}
 
+    def put(pads: np.ndarray, course: Course, whole: np.ndarray) -> None:
+        """Keep what is wanted of the motions of some pads; measures of the `whole` ones."""
+        own = Units(*(v[pads] for v in vars(units).values()))
+        for name, values in _values(task, course, own, whole).items():
+            if name not in found:
+                found[name] = np.full((n, *values.shape[1:]), _blank(values), dtype=values.dtype)
+            found[name][pads] = values
 
-def _single(scaled: PadModel, count: int, i: int) -> PadModel:
-    def own(value: Any) -> Any:
-        return _each(value, count)[i].item()
-
-    rows = scaled.damping and tuple(tuple(map(own, row)) for row in scaled.damping)
-    numbers = {name: own(value) for name, value in scaled.pad.given().items()}
-    return dataclasses.replace(scaled, pad=scaled.pad.replace(**numbers), damping=rows)
-
-
-class _Results:
-    """Arrays over the pads of a chunk, filled block by block."""
-
-    def __init__(self, task: _Task, natural: _Natural) -> None:
-        self._task, self._natural = task, natural
-        self._count = len(task.stop)
-        self.arrays: Arrays = {}
-
-    def _put(self, name: str, pads: np.ndarray, values: np.ndarray) -> None:
-        if name not in self.arrays:
-            shape = (self._count, *values.shape[1:])
-            blank = np.nan if values.dtype == float else None if values.dtype == object else 0
-            self.arrays[name] = np.full(shape, blank, dtype=values.dtype)
-        self.arrays[name][pads] = values
-
-    def add(self, pads: np.ndarray, whole: np.ndarray, course: Course) -> None:
-        """Keep what is wanted of the motions of these pads (indices); measures of `whole` ones."""
-        n, units = len(pads), self._natural.units_of(pads)
-        time = np.asarray(units.time)
-        self._put("outcome", pads, course.limit + 1)
-        self._put("ended", pads, course.t1 * time)
-        self._put("final", pads, np.where(course.limit < 0, course.end, np.nan).T)
-        self._put("steps", pads, course.steps)
-        self._put("changes", pads, np.bincount(course.lane, minlength=n))
-        if self._task.events:
-            lists = np.empty(n, dtype=object)
-            table = np.array([course.t * time[course.lane], course.point]).T
-            lists[:] = np.split(table, np.searchsorted(course.lane, np.arange(1, n)))
-            self._put("events", pads, lists)
-        if self._task.measure is not None:
-            for name, values in self._task.measure(course, units).items():
-                self._put(name, pads[whole], values[whole])
-
-    def end(self, pad: int, outcome: int, time: float) -> None:
-        """A pad that was not carried to the end, but to a time."""
-        self.arrays["outcome"][pad], self.arrays["ended"][pad] = outcome, time
-        self.arrays["final"][pad] = np.nan
-
-
-def _work(task: _Task) -> Arrays:
-    from squeal.simulation.taylor import run_together, unsure
-
-    law, options, n = contact_law(task.model, task.formulation), task.options, len(task.stop)
-    natural = _in_natural_units(task, law)
-    p = natural.model.pad
-    # motions of like length side by side, and of like length looked at together
-    rates = np.maximum(np.sqrt(p.m * (p.w**2 + p.h**2) / p.I), 1.0)
-    order = np.argsort(-natural.stop * rates, kind="stable")
-    results, dense = _Results(task, natural), task.measure is not None
-    size = options.looked_at_together if dense else n
+    # long motions first: their lanes take up short ones at the end
+    rates = np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
+    order = np.argsort(-stop * rates, kind="stable")
+    size = n if task.measure is None else options.looked_at_together
     for begin in range(0, n, size):
         block = order[begin : begin + size]
-        course = run_together(
-            law,
-            natural.model.terms,
-            task.tolerance,
-            natural.coefficients[:, block],
-            natural.terms[:, block],
-            natural.touching[:, block],
-            natural.state[:, block],
-            natural.stop[block],
-            dense,
-            options,
-        )
-        doubt = unsure(course, options)
-        results.add(block, ~doubt & (course.limit < 0), course)
+        start = touching[:, block], state[:, block], stop[block]
+        how = task.tolerance, task.measure is not None, options
+        course = taylor.run_together(_some(model, block), *start, *how)
+        doubt = taylor.unsure(course, options)
+        put(block, course, ~doubt & (course.limit < 0))
         for i in block[doubt].tolist():
-            _alone(task, natural, results, i)
-    arrays = results.arrays
-    arrays["final"] = natural.units.to_si(arrays["final"].T).T
-    return arrays
+            own = Units(*(float(v[i]) for v in vars(units).values()))
+            try:
+                alone = _alone(task, _some(model, i), own, state[:, i], float(stop[i]))
+            except ComputationError as error:
+                limit = error.limit if isinstance(error, ModelEnd) else REFUSED - 1
+                found["outcome"][i], found["final"][i] = 1 + limit, np.nan
+                found["ended"][i] = error.time if isinstance(error, ModelEnd) else math.nan
+            else:
+                put(np.array([i]), alone, np.array([True]))
+    return found
 
 
-def _alone(task: _Task, natural: _Natural, results: _Results, i: int) -> None:
-    """A pad that had better not run side by side with others."""
-    from squeal.simulation.taylor import TaylorIntegrator
-
-    one, model = np.array([i]), _single(natural.model, len(task.stop), i)
+def _alone(task: _Task, model: PadModel, units: Units, state: np.ndarray, stop: float) -> Course:
+    """The motion of a pad that had better not run side by side with others."""
     courses = Courses(task.measure is not None)
-    integrator = TaylorIntegrator(model, task.tolerance, options=task.options)
-    units = Units(*(float(v[0]) for v in vars(natural.units_of(one)).values()))
-    state, stop = natural.state[:, i], float(natural.stop[i])
-    try:
-        integrate(model, integrator, units, state, stop, [courses], task.options)
-    except ModelEnd as end:
-        results.end(i, 1 + end.limit, end.time)
-    except ComputationError:
-        results.end(i, REFUSED, math.nan)
-    else:
-        results.add(one, np.array([True]), courses.whole)
+    integrator = heyoka().TaylorIntegrator(model, task.tolerance, options=task.options)
+    integrate(model, integrator, units, state, stop, [courses], task.options)
+    return courses.whole
+
+
+def _values(task: _Task, course: Course, units: Units, whole: np.ndarray) -> Arrays:
+    """Arrays (n, ...) of n motions; blank where a motion is not whole and so has no measures."""
+    time, n = np.asarray(units.time), len(course.t1)
+    found = {
+        "outcome": course.limit + 1,
+        "ended": course.t1 * time,
+        "final": units.to_si(np.where(course.limit < 0, course.end, np.nan)).T,
+        "steps": course.steps,
+        "changes": np.bincount(course.lane, minlength=n),
+    }
+    if task.events:
+        table = np.array([course.t * time[course.lane], course.point]).T
+        found["events"] = np.empty(n, dtype=object)
+        found["events"][:] = np.split(table, np.searchsorted(course.lane, np.arange(1, n)))
+    if task.measure is not None:
+        for name, values in task.measure(course, units).items():
+            found[name] = values.copy()
+            found[name][~whole] = _blank(values)
+    return found
+
+
+def _blank(values: np.ndarray) -> float | None:
+    return np.nan if values.dtype == float else None if values.dtype == object else 0
 
 
 def simulate_starts(
@@ -278,29 +210,26 @@ def simulate_many(
     ComputationError
         Where heyoka is not installed or a number is not finite.
     """
-    try:
-        import squeal.simulation.taylor  # noqa: F401
-    except ImportError:
+    heyoka()
+    starts = np.asarray(initial, dtype=float)
+    count = len(starts)
+    numbers = {name: np.broadcast_to(v, count) for name, v in pads.given().items()}
+    stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
+    rows = None
+    if damping is not None:
+        C = np.broadcast_to(damping, (count, 3, 3))
+        rows = tuple(tuple(C[:, i, j] for j in range(3)) for i in range(3))
+    drags = [] if rows is None else [v for row in rows for v in row]
+    finite = np.isfinite([*numbers.values(), *drags, stops, *starts.T]).all(axis=0)
+    if not finite.all():
         raise ComputationError(
-            "ensembles of simulations need heyoka, which is not installed on this machine"
-        ) from None
-    count = len(initial)
-    stops = _each(np.asarray(stop, dtype=float), count)
-    numbers = [_each(v, count) for v in pads.given().values()]
-    C = None if damping is None else np.moveaxis(np.zeros((count, 3, 3)) + damping, 0, -1)
-    drags = [] if C is None else [*C.reshape(9, count)]
-    every = [*numbers, *drags, stops, *np.transpose(initial)]
-    wrong = np.flatnonzero(~np.isfinite(every).all(axis=0))
-    if wrong.size:
-        raise ComputationError(f"the numbers of pad {wrong[0]} of the ensemble are not finite")
+            f"the numbers of pad {np.argmin(finite)} of the ensemble are not finite"
+        )
+    whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
     size = min(options.chunk, -(-count // workers)) if count else 1
-    starts, settings = np.asarray(initial, dtype=float), (tolerance, measure, events, options)
-
-    def task(i: int) -> _Task:
-        part, some = slice(i, i + size), _part(pads, i, size, count)
-        drag = None if C is None else C[..., part]
-        return _Task(model, formulation, some, drag, starts[part], stops[part], *settings)
-
-    tasks = map(task, range(0, count, size))
+    tasks = (
+        _Task(_some(whole, part), starts[part], stops[part], tolerance, measure, events, options)
+        for part in (slice(i, i + size) for i in range(0, count, size))
+    )
     chunks = list(mapped(_work, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

@@ -132,16 +132,15 @@ class Steps:
 class Course:
     """A part of n motions in natural units, one after the other.
 
-    law: the contact law; c: coefficients, numbers or arrays (n,); terms (m, n): numbers of the
-    terms with velocities; t0, t1 (n,): begin and end; first (points, n): contact at the begin, 0 or
-    1; end (6, n): state at the end; lane, point, t (e,), state (6, e): contact changes, in order of
-    motion and time; steps (n,): integration steps; limit (n,): the entry of `LIMITS` that ended
-    it, or -1; smooth: its steps, None unless dense output was asked for.
+    law: the contact law; c: coefficients, numbers or arrays (n,); t0, t1 (n,): begin and end; first
+    (points, n): contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,),
+    state (6, e): contact changes, in order of motion and time; steps (n,): integration steps; limit
+    (n,): the entry of `LIMITS` that ended it, or -1; smooth: its steps, None unless dense output
+    was asked for.
     """
 
     law: ContactLaw
     c: Coefficients
-    terms: np.ndarray
     t0: np.ndarray
     t1: np.ndarray
     first: np.ndarray
@@ -203,24 +202,16 @@ def joined(courses: Sequence[Course]) -> Course:
     """Courses of one motion that follow each other as one, its coefficients as arrays (1,)."""
     first, last = courses[0], courses[-1]
 
-    def all_of(name: str) -> np.ndarray:
-        return np.concatenate([getattr(one, name) for one in courses], axis=-1)
+    def whole(parts: Sequence[Any], *names: str) -> dict[str, Any]:
+        return {n: np.concatenate([getattr(p, n) for p in parts], axis=-1) for n in names}
 
-    smooth = None
-    changes: Any = {name: all_of(name) for name in ("lane", "point", "t", "state")}
+    changes = whole(courses, "lane", "point", "t", "state")
+    changes["steps"] = np.sum([one.steps for one in courses], axis=0)
     if first.smooth is not None:
-        names = [field.name for field in dataclasses.fields(Steps)]
-        parts = ([getattr(one.dense, name) for one in courses] for name in names)
-        smooth = Steps(*(np.concatenate(part, axis=-1) for part in parts))
-    return dataclasses.replace(
-        last,
-        c=Coefficients(*(np.array([v]) for v in first.c)),
-        t0=first.t0,
-        first=first.first,
-        steps=np.sum([one.steps for one in courses], axis=0),
-        smooth=smooth,
-        **changes,
-    )
+        parts = [one.dense for one in courses]
+        changes["smooth"] = Steps(**whole(parts, "lane", "t", "h", "series", "on"))
+    c = Coefficients(*(np.array([v]) for v in first.c))
+    return dataclasses.replace(last, c=c, t0=first.t0, first=first.first, **changes)
 
 
 class Integrator(Protocol):
@@ -251,7 +242,7 @@ class Observer:
 
 
 class Courses(Observer):
-    """All courses of a motion as one."""
+    """All courses of a motion as one, `whole`."""
 
     def __init__(self, dense: bool) -> None:
         self.dense = dense
@@ -271,6 +262,10 @@ def state_of(contact: np.ndarray) -> State:
     return State(*(value > 0 for value in contact.tolist()))
 
 
+def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
+    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
+
+
 def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Rates of the scaled velocities with the contact that the gaps tell."""
     loads = model.physical_loads(_place(model, q), _place(model, v))
@@ -283,10 +278,6 @@ def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
     return np.concatenate([state[3:], _accelerations(model, state[:3], state[3:])])
 
 
-def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
-    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
-
-
 def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> State:
     """Contact state of the first motion from a scaled state.
 
@@ -294,20 +285,18 @@ def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) 
     first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
     """
     heights = model.gaps(_place(model, state))
-    pad = model.pad
+    pad, step = model.pad, options.first_step
     rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
-    if np.all(np.abs(heights) > rounding):
-        return State(*(bool(g < 0.0) for g in heights))
-    step = options.first_step
-    q, v = state[:3], state[3:]
-    a1 = _accelerations(model, q, v)
-    a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
-    a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
-    moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
-    # the change of the gap, not the gap: an offset of rounding size must not decide
-    change = model.gaps(_place(model, moved)) - heights
-    told = np.where(np.abs(heights) > rounding, heights, change)
-    return State(*(bool(g < 0.0) for g in told))
+    if np.any(np.abs(heights) <= rounding):
+        q, v = state[:3], state[3:]
+        a1 = _accelerations(model, q, v)
+        a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
+        a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
+        moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
+        # the change of the gap, not the gap: an offset of rounding size must not decide
+        change = model.gaps(_place(model, moved)) - heights
+        heights = np.where(np.abs(heights) > rounding, heights, change)
+    return State(*(bool(g < 0.0) for g in heights))
 
 
 def off_level(
@@ -323,12 +312,9 @@ def off_level(
     gaps = _heights(model, state)
     if abs(gaps[0] - gaps[1]) >= options.least_turn * model.pad.w:
         return state
-    turned = [np.array(state), np.array(state)]
-    for way, one in zip((1, -1), turned, strict=True):
-        one[2] += way * options.least_turn
+    turned = [state + way * options.least_turn * np.eye(6)[2] for way in (1.0, -1.0)]
     touching = contact.index(True)
-    first, second = (_heights(model, one)[touching] for one in turned)
-    return turned[0] if first < second else turned[1]
+    return min(turned, key=lambda one: _heights(model, one)[touching])
 
 
 def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
@@ -366,15 +352,8 @@ def integrate(
 ) -> tuple[float, np.ndarray, int, int]:
     """Run a scaled pad to `stop` (natural units), showing each course to the observers.
 
-    Returns
-    -------
-    tuple
-        The final time and state (6,), the number of steps and the number of contact changes.
-
-    Raises
-    ------
-    ComputationError
-        Where the model ends, or where a contact change was missed.
+    Returns the final time and state (6,), the number of steps and the number of contact changes.
+    Raises ComputationError where the model ends, or where a contact change was missed.
     """
     dense = any(observer.dense for observer in observers)
     contact = first_state(model, np.asarray(state, dtype=float), options)
@@ -383,16 +362,17 @@ def integrate(
     while t < stop:
         course = integrator.run(contact, t, state, stop, dense)
         begun, t, state = t, course.t1[0], course.end[:, 0]
+        seconds = float(t) * units.time
         heights, contact = _heights(model, state), state_of(course.last[:, 0])
         point = int(course.point[-1]) if course.t.size and course.t[-1] == t else -1
         for i, (touches, gap) in enumerate(zip(contact, heights, strict=True)):
             if i != point and (gap > options.missed if touches else gap < -options.missed):
                 raise ComputationError(
-                    f"a contact change was missed before t = {float(t) * units.time:.9g} s; "
-                    "ask for a smaller tolerance"
+                    f"a contact change was missed before t = {seconds:.9g} s; ask for a smaller "
+                    "tolerance"
                 )
         if course.limit[0] >= 0:
-            raise ModelEnd(int(course.limit[0]), float(t) * units.time)
+            raise ModelEnd(int(course.limit[0]), seconds)
         if point >= 0 and t < stop:
             late = _late(model, state, contact.flip(point), point, heights)
             course = course.with_changes(late) if late else course
@@ -400,8 +380,8 @@ def integrate(
             state = off_level(model, state, contact, options)
         elif point < 0 and t < stop and t - begun < 1e-9 * stop:
             raise ComputationError(
-                f"no progress beyond t = {float(t) * units.time:.9g} s; a spring may have "
-                "collapsed to zero length there"
+                f"no progress beyond t = {seconds:.9g} s; a spring may have collapsed to zero "
+                "length there"
             )
         steps, changes = steps + int(course.steps[0]), changes + len(course.t)
         for observer in observers:

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.io.scene import Scene
 from squeal.io.scene_keys import COORDINATES
 from squeal.model.equations import PadModel
 from squeal.model.law import ContactLaw
@@ -239,54 +238,40 @@ class Extrema(Observer):
 
 
 class Samples(Observer):
-    """The states (n, 6) at given rising times (n,), all in natural units."""
+    """The states (n, 6) and contact (points, n) at given rising times (n,), in natural units."""
 
     dense = True
 
     def __init__(self, times: np.ndarray) -> None:
         self.times, self.states = times, np.full((len(times), 6), np.nan)
+        self.on = np.zeros((0, len(times)))
 
     def see(self, course: Course) -> None:
+        if not self.on.size:
+            self.on = np.zeros((course.law.points, len(self.times)))
         i = np.searchsorted(self.times, course.t0[0])
         j = np.searchsorted(self.times, course.t1[0], side="right")
         if j > i:
-            self.states[i:j], _ = course.at(self.times[i:j])
+            self.states[i:j], self.on[:, i:j] = course.at(self.times[i:j])
 
 
-class History(Observer):
+class History(Samples):
     """Samples of state, contact and signals at equal steps of time."""
 
-    dense = True
-
     def __init__(self, model: PadModel, units: Units, stop: float, samples: int) -> None:
-        self._model, self._units = model, units
         self._seconds = np.linspace(0.0, stop, samples)
-        self._t = self._seconds / units.time
-        self._next = 0
-        self._states = np.empty((samples, 6))
-        self._signals = np.empty((len(model.law.plotted), samples))
-        self._contact = np.empty(samples, dtype="<U2")
-
-    def see(self, course: Course) -> None:
-        last = int(np.searchsorted(self._t, course.t1[0], side="right"))
-        if last <= self._next:
-            return
-        part = slice(self._next, last)
-        states, on = course.at(self._t[part])
-        self._states[part] = states
-        self._signals[:, part] = plotted(course.law)(course.c, states.T, on)
-        kinds, which_kind = np.unique(on, axis=1, return_inverse=True)
-        names = [self._model.state_name(state_of(kind)) for kind in kinds.T]
-        self._contact[part] = np.array(names)[which_kind]
-        self._next = last
+        super().__init__(self._seconds / units.time)
+        self._model, self._units = model, units
 
     def result(self) -> dict[str, Any]:
+        model = self._model
+        kinds, which_kind = np.unique(self.on, axis=1, return_inverse=True)
+        names = [model.state_name(state_of(kind)) for kind in kinds.T]
         columns = {"t": self._seconds}
-        si = self._units.to_si(self._states)
-        columns |= dict(zip(COORDINATES, si.T, strict=True))
-        columns["state"] = self._contact
-        for plotted, values in zip(self._model.law.plotted, self._signals, strict=True):
-            columns[plotted.name] = values
+        columns |= dict(zip(COORDINATES, self._units.to_si(self.states).T, strict=True))
+        columns["state"] = np.array(names)[which_kind]
+        signals = plotted(model.law)(model.c, self.states.T, self.on)
+        columns |= {s.name: v for s, v in zip(model.law.plotted, signals, strict=True)}
         return {"history": columns}
 
 
@@ -299,16 +284,15 @@ class Sliding(Observer):
         self._units, self._speed, self._count = units, speed / units.velocity, options.samples
         self._lost: float | None = None
 
+    def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+        return np.asarray(states[3] - self._speed)
+
     def see(self, course: Course) -> None:
         if self._lost is not None:
             return
         grid, steps = Grid(course, self._count), course.dense
-        excess, t = grid.states[3] - self._speed, grid.t
-
-        def read(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-            return np.asarray(states[3] - self._speed)
-
-        step, at, value = grid.peaks(read, excess, np.zeros(len(steps.t)))
+        excess, t = grid.read(self._excess), grid.t
+        step, at, value = grid.peaks(self._excess, excess, np.zeros(len(steps.t)))
         late = np.append(t[excess >= 0.0], (steps.t[step] + steps.h[step] * at)[value >= 0.0])
         if late.size:
             high = late.min()
@@ -336,30 +320,3 @@ class Progress(Observer):
         if done > self._told:
             self._told = done
             self._tell(float(course.t1[0]) / self._stop)
-
-
-def observers_for(
-    scene: Scene,
-    model: PadModel,
-    units: Units,
-    stop: float,
-    progress: Callable[[float], None] | None,
-    options: Options = DEFAULT,
-) -> list[Observer]:
-    """Just the observers that the scene's outputs need, but for the response."""
-    observers: list[Observer] = []
-    if scene.wants("events"):
-        observers.append(Events())
-    if scene.wants("shares"):
-        observers.append(Shares(model, stop))
-    if scene.wants("extrema"):
-        observers.append(Extrema(model, options))
-    if scene.wants("history"):
-        assert scene.samples is not None
-        assert scene.stop is not None
-        observers.append(History(model, units, scene.stop, scene.samples))
-    if scene.pad.V is not None:
-        observers.append(Sliding(units, scene.pad.V, options))
-    if progress is not None:
-        observers.append(Progress(stop, progress))
-    return observers

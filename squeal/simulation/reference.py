@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.model.equations import PadModel
 from squeal.simulation.hybrid import DEFAULT, Integrator, integrate
 from squeal.simulation.observers import Events
-from squeal.simulation.run import in_natural_units, make_integrator
+from squeal.simulation.run import heyoka, in_natural_units, make_integrator
 
 TOLERANCE = 1e-20  # what is tighter changes no double
 
@@ -35,31 +35,23 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     Raises ComputationError where the model ends.
     """
     units, model, first, stop = in_natural_units(scene)
-    changes = Events()
-    integrator, number = _integrator(model, tolerance)
-    start = np.array([number(float(v)) for v in first])
-    _, state, _, _ = integrate(model, integrator, units, start, stop, [changes])
-    return Reference(np.array([float(v) for v in state]), changes.times)
-
-
-def _integrator(model: PadModel, tolerance: float) -> tuple[Integrator, Any]:
-    """The integrator of references, and its kind of numbers."""
-    number = quad()
+    changes, number = Events(), quad()
     if number is None:
         shorter = dataclasses.replace(DEFAULT, scipy_step=DEFAULT.scipy_step / 4.0)
-        return make_integrator(model, tolerance, "scipy", shorter), float
-    from squeal.simulation.taylor import TaylorIntegrator
-
-    return TaylorIntegrator(model, tolerance, number), number
+        integrator: Integrator = make_integrator(model, tolerance, "scipy", shorter)
+    else:
+        integrator = heyoka().TaylorIntegrator(model, tolerance, number)
+    start = np.array([(number or float)(float(v)) for v in first])
+    _, state, _, _ = integrate(model, integrator, units, start, stop, [changes])
+    return Reference(np.array([float(v) for v in state]), changes.times)
 
 
 def quad() -> Any:
     """Heyoka's numbers of quad precision, None where there are none."""
     try:
-        import heyoka as hy
-    except ImportError:
+        return getattr(heyoka().hy, "real128", None)
+    except ComputationError:
         return None
-    return getattr(hy, "real128", None)
 
 
 def precision_in_words() -> str:

@@ -12,15 +12,9 @@ from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
 from squeal.simulation.hybrid import Course, Observer
 from squeal.simulation.observers import Samples
 
-PHASE = 0.25  # rad of the pad's fast rotation from one sample to the next
 LAST = 0.25  # share of the run that is its last part
-MOST = 32_768  # samples of that part; of a longer one the end is taken
-MOST_FIRST = 8_192  # samples of the start
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
-SAMPLES = 200  # in each of them
 STEADY = 0.1  # largest change of an amplitude that counts as steady
-SETTLED = 0.01  # share of its greatest velocity that a motion has left when it has settled
-STILL = 1e-11  # velocity of a motion that is only rounding, in natural units
 
 
 @dataclass(frozen=True)
@@ -51,9 +45,10 @@ class Response:
 
 
 def sampling_step(model: PadModel) -> float:
-    """A step of time, in natural units, that resolves the motion of a scaled pad."""
+    """A step of time, in natural units, that resolves the motion of a scaled pad: a quarter of a
+    radian of its fast rotation."""
     pad = model.pad
-    return PHASE / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
+    return 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
 
 
 class Watch(Observer):
@@ -67,12 +62,13 @@ class Watch(Observer):
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
         self._step = sampling_step(model)
-        first = np.arange(min(MOST_FIRST, int(stop / self._step) + 1)) * self._step
-        count = min(MOST, int(LAST * stop / self._step) + 1)
+        # of a long run no more samples than tell its frequency well
+        first = np.arange(min(8_192, int(stop / self._step) + 1)) * self._step
+        count = min(32_768, int(LAST * stop / self._step) + 1)
         last = stop - self._step * np.arange(count)[::-1]
         # places that no frequency is in step with
-        number = np.arange(PARTS * SAMPLES)
-        spread = stop * (number + number * 0.6180339887498949 % 1.0) / (PARTS * SAMPLES)
+        number = np.arange(200 * PARTS)
+        spread = stop * (number + number * 0.6180339887498949 % 1.0) / len(number)
         self._samples = tuple(Samples(times) for times in (first, last, spread))
         self._changed = np.inf
 
@@ -87,9 +83,9 @@ class Watch(Observer):
     def _response(self) -> Response:
         first, last, spread = (samples.states for samples in self._samples)
         rate = self._units.time
-        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, SAMPLES)
+        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1)
         speed = np.sqrt(energy.mean(axis=1))
-        if speed.max() <= STILL:
+        if speed.max() <= 1e-11:  # in natural units: only rounding
             return Response(amplitude=self._amplitude(last), settled=True)
         growth = exponent(first[self._samples[0].times < self._changed], self._step)
         start = Response()
@@ -111,16 +107,12 @@ class Watch(Observer):
         )
 
     def _amplitude(self, states: np.ndarray) -> dict[str, float]:
-        whole = np.zeros(6)
-        whole[:3] = swing(states[:, :3])
+        whole = np.append(swing(states[:, :3]), np.zeros(3))
         return dict(zip(("x", "y", "theta"), self._units.to_si(whole)[:3].tolist(), strict=True))
 
 
 def _settled(speed: np.ndarray) -> bool | None:
-    tenth = PARTS // 10
-    end, before = (
-        float(np.sqrt((part**2).mean())) for part in (speed[-tenth:], speed[-2 * tenth : -tenth])
-    )
-    if end < SETTLED * speed.max():
+    tenths = np.sqrt((speed.reshape(-1, PARTS // 10) ** 2).mean(axis=1))
+    if tenths[-1] < 0.01 * speed.max():
         return True
-    return False if end >= (1.0 - STEADY) * before else None
+    return False if tenths[-1] >= (1.0 - STEADY) * tenths[-2] else None

@@ -1,25 +1,37 @@
-"""A scene simulated: its motion in natural units, what is wanted of it in SI units."""
+"""A scene simulated: its motion in natural units, and as an answer in SI units."""
 
+from __future__ import annotations
+
+import dataclasses
 import math
 import time as clock
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
+from types import ModuleType
 from typing import Any, Literal
 
 import numpy as np
 
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
+from squeal.io.answer import Answer, Column, Table, number
 from squeal.io.scene import Scene, check_simulation, takes_scene
+from squeal.io.scene_keys import COORDINATES, INITIAL
+from squeal.io.writing import plain
+from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.units import Units, natural_units
 from squeal.schema.place import Place
 from squeal.schema.values import Word
-from squeal.simulation.answer import Motion
-from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
-from squeal.simulation.observers import observers_for
+from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
+from squeal.simulation.observers import Events, Extrema, History, Progress, Shares, Sliding
 from squeal.simulation.response import Response, Watch
+from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]
 BACKENDS = Word(("auto", "heyoka", "scipy"))
+UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
+UNKNOWN = "cannot be told"
 
 
 @dataclass(frozen=True)
@@ -32,7 +44,7 @@ class Event:
 
 
 @dataclass(frozen=True, repr=False)
-class Simulation(Motion):
+class Simulation(Answer):
     """Result of a run, in SI units.
 
     final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;
@@ -56,6 +68,105 @@ class Simulation(Motion):
     sliding_holds: bool | None = None
     sliding_lost_at: float | None = None
 
+    def table(self) -> Table:
+        """A row for each sample of the history; forces over F_n, places over w.
+
+        Raises InputError where the scene's outputs do not name it.
+        """
+        if self.history is None:
+            raise InputError("history: missing; the scene's outputs must name it")
+        units = UNITS | {signal.name: signal.over for signal in contact_law(self.model).plotted}
+        names = list(self.history)
+        told = [Column(name, units.get(name, ""), itemgetter(k)) for k, name in enumerate(names)]
+        columns = (self.history[name].tolist() for name in names)
+        return Table(told, list(zip(*columns, strict=True)))
+
+    def parts(self) -> Sequence[str | Table]:
+        """Final state, shares, extrema, response, contact changes, and whether sliding holds."""
+
+        def pairs(title: str, head: str, rows: Sequence[tuple[str, str]]) -> Table:
+            told = (Column(head, value=itemgetter(0)), Column("", value=itemgetter(1)))
+            return Table(told, rows, title, f"{title}: none")
+
+        named = zip(UNITS.items(), self.final, strict=True)
+        final = [(name, f"{number(v, 9)} {unit}") for (name, unit), v in named]
+        found: list[str | Table] = [
+            f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
+            f"{self.contact_changes} contact changes",
+            pairs("final state", "at", final),
+        ]
+        if self.shares is not None:
+            shares = [(state, f"{100 * v:.3f} %") for state, v in self.shares.items()]
+            found.append(pairs("share of time", "state", shares))
+        if self.extrema is not None:
+            spans = []
+            for signal in contact_law(self.model).plotted:
+                ends = self.extrema[signal.name]
+                span = "none" if ends is None else f"{number(ends[0])} to {number(ends[1])}"
+                spans.append((f"{signal.name}/{signal.over}", span))
+            found.append(pairs("extrema", "signal", spans))
+        if self.response is not None:
+            found.append(pairs("response", "", _rows(self.response)))
+        if self.events is not None:
+            rows = [(f"{e.t:.9g} s", f"{e.source} -> {e.target}") for e in self.events]
+            found.append(pairs("contact changes", "t", rows))
+        if self.sliding_holds:
+            found.append("sliding: the surface stays faster than the pad")
+        elif self.sliding_holds is False:
+            found.append(
+                f"WARNING: the pad reaches the speed V of the surface at t = "
+                f"{self.sliding_lost_at:.9g} s; the equations do not hold from there on"
+            )
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal simulate`: only what the scene asked for."""
+        found: dict[str, Any] = {"model": self.model}
+        found["final"] = dict(zip(UNITS, self.final, strict=True))
+        if self.events is not None:
+            found["events"] = [{"t": e.t, "from": e.source, "to": e.target} for e in self.events]
+        for name in ("shares", "extrema"):
+            if getattr(self, name) is not None:
+                found[name] = getattr(self, name)
+        if self.response is not None:
+            found["response"] = dataclasses.asdict(self.response)
+        found["sliding_holds"] = self.sliding_holds
+        if self.sliding_holds is False:
+            found["sliding_lost_at"] = self.sliding_lost_at
+        if self.history is not None:
+            columns = self.history.items()
+            found["history"] = {name: [plain(v) for v in each.tolist()] for name, each in columns}
+        last = ("method", "tolerance", "steps", "contact_changes", "run_time")
+        return found | {name: getattr(self, name) for name in last}
+
+
+def _rows(response: Response) -> list[tuple[str, str]]:
+    """Name and value of all that a response tells."""
+    sizes = (response.amplitude or {}).items()
+    size = ", ".join(f"{name} {number(value)} {UNITS[name]}" for name, value in sizes)
+    frequency, growth = response.frequency_hz, response.growth_rate
+    grows = UNKNOWN
+    if growth is not None:
+        grows = f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz"
+    return [
+        ("dominant frequency", UNKNOWN if frequency is None else f"{number(frequency)} Hz"),
+        ("amplitude", size or UNKNOWN),
+        ("growth at the start", grows),
+        ("settled", {True: "yes", False: "no", None: UNKNOWN}[response.settled]),
+    ]
+
+
+def heyoka() -> ModuleType:
+    """`squeal.simulation.taylor`; raises ComputationError where heyoka is not installed."""
+    try:
+        import squeal.simulation.taylor as taylor
+    except ImportError:
+        raise ComputationError(
+            "heyoka is not installed on this machine; ensembles need it, and a single motion can "
+            "use the integrator scipy"
+        ) from None
+    return taylor
+
 
 def make_integrator(
     model: PadModel, tolerance: float, backend: Backend, options: Options = DEFAULT
@@ -63,16 +174,11 @@ def make_integrator(
     """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
     if backend != "scipy":
         try:
-            from squeal.simulation.taylor import TaylorIntegrator
-        except ImportError:
+            made: Integrator = heyoka().TaylorIntegrator(model, tolerance, options=options)
+            return made
+        except ComputationError:
             if backend == "heyoka":
-                raise ComputationError(
-                    "heyoka is not installed on this machine; use the integrator scipy"
-                ) from None
-        else:
-            return TaylorIntegrator(model, tolerance, options=options)
-    from squeal.simulation.scipy_solver import SciPyIntegrator
-
+                raise
     return SciPyIntegrator(model, tolerance, options)
 
 
@@ -83,7 +189,7 @@ def first_place(scene: Scene) -> tuple[float, ...]:
     """
     if scene.start != "equilibrium":
         return scene.initial
-    from squeal.equilibrium import sliding_equilibrium
+    from squeal.equilibrium import sliding_equilibrium  # a motion from elsewhere needs none
 
     found, how = sliding_equilibrium(scene.pad_model)
     if found is None:
@@ -100,15 +206,28 @@ def first_place(scene: Scene) -> tuple[float, ...]:
 def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
     assert scene.stop is not None  # as a scene that is simulated has it
-    first = first_place(scene)
-    units = natural_units(scene.pad_model, first)
-    model = scene.pad_model
+    first, model = first_place(scene), scene.pad_model
+    units = natural_units(model, first)
     if scene.damping is not None:
         from squeal.equilibrium.damping import damped_model
 
         model = damped_model(scene)
-    model = units.scaled(model)
-    return units, model, units.to_scaled(np.array(first)), scene.stop / units.time
+    return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time
+
+
+def _observers(
+    scene: Scene, model: PadModel, units: Units, stop: float, options: Options
+) -> list[Observer]:
+    """Just the observers that the scene's outputs need."""
+    wanted: dict[str, Callable[[], Observer]] = {
+        "events": Events,
+        "shares": lambda: Shares(model, stop),
+        "extrema": lambda: Extrema(model, options),
+        "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
+        "response": lambda: Watch(model, units, stop),
+    }
+    found = [make() for name, make in wanted.items() if scene.wants(name)]
+    return found if scene.pad.V is None else [*found, Sliding(units, scene.pad.V, options)]
 
 
 @takes_scene
@@ -154,15 +273,15 @@ def simulate(
     check_simulation(scene, Place(str(scene.source or "Scene")))
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
-    observers = observers_for(scene, model, units, stop, progress, options)
-    if scene.wants("response"):
-        observers.append(Watch(model, units, stop))
+    observers = _observers(scene, model, units, stop, options)
+    if progress is not None:
+        observers.append(Progress(stop, progress))
     integrator = make_integrator(model, scene.tolerance, backend, options)
     t, state, steps, changes = integrate(model, integrator, units, start, stop, observers, options)
     results: dict[str, Any] = {}
-    for o in observers:
-        results |= o.result()
-    if scene.wants("events"):
+    for observer in observers:
+        results |= observer.result()
+    if "events" in results:
         results["events"] = tuple(
             Event(e.t * units.time, model.state_name(e.source), model.state_name(e.target))
             for e in results["events"]

@@ -120,7 +120,6 @@ class SciPyIntegrator(Integrator):
         return Course(
             law=self._model.law,
             c=self._model.c,
-            terms=self._model.term_values[:, None],
             t0=np.array([t]),
             t1=nodes[-1:],
             first=on,

@@ -300,7 +300,6 @@ class TaylorIntegrator:
         return Course(
             law=model.law,
             c=model.c,
-            terms=model.term_values[:, None],
             t0=np.array([begin]),
             t1=np.array([own.ta.time]),
             first=np.array(contact, dtype=int)[:, None],
@@ -313,26 +312,25 @@ class TaylorIntegrator:
 
 
 def run_together(
-    law: ContactLaw,
-    terms: tuple[str, ...],
-    tolerance: float,
-    coefficients: np.ndarray,
-    numbers: np.ndarray,
+    model: PadModel,
     on: np.ndarray,
     state: np.ndarray,
     stop: np.ndarray,
+    tolerance: float,
     dense: bool,
     options: Options = DEFAULT,
 ) -> Course:
     """The motions of n scaled pads, each to its own time; the next begins where one is done.
 
-    coefficients (names, n); numbers (m, n): of the terms with velocities; on (points, n) of 0 or 1;
-    state (6, n); stop (n,). The entry of `limit` is -2 for a motion that could not be carried to
-    the end. Changes of several points in one instant are not told apart, see `unsure`.
+    model: of pads whose numbers are arrays (n,); on (points, n) of 0 or 1; state (6, n); stop (n,).
+    The entry of `limit` is -2 for a motion that could not be carried to the end. Changes of several
+    points in one instant are not told apart, see `unsure`.
     """
-    n, lanes = len(stop), options.lanes
-    own = machine(law, terms, max(tolerance, float(np.finfo(float).eps)), lanes, options=options)
-    given = np.concatenate([coefficients, on, numbers])
+    law, n, lanes = model.law, len(stop), options.lanes
+    tolerance = max(tolerance, float(np.finfo(float).eps))
+    own = machine(law, model.terms, tolerance, lanes, options=options)
+    c = Coefficients(*(np.broadcast_to(v, n) for v in model.c))
+    given = np.concatenate([c, on, model.term_values.reshape(-1, n)])
     t1, end, steps, limit = np.zeros(n), state.copy(), np.zeros(n, dtype=int), np.full(n, -1)
     motion, time, until, begun = np.full(lanes, -1), np.zeros(lanes), np.zeros(lanes), 0
     logs: list[dict[str, np.ndarray]] = []
@@ -370,8 +368,7 @@ def run_together(
     order = order[np.searchsorted(changes["lane"][order], 0) :]  # without those of idle lanes
     return Course(
         law=law,
-        c=Coefficients(*coefficients),
-        terms=numbers,
+        c=c,
         t0=np.zeros(n),
         t1=t1,
         first=on,

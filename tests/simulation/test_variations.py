@@ -41,7 +41,7 @@ def test_deviations_against_neighbouring_motions_in_quad_precision(name):
     scene = read_scene(SCENES / f"{name}.yaml", "simulate")
     scene = dataclasses.replace(scene, stop=0.3 * scene.stop)
     found = variations(scene)
-    _, model, first, stop = in_natural_units(scene)
+    units, model, first, stop = in_natural_units(scene)
     exact = TaylorIntegrator(model, 1e-28, hy.real128)
     small = hy.real128(1e-16)
 
@@ -52,7 +52,7 @@ def test_deviations_against_neighbouring_motions_in_quad_precision(name):
                 for v, d in zip(first, direction, strict=True)
             ]
         )
-        _, state, _, changes = integrate(model, exact, None, start, stop, [])
+        _, state, _, changes = integrate(model, exact, units, start, stop, [])
         assert changes > 0
         return state
 
