@@ -1,7 +1,6 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make two-ways  20,000 questions asked in two ways, for hours
 # make lint     style and types                         make lock   pin newer dependencies
-# make ensembles  search all formulations anew, for hours; goes on where it stopped
 # make benchmark  speed against other programs       make cite-check  citation files
 # make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
@@ -32,21 +31,11 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report ensembles test test-without-heyoka two-ways lint benchmark page page-test site dist archive \
+.PHONY: report test test-without-heyoka two-ways lint benchmark page page-test site dist archive \
 	cluster cluster-test pythons platforms metadata codecheck cite-check lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
-
-ensembles: $(ENVIRONMENT)
-	$(BIN)/python -m squeal.article.ensembles.draw searched/ensembles
-	$(BIN)/python -m squeal.article.ensembles.beyond searched/ensembles searched/ensembles-b2
-	$(BIN)/python -m squeal.article.ensembles.gather searched/ensembles searched/ensembles-b2 \
-		> searched/ensembles.npz
-	mv searched/ensembles.npz workflow/ensembles.npz
-	$(BIN)/python -m squeal.article.ensembles.choosing workflow/ensembles.npz \
-		--scenes workflow/scenes > searched/pad.json
-	mv searched/pad.json workflow/pad.json
 
 test: $(ENVIRONMENT)
 	@$(BIN)/pytest

@@ -1,20 +1,15 @@
-# From the scenes to the report: `snakemake`. The table of chapters, squeal/article/report/chapters.py,
-# says what there is; a rule for each kind of job calls a program of the package that can be run by
-# hand. Inputs named `package` are the files of the package that the program imports, `lock` the
-# versions of all others.
+# From the scenes to the report: `snakemake`. squeal/article/contents.py says what there is; a rule
+# for each kind of job calls a program of the package that can be run by hand. Inputs named `package`
+# are the files of the package that the program imports, `lock` the versions of all others.
 import os
 import sys
 from pathlib import Path
 
-
 sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.report.captions import captions, values
-from squeal.article.report.chapters import CHAPTERS, FIGURES, STUDIES, scene_file
-from squeal.article.report.plain import plain
+from squeal.article.contents import FIGURES, RESULTS, STUDIES, scene_file
 from squeal.io.provenance import sources
-from workflow.warm import start
 
 LOCK = "requirements/environment.txt"
 
@@ -33,18 +28,12 @@ os.environ.update(
 localrules:
     all,
     everything_but_pdf,
-    searches_gathered,
-
-
-onstart:
-    # with a limit of jobs a second Snakemake 9 looks for jobs anew the more often the more have run
-    workflow.scheduler.job_rate_limiter = None
-    start()  # jobs are forks
 
 
 rule all:
     input:
-        "paper/report.pdf",
+        RESULTS,
+        expand("figures/{figure}.{kind}", figure=FIGURES, kind=["pdf", "txt"]),
 
 
 include: "workflow/rules/simulate.smk"
@@ -52,4 +41,3 @@ include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/shown.smk"
-include: "workflow/rules/chunks.smk"

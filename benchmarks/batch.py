@@ -18,9 +18,8 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from squeal.article.identify.space import BOUNDS, decode, pad_of
-from squeal.article.precision.measure import compare_times
-from squeal.article.precision.paths import ours
+from squeal.article.identify.space import DIMENSIONS, decode, pad_of
+from squeal.article.studies.accuracy import compare_times, ours
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT
@@ -42,10 +41,10 @@ Times = np.ndarray | None  # of the contact changes in natural units; None: the 
 def random_pads(model: Model, n: int, seed: int) -> tuple[list[Pad], np.ndarray]:
     """Pads of the identification's ranges with random angles; first states (n, 6)."""
     random = np.random.default_rng(seed)
-    low, high = np.array(BOUNDS).T
     pads, starts = [], np.zeros((n, 6))
     for i in range(n):
-        numbers = decode(low + (high - low) * random.uniform(size=len(BOUNDS)))
+        point = random.uniform(size=(1, len(DIMENSIONS)))
+        numbers = {name: v[0] for name, v in decode(point).items()}
         pads.append(pad_of(numbers, model, tuple(random.uniform(0.1, 3.0, 2))))
         contact = numbers["k_c"] if model == "B2" else numbers["k3"] + numbers["k4"]
         starts[i, 1] = -random.uniform(0.0, 2.0) * numbers["F_n"] / contact
@@ -70,7 +69,7 @@ def differs(found: Times, exact: Times) -> bool:
     """Whether a change is missed or made up, or the model ends in one of two runs only."""
     if found is None or exact is None:
         return (found is None) != (exact is None)
-    return compare_times(found, exact)[:2] != (0, 0)
+    return compare_times(found, exact) != (0, 0)
 
 
 def compared(model: Model, n: int, pool: ProcessPoolExecutor, workers: int) -> None:

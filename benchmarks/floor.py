@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.article.precision.paths import ours
+from squeal.article.studies.accuracy import ours
 from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import PadModel
 from squeal.simulation.ensemble import DONE, simulate_many, stack

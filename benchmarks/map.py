@@ -13,11 +13,36 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
-from squeal.article.precision.maps import matrices, named
-from squeal.io.scene import read_scene
+from squeal.io.scene import Scene, read_scene
+from squeal.model.linear import about_origin, spring_directions
 
 SCENE = Path(__file__).parent.parent / "workflow" / "scenes" / "b3.yaml"
 REPEATS = 5
+
+
+def matrices(scene: Scene, n: int) -> np.ndarray:
+    """M^-1 K of every point of the map, shape (n, n, 3, 3)."""
+    pad, axes = scene.pad, angle_axes(n)
+    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
+    K = np.zeros((n, n, 3, 3)) + about_origin(scene.pad_model.replace(k1=0.0, k2=0.0)).K
+    K += pad.k1 * np.einsum("ik,jk->kij", a1, a1)[:, None]
+    K += pad.k2 * np.einsum("ik,jk->kij", a2, a2)
+    return np.asarray(K / np.array([pad.m, pad.m, pad.I])[:, None])
+
+
+def named(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Verdict codes from s = -lambda^2 (..., 3), and the distance to the nearest boundary.
+
+    The distance is that of two roots, or of a root from zero, over the largest root.
+    """
+    size = np.abs(s).max(-1)
+    growth = np.abs(np.sqrt(-s.astype(complex)).real)
+    pair = np.abs(s.imag) > 1e-9 * size[..., None]
+    flutter = np.where(pair, growth, 0.0).max(-1)
+    divergence = np.where(~pair & (s.real < 0.0), growth, 0.0).max(-1)
+    codes = np.where(flutter > divergence, 2, np.where(divergence > 0.0, 3, 1))
+    gaps = [np.abs(s[..., i] - s[..., j]) for i, j in ((0, 1), (0, 2), (1, 2))]
+    return codes, np.min([*gaps, *np.moveaxis(np.abs(s), -1, 0)], axis=0) / size
 
 
 def fastest(task: Callable[[], object], repeats: int) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.article.precision.paths import Path, Run, hybrid
+from squeal.article.studies.accuracy import Run, Way, hybrid
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import pose
@@ -108,7 +108,7 @@ def with_diffrax(scene: Scene, tolerance: float) -> Run:
     return Run(state[:3], np.array(times), steps)
 
 
-def peers() -> Iterator[tuple[str, Path]]:
+def peers() -> Iterator[tuple[str, Way]]:
     """Paths of those libraries that are installed."""
     try:
         import sksundae.cvode  # noqa: F401

@@ -1,7 +1,7 @@
 """Error against run time with the peers of the benchmark group: `python -m benchmarks.precision`.
 
-Writes results/benchmark.json and figures/benchmark.pdf, and prints for each case the least time of
-each path for a final error of at most 1e-10, as such and as a multiple of the default path.
+Writes figures/benchmark.pdf, and prints for each case the least time of each path for a final error
+of at most 1e-10, as such and as a multiple of the default path.
 """
 
 from __future__ import annotations
@@ -10,45 +10,44 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.peers import peers
-from squeal.article.figures.precision import draw
-from squeal.article.precision.paths import DEFAULT
-from squeal.article.report.precision import ERROR, OURS
-from squeal.article.results.precision import time_at
-from squeal.article.studies.precision import STEMS, compared
-from squeal.io.provenance import provenance
-from squeal.io.writing import to_json, write_text
+from squeal.article.cases import title
+from squeal.article.figures.accuracy import draw
+from squeal.article.studies.accuracy import WAYS, Accuracy, points_of
+from squeal.io.scene import read_scene
 from squeal.plots.style import save
+from squeal.simulation.reference import precision_in_words, reference
 
 ROOT = Path(__file__).resolve().parent.parent
-PATIENCE = 5.0  # s
-RESULTS, FIGURE = ROOT / "results" / "benchmark.json", ROOT / "figures" / "benchmark.pdf"
+STEMS = ("b1-c", "b2-c", "b1-b", "b2-b")
+PATIENCE, ERROR = 5.0, 1e-10
+FIGURE = ROOT / "figures" / "benchmark.pdf"
 
 
 def main() -> None:
-    """Measure, write, draw, print."""
+    """Measure, draw, print."""
     others = dict(peers())
     print(f"peers beside SciPy: {', '.join(others) or 'none installed'}")
-    stems = (*STEMS, "b1-b", "b2-b")
-    scenes = [ROOT / f"workflow/scenes/{name}.yaml" for name in (*stems, "b3")]
-    found = compared(scenes, stems, DEFAULT | others, PATIENCE, order=True)
-    found = replace(found, provenance=provenance(scenes, "squeal.article.studies.precision"))
-    RESULTS.parent.mkdir(exist_ok=True)
-    write_text(RESULTS, to_json(found.to_dict()) + "\n")
+    points, changes = [], {}
+    for stem in STEMS:
+        scene = read_scene(ROOT / f"workflow/scenes/{stem}.yaml", "simulate")
+        scene, case = replace(scene, outputs=()), title(stem)
+        exact = reference(scene)
+        changes[case] = len(exact.times)
+        for name, way in (WAYS | others).items():
+            points += points_of(case, scene, exact, name, way, PATIENCE)
+    found = Accuracy(tuple(points), changes, precision_in_words())
     save(draw(found), FIGURE)
-    points = found.points
-    for case in dict.fromkeys(p.case for p in points):
+    for case in changes:
         print(f"{case}: ms for an error of {ERROR:g}, multiple of ours, contact changes missed")
-        own = time_at(points, case, OURS, ERROR)
-        for path in dict.fromkeys(p.path for p in points):
-            least = time_at(points, case, path, ERROR)
+        own = found.time_at(case, "squeal", ERROR)
+        for path in (*WAYS, *others):
+            least = found.time_at(case, path, ERROR)
             lost = sum(p.missed for p in points if (p.case, p.path) == (case, path))
-            told = (
-                "       -        -"
-                if least is None or own is None
-                else (f"{1e3 * least:8.3f} {least / own:8.1f}")
-            )
+            told = "       -        -"
+            if least is not None and own is not None:
+                told = f"{1e3 * least:8.3f} {least / own:8.1f}"
             print(f"  {path:16} {told} {lost:6}")
-    print(f"written: {RESULTS.relative_to(ROOT)}, {FIGURE.relative_to(ROOT)}")
+    print(f"written: {FIGURE.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

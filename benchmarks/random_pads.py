@@ -20,7 +20,7 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import CriticalFriction, critical_friction
-from squeal.article.results._transitions import EDGE_NAMES
+from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene

@@ -27,10 +27,10 @@ HEYOKA = importlib.util.find_spec("heyoka") is not None
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
 # files that take long: a worker runs a file whole, and none of these should be the last
 LONG = (
-    *("simulation/test_ensemble", "article/test_stability_chapter", "analysis/test_sensitivity"),
+    *("simulation/test_ensemble", "article/test_stability", "analysis/test_sensitivity"),
     *("simulation/test_falling", "analysis/test_threshold_curve", "cli/test_cli"),
     *("cli/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
-    *("workflow/test_workflow", "workflow/test_warm", "simulation/test_simulation"),
+    *("workflow/test_workflow", "simulation/test_simulation"),
     "equilibrium/test_admissible",
 )
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]

@@ -1,4 +1,4 @@
-"""Pages that the package writes itself: findings, chapters."""
+"""Pages that the package writes itself: findings, contents of the report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from sphinx.application import Sphinx
 import squeal
 from squeal.article.cases import STEMS
 from squeal.article.commands.claims import scene_files
-from squeal.article.report.captions import captions, sections
-from squeal.article.report.chapters import CHAPTERS
+from squeal.article.contents import FIGURES, STUDIES
+from squeal.article.report.captions import captions, title
 from squeal.article.studies.findings import study
 from squeal.io.provenance import digest
 
@@ -31,19 +31,17 @@ def findings() -> str:
     )
 
 
-def chapters() -> str:
-    """The report's chapters: their figures, tables and results."""
-    found, parts = captions(ROOT / "paper"), []
-    for chapter in CHAPTERS:
-        parts.append(f"## {chapter.name.capitalize()}\n")
-        parts.append(f"{'; '.join(sections(ROOT / 'paper', chapter.name))}.\n")
-        shown = [one for one in found.values() if one.chapter == chapter.name]
-        for one in shown:
-            file = f"figures/{one.name}.pdf" if one.kind == "figure" else f"{one.name}.tex"
-            parts.append(f"{one.place}\n: {_escaped(one.title)} `{file}`\n")
-        studies = ", ".join(f"`results/{study.name}.json`" for study in chapter.studies)
-        if studies:
-            parts.append(f"Its own results: {studies}.\n")
+def contents() -> str:
+    """The report's figures, tables and results."""
+    figures = [
+        f"`figures/{name}.pdf`" if name in FIGURES else f"`paper/generated/{name}.tex`"
+        for name in captions()
+    ]
+    parts = [
+        f"{file}\n: {_escaped(title(text)) or '...'}\n"
+        for file, text in zip(figures, captions().values(), strict=True)
+    ]
+    parts.append(f"Results: {', '.join(f'`results/{name}.json`' for name in STUDIES)}.\n")
     return "\n".join(parts)
 
 
@@ -76,7 +74,7 @@ def write(app: Sphinx) -> None:
     """Write the pages into generated/; findings only if their sources have changed."""
     folder = Path(app.srcdir) / "generated"
     (folder / "api").mkdir(parents=True, exist_ok=True)
-    _write(folder / "chapters.md", chapters())
+    _write(folder / "contents.md", contents())
     current: set[Path] = set().union(*(api(folder / "api", f"squeal.{name}") for name in PACKAGES))
     for page in {*(folder / "api").glob("*.rst")} - current:  # of a module that is gone
         page.unlink()

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.article.results.quasi_static import Readings
+from squeal.article.records import Record, Share
 from squeal.model.linear import spring_directions
 from squeal.model.pad import Pad
 
@@ -56,6 +56,13 @@ def bounds(pad: Pad, angles: Any = None) -> Bounds:
     row_3 = (K31 - mu * h * K21) * np.sign(K31) > 0.0
     sign_aware = row_1 & row_3 if mu > 0.0 else np.ones_like(row_1)
     return Bounds(a, b, (mu < a) & (mu < b), sign_aware)
+
+
+class Readings(Record):
+    """Share of the map where (23a, b) hold as printed, and with signs followed."""
+
+    as_printed: Share
+    sign_aware: Share
 
 
 @dataclass(frozen=True)

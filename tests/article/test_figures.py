@@ -13,9 +13,9 @@ from matplotlib.colors import to_hex, to_rgb
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.figures import angle_maps, charts, histories, quasi_static, sketch
-from squeal.article.results._transitions import transitions
-from squeal.article.results.runs import read_run
+from squeal.article.runs import read_run
 from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
+from squeal.article.transitions import transitions
 from squeal.cli.main import command
 from squeal.io.scene import read_scene
 from squeal.model.contact import contact_law

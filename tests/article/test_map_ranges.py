@@ -9,15 +9,12 @@ import pytest
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, on_grid
 from squeal.article.cases import CASES
 from squeal.article.equations import Bounds, bounds
-from squeal.article.report.verdicts import deciding, small_counts
-from squeal.article.results.map_ranges import MapRanges
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
 from squeal.io.scene import read_scene
 from squeal.linear import verdict
 from squeal.model.linear import linearise
 from squeal.model.states import FULL, STATES
-from tests.article import known
 from tests.conftest import HAMMERING as SCENES
 
 
@@ -83,32 +80,6 @@ def test_equilibria_off_the_branch_are_those_of_a_thorough_search(scene):
     assert found.upright <= found.kept
 
 
-@pytest.mark.parametrize(
-    ("place", "words"),
-    [("inside", "against the article"), ("on the edge", "neither"), ("outside", "as the article")],
-)
-def test_the_reading_of_the_map_follows_where_the_case_lies(place, words):
-    known_ranges = known.of(MapRanges)
-    members = {
-        case: dataclasses.replace(one, own=place if case == "c" else "outside")
-        for case, one in known_ranges.members.items()
-    }
-    values = known.physics(ranges=dataclasses.replace(known_ranges, members=members))
-    assert words in values["physics.map.reading"]
-    assert f"(c) lie {place}" in values["physics.map.lie"] or place == "outside"
-
-
-@pytest.mark.parametrize(
-    ("outside", "words"), [(0.0, "the same for all"), (0.3, "depends on the pad")]
-)
-def test_where_a_case_lies_is_no_property_of_its_angles_if_it_moves(outside, words):
-    found = known.of(MapRanges)
-    case = dataclasses.replace(found.members["c"], inside=0.5, outside=outside)
-    values = known.physics(ranges=dataclasses.replace(found, members={"c": case}, flat=()))
-    assert words in values["physics.map.angles"]
-    assert "divide by zero" not in values["physics.map.angles"]
-
-
 def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scene):
     """K21 = k1 s1 c1 - k2 s2 c2 in closed form: zero for all k1 and k2 if both products are."""
     closed = [
@@ -117,8 +88,6 @@ def test_conditions_that_divide_by_zero_whatever_the_pad_are_found_and_told(scen
         if max(abs(math.sin(a) * math.cos(a)) for a in angles) < 1e-15
     ]
     assert ranges_study._flat(scene.pad) == tuple(closed) == ("a", "b")
-    found = dataclasses.replace(known.of(MapRanges), flat=("a", "b"))
-    assert "For cases (a) and (b) $K_{21} = 0$" in known.physics(ranges=found)["physics.map.angles"]
 
 
 def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
@@ -136,10 +105,6 @@ def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
     assert list(found.small_at["mu"].values()) == [0, 27, 81]
     assert list(found.small_at["k_c/k1"].values()) == [27, 27, 54]
     assert all(list(found.small_at[n].values()) == [36] * 3 for n in ("h/w", "k2/k1", "preload"))
-    assert deciding(found)[:2] == ["mu", "k_c/k1"]
-    assert (
-        small_counts(found) == r"of 81 each 0 to 81 by $\mu$, 27 to 54 by $k_c/k_1$, by others less"
-    )
     assert found.near == found.near_others == 0
     spread = np.linspace(0.0, 1.0, 243) ** 2
     monkeypatch.setattr(ranges_study, "_equilibria", lambda *_: (spread, 1 - spread, spread))
@@ -149,12 +114,6 @@ def test_small_regions_are_counted_by_parameter(scene, monkeypatch):
     assert (other.near, other.near_others) == near
     assert near[0] != near[1]
     assert (other.touching.low, other.touching.high) == (0.0, 1.0)
-    words = known.physics(ranges=dataclasses.replace(known.of(MapRanges), full=found))
-    assert words["physics.map.margin"] == "$6$"
-    assert (
-        "27, 27 and 54 at $k_c/k_1$ of 0.05, 0.4 and 3, each of 81 pads"
-        in (words["physics.map.small"])
-    )
 
 
 def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):
@@ -170,11 +129,3 @@ def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):
     assert kept == pytest.approx(np.mean(good))
     assert full == pytest.approx(np.mean(good & (found.contact == STATES.index(FULL))))
     assert 0.0 < full[0] < kept[0] < reached[0]
-
-
-@pytest.mark.parametrize(("kept", "words"), [(0, "all there is"), (3, "branch only")])
-def test_the_branch_is_not_all_there_is_if_others_are_kept(kept, words):
-    ranges = known.of(MapRanges)
-    changed = dataclasses.replace(ranges.off_branch, kept=kept)
-    values = known.physics(ranges=dataclasses.replace(ranges, off_branch=changed))
-    assert words in values["physics.map.other"]

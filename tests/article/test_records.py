@@ -1,98 +1,99 @@
-"""Records to JSON and back: nothing lost, nothing of another kind accepted."""
+"""Records go to JSON and come back, and what does not fit is refused by its key."""
 
 import json
-from typing import Any, Literal
+from importlib import import_module
+from pathlib import Path
+from typing import Literal, get_type_hints
 
-import numpy as np
 import pytest
 
-from squeal.article.results.records import Missing, Record, Result, from_dict, to_dict
+import squeal.article.studies as studies
+from squeal.article.contents import FIGURES, RESULTS, STUDIES
+from squeal.article.records import Missing, Record, Result, call, from_dict, read_json, to_dict
+from squeal.article.studies import record_of
+from squeal.article.studies.__main__ import main
 from squeal.errors import InputError
-from squeal.io.provenance import provenance
-from squeal.model.contact import Formulation
-from squeal.numerics.outline import Outline
+from tests.conftest import ROOT, SCENES
 
 
 class Part(Record):
-    length: float
-    name: str | None
+    name: Literal["a", "b"]
+    size: float | None
 
 
 class Whole(Result):
-    count: int
-    flag: bool
-    kind: Literal["even", "odd"]
-    pair: tuple[float, str]
-    rows: tuple[tuple[float, ...], ...]
     parts: dict[str, Part | Missing]
-    formulation: Formulation
+    pairs: tuple[tuple[float, int], ...]
+    on: bool = True
 
 
-WHOLE = Whole(
-    count=3,
-    flag=True,
-    kind="odd",
-    pair=(0.1, "a"),
-    rows=((1.0, 1 / 3), ()),
-    parts={"b": Part(5e-324, None), "a": Missing("lost"), "c": Part(1.7976931348623157e308, "c")},
-    formulation=Formulation("mean"),
-    provenance=provenance([], "squeal.errors"),
-)
+WHOLE = Whole({"p": Part("a", 0.1), "q": Missing("none")}, ((1.0, 2), (3.0, 4)))
 
 
-def plain(**changes: Any) -> dict[str, Any]:
-    value: dict[str, Any] = json.loads(json.dumps(WHOLE.to_dict()))
-    return value | changes
-
-
-def test_a_record_comes_back_unchanged():
-    assert Whole.from_dict(plain()) == WHOLE
-
-
-def test_a_result_is_read_from_its_file(tmp_path):
+def test_a_record_comes_back_unchanged(tmp_path):
     file = tmp_path / "whole.json"
-    file.write_text(json.dumps(plain()))
+    file.write_text(json.dumps(to_dict(WHOLE)))
     assert Whole.read(file) == WHOLE
-    file.write_text("{")
-    with pytest.raises(InputError, match=r"whole.json: .*a JSON file"):
-        Whole.read(file)
 
+    def both(one: Whole, word: str) -> tuple[Whole, str]:
+        return one, word
 
-def test_whole_numbers_become_those_of_the_field():
-    (entry,) = from_dict(tuple[Part, ...], [{"length": 2, "name": None}])
-    assert type(entry.length) is float
-
-
-def test_arrays_of_an_outline_keep_their_shape_when_empty():
-    none = Outline(
-        np.zeros((0, 2, 2)), np.zeros((0, 2), int), np.zeros((0, 4, 2)), np.zeros(0, int)
-    )
-    back = from_dict(Outline, json.loads(json.dumps(to_dict(none))))
-    assert back.segments.shape == (0, 2, 2)
+    assert call(both, [str(file), "word"]) == (WHOLE, "word")
+    with pytest.raises(InputError, match="1 arguments are not allowed; it is made from one, word"):
+        call(both, [str(file)])
 
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("count", 1.5, "whole.json: count: 1.5 is not allowed; it must be int"),
-        ("count", True, "count: True is not allowed"),
-        ("flag", 1, "flag: 1 is not allowed; it must be bool"),
-        ("kind", "prime", "kind: 'prime' is not allowed; it must be"),
-        ("pair", [0.1], "pair: "),
-        ("rows", [[1.0], ["x"]], r"rows\.1\.0: 'x' is not allowed; it must be float"),
-        ("parts", {"b": {"length": 1.0}}, r"parts\.b\.name: missing; Part has length, name"),
-        ("parts", {"b": {"reason": 1}}, r"parts\.b\.reason: 1 is not allowed"),
+        ("on", 1, "on: 1 is not allowed; it must be bool"),
+        ("pairs", [[1.0]], r"pairs\.0: \[1\.0\] is not allowed"),
+        ("pairs", [[1.0, 2.5]], r"pairs\.0\.1: 2\.5 is not allowed"),
+        ("parts", {"p": {"name": "c", "size": None}}, r"parts\.p\.name: 'c' is not allowed"),
+        ("parts", {"p": {"reason": 1}}, r"parts\.p\.reason: 1 is not allowed"),
+        ("parts", {"p": {"name": "a"}}, r"parts\.p\.size: missing; Part has name, size"),
         ("size", 1, "size: unknown key; Whole has"),
     ],
 )
 def test_what_does_not_fit_is_refused_by_its_key(key, value, message):
     with pytest.raises(InputError, match=message):
-        Whole.from_dict(plain(**{key: value}), "whole.json")
+        from_dict(Whole, to_dict(WHOLE) | {key: value}, "whole.json")
 
 
-@pytest.mark.parametrize("formulation", [Formulation(), Formulation("mean", springs=3)])
-def test_a_field_may_be_missing_if_it_has_a_default(formulation):
-    pads = {"pads": to_dict((formulation, formulation))}
-    assert from_dict(dict[str, tuple[Formulation, ...]], pads) == {"pads": (formulation,) * 2}
-    with pytest.raises(InputError, match=r"pads\.0\.feet: unknown key"):
-        from_dict(dict[str, tuple[Formulation, ...]], {"pads": [{"feet": 2}]})
+def test_a_file_that_is_no_result_is_refused(tmp_path):
+    (tmp_path / "x.json").write_text("{")
+    for name in ("x.json", "none.json"):
+        with pytest.raises(InputError, match=f"{name}.*a JSON file written by squeal is allowed"):
+            read_json(Whole, tmp_path / name)
+
+
+def test_a_record_takes_what_others_know():
+    assert Part.of(Part("b", 1.0), size=2.0) == Part("b", 2.0)
+
+
+def test_studies_and_table_have_the_same_names():
+    (folder,) = studies.__path__
+    files = {file.stem for file in Path(folder).glob("*.py") if not file.stem.startswith("_")}
+    assert files == set(STUDIES)
+    assert len(RESULTS) == len(set(RESULTS)) == 8 + len(STUDIES)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_returns_the_record_of_its_name(name):
+    study = import_module(f"squeal.article.studies.{name}").study
+    assert record_of(name) is get_type_hints(study)["return"]
+    assert all((ROOT / file).is_file() for file in STUDIES[name])
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_is_drawn_from_what_the_table_says(name):
+    module = import_module(f"squeal.article.figures.{FIGURES[name].module}")
+    with pytest.raises(InputError, match="arguments are not allowed; it is made from"):
+        call(module.draw, [*FIGURES[name].arguments, "too", "many"])
+    made = {f"results/{study}.json" for study in STUDIES}
+    assert {file for file in FIGURES[name].reads if file in made} <= set(RESULTS)
+
+
+def test_a_study_lacking_a_scene_says_which(capsys):
+    assert main(["angles", str(SCENES / "b2-a.yaml")]) == 2
+    assert capsys.readouterr().err.startswith("angles: b2-b.yaml: missing")

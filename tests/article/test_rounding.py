@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from squeal.article.results.rounding import rounded_up
+from squeal.article.records import rounded_up
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from squeal.article.results.runs import StoredSummary
+from squeal.article.runs import StoredSummary
 from squeal.errors import InputError
 
 

@@ -49,11 +49,6 @@ COMMANDS = {
         f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
         "squeal: stopped\n",
     ),
-    "squeal.article.ensembles.draw": (
-        "squeal.article.ensembles.draw.work",
-        "drawn",
-        "draw: stopped\n",
-    ),
 }
 
 

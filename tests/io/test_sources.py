@@ -115,10 +115,10 @@ def copy(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("changed", "module", "follows"),
     [
-        ("article/literature/systems/bicycle.yaml", "squeal.article.studies.stability", True),
-        ("article/literature/systems/bicycle.yaml", "squeal.cli.eigenvalues", False),
+        ("article/report/references.bib", "squeal.article.report.bibliography", True),
+        ("article/report/references.bib", "squeal.cli.eigenvalues", False),
         ("linear/eigen.py", "squeal.cli.eigenvalues", True),
-        ("article/literature/comparison.py", "squeal.cli.eigenvalues", False),
+        ("article/equations.py", "squeal.cli.eigenvalues", False),
     ],
 )
 def test_the_digest_follows_what_a_module_imports_or_reads(copy, changed, module, follows):

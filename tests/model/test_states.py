@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from squeal.article.results._transitions import conditions, transitions
+from squeal.article.transitions import conditions, transitions
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
 from squeal.model.states import FULL, LEAD, LEADING, NONE, STATES, TRAIL, TRAILING, State, states

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from squeal.article.studies.accuracy import accuracy
 from squeal.io.scene import Scene, read_scene
 from squeal.simulation.cycles import variations
 from squeal.simulation.hybrid import integrate
@@ -72,13 +71,3 @@ def test_phase_space_keeps_its_volume():
     sign, logarithm = np.linalg.slogdet(found.matrix)
     assert sign == 1.0
     assert logarithm + 6 * found.logarithm == pytest.approx(0.0, abs=1e-3)
-
-
-def test_accuracy_of_a_scene():
-    scene = read_scene(SCENES / "b2-b.yaml", "simulate")
-    found = accuracy(scene)
-    assert found.error < 1e-12
-    assert found.growth >= 1.0
-    assert found.stop == scene.stop
-    # a motion that ends early still tells the growth up to there
-    assert 1.0 <= found.measured <= 5.0

@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from squeal.article.report.chapters import FIGURES, RESULTS
+from squeal.article.contents import FIGURES, RESULTS
 from tests.conftest import ROOT
 from workflow.release import codecheck, gather, pack
 
@@ -85,7 +85,7 @@ def test_everything_built_is_gathered(outputs):
         ("results/claims.json", "make report"),
         ("figures/fig11.txt", "make report"),
         ("paper/report.pdf", "make report"),
-        ("paper/generated/claims.tex", "make report"),
+        ("figures/fig13.pdf", "make report"),
         ("docs/_build/html/index.html", "make site"),
         ("dist/squeal-0.tar.gz", "make dist"),
     ],
@@ -110,7 +110,7 @@ def test_an_output_of_the_manifest_that_a_build_lacks_is_named(outputs, monkeypa
     monkeypatch.setattr(sys, "argv", ["codecheck", "--check"])
     assert codecheck.main() == 0
     (outputs / "figures/fig05.pdf").unlink()
-    (outputs / "paper/generated/claims.tex").write_text("")
+    (outputs / "figures/fig13.pdf").write_text("")
     assert codecheck.main() == 1
     said = capsys.readouterr().err
-    assert "figures/fig05.pdf, paper/generated/claims.tex" in said
+    assert "figures/fig05.pdf, figures/fig13.pdf" in said

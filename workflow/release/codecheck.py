@@ -10,7 +10,8 @@ from pathlib import Path
 
 import yaml
 
-from squeal.article.report.captions import captions
+from squeal.article.contents import FIGURES
+from squeal.article.report.captions import captions, title
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = """\
@@ -22,10 +23,9 @@ def text() -> str:
     """The file: the manifest of outputs, and what they belong to."""
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     entries = [{"file": "paper/report.pdf", "comment": "The report"}]
-    for one in captions(ROOT / "paper").values():
-        figure = one.kind == "figure"
-        file = f"figures/{one.name}.pdf" if figure else f"paper/generated/{one.name}.tex"
-        entries.append({"file": file, "comment": f"{one.place}: {one.title}"})
+    for name, text in captions().items():
+        file = f"figures/{name}.pdf" if name in FIGURES else f"paper/generated/{name}.tex"
+        entries.append({"file": file, "comment": title(text)})
     found = {
         "version": "https://codecheck.org.uk/spec/config/1.0/",
         "manifest": entries,

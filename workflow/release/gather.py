@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.report.chapters import FIGURES, RESULTS
+from squeal.article.contents import FIGURES, RESULTS
 from workflow.release import codecheck
 from workflow.release.pack import repack
 

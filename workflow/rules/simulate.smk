@@ -11,5 +11,5 @@ rule simulate:
     wildcard_constraints:
         scene="|".join(HISTORY_FIGURES),
     shell:
-        "python -m workflow.warm squeal simulate {input.scene} --csv {output.history} --json "
+        "python -m squeal simulate {input.scene} --csv {output.history} --json "
         "> {output.summary} 2> {log}"

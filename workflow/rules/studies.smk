@@ -1,6 +1,6 @@
 rule study:
     input:
-        files=lambda wildcards: STUDIES[wildcards.study].reads,
+        files=lambda wildcards: STUDIES[wildcards.study],
         lock=LOCK,
         package=lambda wildcards: sources(
             "squeal.article.studies.__main__", f"squeal.article.studies.{wildcards.study}"
@@ -12,5 +12,4 @@ rule study:
     wildcard_constraints:
         study="|".join(STUDIES),
     shell:
-        "python -m workflow.warm squeal.article.studies {wildcards.study} {input.files} "
-        "> {output} 2> {log}"
+        "python -m squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"

@@ -36,29 +36,16 @@ def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
     )
 
 
-def formulations_text(found: Claims) -> str:
-    """What searches found for each formulation, to follow the claims."""
-    if not found.formulations:
-        return ""
-    rows = [tuple(key.replace("_", " ") for key in vars(found.formulations[0]))]
-    rows += [tuple(str(value) for value in vars(row).values()) for row in found.formulations]
-    head = "the most that one pad was found to keep in each formulation, also over twice the time"
-    return f"\n\n{head}\n{table(rows)}"
-
-
 def text(found: Claims) -> str:
     """The claims for people."""
     rows = [("claim", "statement", "verdict", "margin", "measured")]
     rows += [(c.id, c.statement, c.verdict, f"{c.margin:+.3g}", c.measured) for c in found.claims]
-    held = sum(c.verdict == "reproduced" for c in found.claims)
-    count = f"\n\n{held} of {len(found.claims)} reproduced"
-    return table(rows, right=False) + count + formulations_text(found)
+    held = sum(c.holds for c in found.claims)
+    return f"{table(rows, right=False)}\n\n{held} of {len(found.claims)} reproduced"
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Judge the claims on the article's scenes, beside the stored searches if there are any."""
+    """Judge the claims on the article's scenes."""
     files = scene_files(given.scenes, HISTORY_FIGURES)
-    stored = files[0].parent.parent / "identified.json"
-    files += [stored] * stored.is_file()
     found = study(files)
     return Reply(found.to_dict, lambda: text(found), files)

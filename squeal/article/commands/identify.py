@@ -1,4 +1,4 @@
-"""`squeal identify`: search for the pad that reproduces most of the article's statements."""
+"""`squeal identify`: search for the parameter set that satisfies most statements."""
 
 import argparse
 import math
@@ -6,8 +6,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from squeal.article.identify import Found, search
+from squeal.article.identify.search import Found, judged, search
 from squeal.article.identify.write import check_folder, write_scenes
+from squeal.article.results.claims import JudgedClaim
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import numbers, whole
 from squeal.cli.streams import say
@@ -33,32 +34,30 @@ def options(parser: Parser) -> None:
         help="keep the finished starts in FILE and go on after them",
     )
     parser.add_argument(
-        "--scenes", type=Path, metavar="FOLDER", help="write the best pad's scenes into FOLDER"
+        "--scenes", type=Path, metavar="FOLDER", help="write the best set's scenes into FOLDER"
     )
     parser.add_argument(
         "--overwrite", action="store_true", help="with --scenes: replace scenes that are there"
     )
 
 
-def data(found: Found) -> dict[str, Any]:
-    """The best pad as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
-    claims = [picked(j, "id verdict margin") for j in found.judged]
-    return picked(found, "numbers cost reproduced starts pads") | {"claims": claims}
+def data(found: Found, claims: list[JudgedClaim]) -> dict[str, Any]:
+    """The best set as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
+    answer = picked(found, "numbers distance starts sets")
+    answer |= {"reproduced": sum(one.holds for one in claims)}
+    return answer | {"claims": [picked(one, "id verdict margin") for one in claims]}
 
 
-def text(found: Found) -> str:
+def text(found: Found, claims: list[JudgedClaim]) -> str:
     """The same for people."""
     rows = [(f"  {name}", f"{value:.6g}") for name, value in found.numbers.items()]
-    failing = [
-        (f"  {j.id}", f"{j.margin:+.3g}", j.measured)
-        for j in found.judged
-        if j.verdict != "reproduced"
-    ]
+    failing = [(f"  {j.id}", f"{j.margin:+.3g}", j.measured) for j in claims if not j.holds]
+    held = len(claims) - len(failing)
     return "\n".join(
         [
-            f"{found.pads} pads from {found.starts} starts; best pad (w = m = k1 = 1)",
+            f"{found.sets} sets from {found.starts} starts; best set (w = m = k1 = 1)",
             table(rows),
-            f"{found.reproduced} of {len(found.judged)} claims reproduced; not so",
+            f"{held} of {len(claims)} claims reproduced; not so",
             table(failing, right=False) if failing else "  none",
         ]
     )
@@ -70,7 +69,7 @@ def run(given: argparse.Namespace) -> Reply:
     seed = whole(0)(given.seed, "--seed")
     words = "a number of at least 0"
     seconds = 60 * numbers(given.minutes, "--minutes", 1, words, lambda minutes: minutes >= 0.0)[0]
-    starts = None
+    starts = math.inf
     if given.starts is not None:
         starts, seconds = whole(1)(given.starts, "--starts"), math.inf
     if given.scenes is not None:
@@ -78,6 +77,7 @@ def run(given: argparse.Namespace) -> Reply:
     elif given.overwrite:
         raise InputError("--overwrite: is not allowed without --scenes, which it replaces")
     found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
+    claims = judged(found, formulation)
     if given.scenes is not None:
         write_scenes(found.numbers, formulation, given.scenes)
-    return Reply(lambda: data(found), lambda: text(found), inputs=[])
+    return Reply(lambda: data(found, claims), lambda: text(found, claims), inputs=[])

@@ -17,7 +17,7 @@ def options(parser: Parser) -> None:
         "name",
         nargs="?",
         metavar="NAME",
-        help="fig11, table-1, or the key of a number such as b2-c.max.Rn; left out: list them",
+        help="fig11, findings, or the key of a number such as b2-c.extrema.Rn; left out: list them",
     )
     parser.add_argument(
         "--to", type=Path, metavar="FOLDER", help="folder to fill (a new one of that name)"
@@ -44,13 +44,8 @@ def build_folder(given: Path | None) -> Path:
 
 def run(given: argparse.Namespace) -> Reply:
     """List what can be taken, or take it."""
-    folder = build_folder(given.build)
     if given.name is None:
-        listed = names(folder)
-        rows = [(name, f"{one.place}. {one.title}") for name, one in listed.items()]
-        return Reply(
-            lambda: {"names": {name: vars(one) for name, one in listed.items()}},
-            lambda: table(rows, right=False),
-        )
-    found = take(given.name, folder, given.to)
+        listed = names()
+        return Reply(lambda: {"names": listed}, lambda: table(list(listed.items()), right=False))
+    found = take(given.name, build_folder(given.build), given.to)
     return Reply(lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files))

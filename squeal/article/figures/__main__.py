@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 
 from squeal.article import figures
-from squeal.article.results.records import call
+from squeal.article.records import call
 from squeal.cli.streams import exit_code
 from squeal.plots.style import save
 

@@ -10,8 +10,8 @@ from matplotlib.legend import Legend
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from squeal.article.results.angles import Angles
-from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.studies.angles import Angles
+from squeal.article.studies.quasi_static import QuasiStatic
 from squeal.numerics.outline import Outline
 from squeal.plots import parts
 from squeal.plots.parts import VERDICT_COLOURS

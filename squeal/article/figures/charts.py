@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.article.results._transitions import EDGE_NAMES, conditions
+from squeal.article.transitions import EDGE_NAMES, conditions
 from squeal.errors import InputError
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model

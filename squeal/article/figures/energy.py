@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squeal.article.results.energy import Energy, Motion, motion_title
+from squeal.article.studies.energy import Energy, Motion, motion_title
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 CURVES = {

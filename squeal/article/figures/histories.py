@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from squeal.article.results.runs import read_run
+from squeal.article.runs import read_run
 from squeal.model.contact import contact_law
 from squeal.plots.histories import Looks, alternative_text, strip, trace
 from squeal.plots.runs import Run

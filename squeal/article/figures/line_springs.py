@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.results.line_springs import Contact, LineSprings
+from squeal.article.studies.line_springs import Contact, LineSprings
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = {"a": ("#3498DB", "o"), "b": ("#000000", "s"), "c": ("#C8380E", "^"), "d": ("#6A1B7B", "D")}

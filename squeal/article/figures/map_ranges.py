@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.results.map_ranges import MapRanges
+from squeal.article.studies.map_ranges import MapRanges
 from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 

@@ -1,16 +1,17 @@
-"""Mode shapes of model B2 as motions of the pad, from the results of `studies.loci`."""
+"""Mode shapes of model B2 as motions of the pad, from the results of `studies.stability`."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.article.cases import title
-from squeal.article.figures.loci import rows
-from squeal.article.results.loci import Loci, Modes, ModeShape, SceneLoci
+from squeal.article.studies.stability import Modes, ModeShape, SceneStability, Stability
 from squeal.plots.parts import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"
+CAPTION = r"""Mode shapes about the sliding equilibria of model B2: the pad at rest (dashed) and
+at two phases of each mode, exaggerated."""
 
 
 def shape_of(mode: ModeShape) -> np.ndarray:
@@ -18,7 +19,7 @@ def shape_of(mode: ModeShape) -> np.ndarray:
     return np.array(mode.real) + 1j * np.array(mode.imag)
 
 
-def pads_of(scene: SceneLoci, equilibrium: Modes, mode: ModeShape) -> list[np.ndarray]:
+def pads_of(scene: SceneStability, equilibrium: Modes, mode: ModeShape) -> list[np.ndarray]:
     """The pad at rest and at the mode's two phases, in half lengths; its middle rests at x = 0."""
     _, y, theta = equilibrium.pose
     rest = np.array([0.0, y / scene.w, theta])
@@ -32,12 +33,12 @@ def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
     axes.set_title(f"{mode.frequency_hz / 1e3:#.3g} kHz{rate}", pad=2.0)
 
 
-def scenes_of(found: Loci) -> list[SceneLoci]:
+def scenes_of(found: Stability) -> list[SceneStability]:
     """The scenes of the model shown."""
-    return next((scenes for scenes in rows(found) if scenes[0].model == MODEL), [])
+    return [scene for scene in found.scenes if scene.model == MODEL]
 
 
-def modes_figure(found: Loci) -> Figure:
+def modes_figure(found: Stability) -> Figure:
     """One column a case, three modes below each other by rising frequency.
 
     Raises ValueError if none of the cases has a sliding equilibrium.
@@ -79,7 +80,7 @@ def modes_figure(found: Loci) -> Figure:
     return figure
 
 
-def alternative_text(found: Loci) -> str:
+def alternative_text(found: Stability) -> str:
     """What the figure shows: per case the frequency and the leading motion of each mode."""
     told = []
     for scene in scenes_of(found):
@@ -96,8 +97,8 @@ def alternative_text(found: Loci) -> str:
     )
 
 
-def draw(found: Loci) -> Drawing:
-    """The figure of `squeal.article.studies.loci` results, ready to be saved."""
+def draw(found: Stability) -> Drawing:
+    """The figure of `squeal.article.studies.stability` results, ready to be saved."""
     return Drawing(
         modes_figure(found),
         alternative_text(found),

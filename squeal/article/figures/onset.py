@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from squeal.article.results.energy import motion_title
 from squeal.article.results.onset import Cycles, Onset, Step, Sweep
+from squeal.article.studies.energy import motion_title
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#000000", "#3498DB", "#C8380E", "#6A1B7B")

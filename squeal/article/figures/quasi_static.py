@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from squeal.article.cases import CASES
-from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.studies.quasi_static import QuasiStatic
 from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 

@@ -5,7 +5,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squeal.article.results.records import Missing
+from squeal.article.records import Missing
 from squeal.article.results.starts import KINDS, SceneStarts, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from squeal.article.findings import equations, motion
 from squeal.article.findings.equations import Measured
 from squeal.article.findings.motion import Study
-from squeal.article.results.findings import MeasuredFinding
+from squeal.article.records import Record
 
 
 class Finding(NamedTuple):
@@ -16,6 +16,16 @@ class Finding(NamedTuple):
     where: str
     statement: str
     measure: Callable[[Study], Measured]
+
+
+class MeasuredFinding(Record):
+    """A finding: its place in the article, what it says, the numbers measured and their meaning."""
+
+    id: str
+    where: str
+    statement: str
+    outcome: str
+    measured: dict[str, float]
 
 
 # fmt: off

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.equations import balanced, stiffness
-from squeal.article.results.rounding import rounded_up
+from squeal.article.records import rounded_up
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, models_with
 from squeal.model.equations import PadModel
 from squeal.model.linear import linearise

@@ -16,7 +16,7 @@ from squeal.article.claims.measures import linear_measures
 from squeal.article.equations import balanced, quasi_static_map, stiffness
 from squeal.article.findings.equations import Measured, partial_contact_energy
 from squeal.article.findings.work import contact_work
-from squeal.article.results.rounding import rounded_up
+from squeal.article.records import rounded_up
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene

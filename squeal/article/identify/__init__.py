@@ -1,5 +1,1 @@
-"""Identification: the pad for which most of the article's statements hold."""
-
-from squeal.article.identify.search import Found, search
-
-__all__ = ["Found", "search"]
+"""Parameter sets of the article's ranges: drawn, judged by its statements, and searched."""

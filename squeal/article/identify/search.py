@@ -1,132 +1,139 @@
-"""Evolution strategy with restarts over the pads, that can be stopped and taken up again."""
+"""Search for a parameter set that satisfies the most statements: model B2 first, then model B1.
 
-from __future__ import annotations
+The balances of force and moment say what a set needs for the statements on model B2; of random sets
+hardly one in ten thousand has it. A start draws some of those, takes CMA-ES (Hansen 2016) from the
+nearest to a set that satisfies the statements on B2, and then searches the numbers of B1 alone.
+"""
 
+import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from squeal.article.identify.objective import costs, judge_one
-from squeal.article.identify.space import BOUNDS, DIMENSIONS, STARTS, decode, encode
+from squeal.article.cases import CASES
+from squeal.article.claims import judge_scenes
+from squeal.article.identify.judging import distance, margins
+from squeal.article.identify.space import DIMENSIONS, MODELS, NAMES, Numbers, decode, scenes_of
+from squeal.article.records import Record, read_json
 from squeal.article.results.claims import JudgedClaim
-from squeal.article.results.records import Record, read_json
 from squeal.errors import InputError
 from squeal.io.writing import to_json, write_text
-from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.pad import Model
 
-POPULATION = 32
-KEPT = 8  # best pads that a search remembers
-# A start ends when it has not gained this much in so many generations, or has come to a point.
-GAIN, PATIENCE, POINT = 0.003, 60, 0.003
-# Width of the first generation, in shares of the ranges: anywhere, near a known pad, between good
-# ones.
-WIDTHS = (0.3, 0.1, 0.1)
+OWN = ("k3", "k4", "first_y")  # numbers that model B1 alone has
+DRAWN, CHUNKS = 250_000, 8  # random sets at once, and how often
+FIRST = 256  # sets that are judged before CMA-ES
+TWICE = (1.65, 2.05)  # mean reaction of case (b) over that of case (a) in full contact
+ROOM = (0.02, 0.9)  # of the half length, for the mean place in cases (a) and (b)
+GENERATIONS = {"B2": 120, "B1": 30}
+WIDTH = 0.05  # of the first generation, over the ranges
+DIGITS = 6  # a set that needs more to satisfy a claim would hold it by a hair
 
-_LOW, _HIGH = np.array(BOUNDS).T
 
-
-@dataclass(frozen=True)
-class Found:
-    """The best pad of a search: its numbers, cost, claims at tight tolerance, and the effort."""
+class Found(Record):
+    """A parameter set: its numbers, its distance from the statements, and the effort."""
 
     numbers: dict[str, float]
-    cost: float
-    judged: list[JudgedClaim]
-    starts: int
-    pads: int
-
-    @property
-    def reproduced(self) -> int:
-        """How many claims hold."""
-        return sum(j.holds for j in self.judged)
-
-
-def _to_numbers(point: np.ndarray) -> dict[str, float]:
-    return decode(_LOW + (_HIGH - _LOW) * np.clip(point, 0.0, 1.0))
-
-
-def _to_point(numbers: dict[str, float]) -> np.ndarray:
-    return np.clip((encode(numbers) - _LOW) / (_HIGH - _LOW), 0.0, 1.0)
-
-
-class Best(Record):
-    """A pad with its cost."""
-
-    cost: float
-    numbers: dict[str, float]
-
-
-class SearchState(Record):
-    """What a state file keeps: the search (formulation, seed and names of the numbers), its starts
-    and pads so far, its best pads, and the best of a start that was interrupted.
-
-    That one takes no part in later starts, which so remain those of a search without a break.
-    """
-
-    formulation: tuple[str, ...]
+    distance: float
     seed: int
-    names: tuple[str, ...]
     starts: int = 0
-    pads: int = 0
-    best: tuple[Best, ...] = ()
-    unfinished: Best | None = None
-
-    @property
-    def least(self) -> Best | None:
-        """The best pad of all, None before the first generation."""
-        known = [*self.best[:1], *([self.unfinished] if self.unfinished else [])]
-        return min(known, key=lambda entry: entry.cost, default=None)
-
-    def during(self, found: Best) -> SearchState:
-        """The state while a start goes on that has met this pad."""
-        if self.unfinished is not None and self.unfinished.cost <= found.cost:
-            return self
-        return replace(self, unfinished=found)
-
-    def after(self, pads: int, found: Best) -> SearchState:
-        """The state after one more start over so many pads."""
-        best = tuple(sorted((*self.best, found), key=lambda entry: entry.cost)[:KEPT])
-        left = self.unfinished
-        left = left if left is not None and left.cost < found.cost else None
-        more = self.pads + pads
-        return replace(self, starts=self.starts + 1, pads=more, best=best, unfinished=left)
+    sets: int = 0
 
 
-def _resumed(file: Path | None, formulation: Formulation, seed: int) -> SearchState:
-    """What an earlier run left in the state file. Raises InputError if it is of another search."""
-    names = tuple(d.name for d in DIMENSIONS)
-    choices = tuple(getattr(formulation, name) for name in FORMULATION_CHOICES)
-    fresh = SearchState(choices, seed, names)
+def allowed(n: Numbers) -> np.ndarray:
+    """True (n,) for level, released pads whose rest, taken in full contact, is as asked.
+
+    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
+    """
+    slope, k2, k_c = 6.0 * n["mu"] * n["h"], n["k2"], n["k_c"]
+    depth = n["preload"] / k_c + n["lift"]
+    a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + slope) / k_c)
+    b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - slope) * k2 / k_c)
+    places = np.array([1.0 - 1.0 / a + slope / 3.0, 1.0 - 1.0 / b - slope / 3.0])
+    flat = n["h"] < -math.tan(CASES["d"][0]) / 2.0
+    inside = ((places > ROOM[0]) & (places < ROOM[1])).all(axis=0)
+    twice = (TWICE[0] < b / a) & (b / a < TWICE[1])
+    return np.asarray(twice & flat & inside & (np.abs(n["tilt"]) < 1.0) & (n["start"] < 0.5))
+
+
+class _Search:
+    """One search: its formulation, its random numbers, and how many sets it has judged."""
+
+    def __init__(self, formulation: Formulation, seed: Sequence[int], workers: int) -> None:
+        self.formulation, self.workers = formulation, workers
+        self.random = np.random.default_rng(seed)
+        self.sets = 0
+
+    def distances(self, points: np.ndarray, models: tuple[Model, ...]) -> np.ndarray:
+        numbers = decode(points)
+        self.sets += len(points)
+        return distance(*margins(numbers, self.formulation, models, workers=self.workers), numbers)
+
+    def drawn(self) -> np.ndarray:
+        """Random points, with the consistent law those that the balances allow."""
+        found: list[np.ndarray] = []
+        for _ in range(CHUNKS):
+            points = self.random.uniform(size=(DRAWN, len(DIMENSIONS)))
+            if self.formulation == CONSISTENT:
+                points = points[allowed(decode(points))]
+            found.append(points[:FIRST])
+            if sum(map(len, found)) >= FIRST:
+                break
+        return np.concatenate(found)[:FIRST]
+
+    def near(self, middle: np.ndarray, names: Sequence[str], model: Model) -> np.ndarray:
+        """The nearest point by CMA-ES in some of the numbers."""
+        import cma
+
+        free = [NAMES.index(name) for name in names]
+        options = {"bounds": [0.0, 1.0], "popsize": 64 if len(free) > 4 else 24, "verbose": -9}
+        options["seed"] = int(self.random.integers(1, 2**31))
+        strategy = cma.CMAEvolutionStrategy(middle[free], WIDTH, options)
+        best, nearest = np.inf, middle
+        for _ in range(GENERATIONS[model]):
+            some = np.array(strategy.ask())
+            points = np.tile(middle, (len(some), 1))
+            points[:, free] = some
+            far = self.distances(points, (model,))
+            strategy.tell(list(some), far.tolist())
+            if far.min() < best:
+                best, nearest = float(far.min()), points[far.argmin()]
+            if best == 0.0 or strategy.stop():
+                break
+        return nearest
+
+    def start(self) -> np.ndarray:
+        """A point near to all statements."""
+        points = self.drawn()
+        point = self.near(points[self.distances(points, ("B2",)).argmin()], NAMES, "B2")
+        points = np.tile(point, (FIRST, 1))
+        own = [NAMES.index(name) for name in OWN]
+        points[:, own] = self.random.uniform(size=(FIRST, len(OWN)))
+        return self.near(points[self.distances(points, ("B1",)).argmin()], OWN, "B1")
+
+
+def rounded(point: np.ndarray) -> dict[str, float]:
+    """The numbers of a point (dimensions,), to `DIGITS`."""
+    return {name: float(f"{v[0]:.{DIGITS}g}") for name, v in decode(point[None]).items()}
+
+
+def arrays(numbers: dict[str, float]) -> dict[str, np.ndarray]:
+    """The numbers of one parameter set as arrays (1,)."""
+    return {name: np.array([value]) for name, value in numbers.items()}
+
+
+def _resumed(file: Path | None, seed: int) -> Found:
+    """What an earlier search left in a file, or nothing. Raises InputError if it is another."""
     if file is None or not file.exists():
-        return fresh
-    try:
-        kept = read_json(SearchState, file)
-    except InputError:
-        kept = replace(fresh, names=())
-    if replace(kept, starts=0, pads=0, best=(), unfinished=None) != fresh:
-        raise InputError(
-            f"--state {file}: does not hold this search (formulation, seed); name another file"
-        )
-    return kept
-
-
-def _first(
-    state: SearchState, formulation: Formulation, random: np.random.Generator
-) -> tuple[np.ndarray, float]:
-    """Middle and width of a start; what it does depends on its number and the seed alone."""
-    kind = state.starts % len(WIDTHS)
-    width = WIDTHS[kind]
-    if kind == 1:
-        return _to_point(STARTS[formulation.delta_moment]), width
-    anywhere = random.uniform(size=len(BOUNDS))
-    if kind == 0 or not state.best:
-        return anywhere, WIDTHS[0]
-    one, two = (state.best[i] for i in random.integers(0, len(state.best), 2))
-    mixed = np.where(anywhere < 0.5, _to_point(one.numbers), _to_point(two.numbers))
-    return mixed, width
+        return Found({}, math.inf, seed)
+    found = read_json(Found, file)
+    if found.seed != seed:
+        raise InputError(f"--state {file}: holds the search of seed {found.seed}, not of {seed}")
+    return found
 
 
 def search(
@@ -134,75 +141,42 @@ def search(
     seed: int = 1,
     seconds: float = 600.0,
     state: Path | None = None,
-    workers: int = 2,
-    tell: Callable[[str], None] | None = None,
-    starts: int | None = None,
-    generations: int = 1000,
+    workers: int = 1,
+    tell: Callable[[str], None] = lambda _: None,
+    starts: float = math.inf,
 ) -> Found:
-    """Search for the pad that fails the fewest claims, with the widest margins.
+    """The nearest set to the statements of some starts, for about `seconds` or so many `starts`.
 
-    Runs CMA-ES (Hansen 2016) from one start after another for about `seconds`, or `starts` of
-    them, of at most so many `generations`. Finished starts and the best pad of an unfinished one
-    are kept in `state`, and a later call goes on after them. An interrupt ends the search with the
-    best pad so far, if there is one. Repeatable from the seed for a given number of starts, on
-    machines with the same kind of processor. Raises InputError if the state is of another search,
-    ComputationError without heyoka.
+    Finished starts are kept in the file `state`, and a later call goes on after them. An interrupt
+    ends the search with the best set so far, if there is one. Repeatable from the seed for a given
+    number of starts. Raises InputError if the file is of another search, ComputationError without
+    heyoka.
     """
-    import cma
+    begun, best = time.monotonic(), _resumed(state, seed)
+    last = best.starts + starts
+    while best.starts < last and (not best.numbers or time.monotonic() - begun < seconds):
+        one = _Search(formulation, [seed, best.starts], workers)
+        try:
+            numbers = rounded(one.start())
+        except KeyboardInterrupt:
+            if not best.numbers:
+                raise
+            tell("stopped; the best set so far follows")
+            break
+        far = distance(*margins(arrays(numbers), formulation), arrays(numbers)).item()
+        if far < best.distance:
+            best = replace(best, numbers=numbers, distance=far)
+        best = replace(best, starts=best.starts + 1, sets=best.sets + one.sets)
+        if state is not None:
+            write_text(state, to_json(best.to_dict()))
+        tell(f"start {best.starts}: distance {far:.3f}, best {best.distance:.3f}, {best.sets} sets")
+    return best
 
-    begun = time.monotonic()
-    kept = _resumed(state, formulation, seed)
 
-    def keep(now: SearchState) -> None:
-        nonlocal kept
-        if now is not kept and state is not None:
-            write_text(state, to_json(now.to_dict()))
-        kept = now
+def judged(found: Found, formulation: Formulation) -> list[JudgedClaim]:
+    """All claims on the set that was found, at a tight tolerance.
 
-    def one_start() -> None:
-        random = np.random.default_rng([seed, kept.starts])
-        middle, width = _first(kept, formulation, random)
-        options = {"bounds": [0.0, 1.0], "popsize": POPULATION, "verbose": -9}
-        options["seed"] = int(random.integers(1, 2**31))
-        strategy = cma.CMAEvolutionStrategy(middle, width, options)
-        best, best_numbers, gained, pads = np.inf, _to_numbers(middle), 0, 0
-        for generation in range(1, generations + 1):
-            points = strategy.ask()
-            many = [_to_numbers(point) for point in points]
-            found = costs(many, formulation, workers)
-            strategy.tell(points, found.tolist())
-            pads += len(many)
-            least = int(found.argmin())
-            if found[least] < best - GAIN:
-                gained = generation
-            if found[least] < best:
-                best, best_numbers = float(found[least]), many[least]
-                keep(kept.during(Best(best, best_numbers)))
-            late = time.monotonic() - begun > seconds or generation == generations
-            idle = generation - gained >= PATIENCE or strategy.sigma < POINT
-            done = late or idle or bool(strategy.stop())
-            if tell is not None and (done or generation % 10 == 0):
-                before = f", best before {kept.best[0].cost:.4f}" if kept.best else ""
-                tell(
-                    f"start {kept.starts + 1}, generation {generation}: {kept.pads + pads} pads, "
-                    f"cost {best:.4f}{before}, {time.monotonic() - begun:.0f} s"
-                )
-            if done:
-                break
-        keep(kept.after(pads, Best(best, best_numbers)))
-
-    until = None if starts is None else kept.starts + starts
-    try:
-        while time.monotonic() - begun < seconds and kept.starts != until:
-            one_start()
-        if kept.least is None:
-            one_start()
-    except KeyboardInterrupt:
-        if kept.least is None:
-            raise
-        if tell is not None:
-            tell("stopped; the best pad so far follows")
-    best = kept.least
-    assert best is not None
-    judged = judge_one(best.numbers, formulation)
-    return Found(best.numbers, best.cost, judged, kept.starts, kept.pads)
+    Raises ComputationError where a motion leaves the model.
+    """
+    scenes = scenes_of(arrays(found.numbers), formulation)
+    return judge_scenes(*(scenes[model] for model in MODELS))

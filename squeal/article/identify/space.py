@@ -1,12 +1,16 @@
-"""The searched space: dimensionless pads (w = m = k1 = 1), with ranges and their reasons."""
+"""What a parameter set is: sixteen numbers with ranges and reasons, and its eight initial states.
+
+Units: w = m = k1 = 1. A point is a row of the unit cube, and random sets are uniform in it.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.article.cases import CASES
+from squeal.article.claims.measures import rest
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
 from squeal.model.equations import PadModel
@@ -15,12 +19,14 @@ from squeal.model.pad import Model, Pad
 MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)
 # Scale of the written scenes: a pad of 80 mm and 0.15 kg whose first spring alone would sound at
-# 5 kHz, on a surface that moves at 25 m/s.
-MASS, LENGTH, STIFFNESS, SPEED = 0.15, 0.04, 1.5e8, 25.0
+# 5 kHz.
+MASS, LENGTH, STIFFNESS = 0.15, 0.04, 1.5e8
 TIME = math.sqrt(MASS / STIFFNESS)
-SPEED_LIMIT = SPEED * TIME / LENGTH  # in the units of the search
+LOAD = 2000.0  # N, brake force on a pad of this mass and half length; both set the scale
+SPEED = 5.0  # m/s, of the surface at the pad: a car at some 45 km/h, above most squeal
 
-Numbers = Mapping[str, float]
+Numbers = Mapping[str, np.ndarray]
+"""The numbers of n parameter sets by name, arrays (n,)."""
 
 
 class Dimension(NamedTuple):
@@ -35,113 +41,99 @@ class Dimension(NamedTuple):
 
 DIMENSIONS = (
     Dimension("h", 0.1, 1.0, False, "half height over half length: from a flat pad to a square"),
-    Dimension("inertia", 0.4, 2.5, False, "I over that of a uniform rectangle"),
-    Dimension("k2", 0.4, 2.5, True, "over k1: the two supports are of one kind"),
-    Dimension("k3", 0.05, 3.0, True, "over k1: contact softer or stiffer than the supports"),
-    Dimension("k4", 0.05, 3.0, True, "over k1, as k3"),
-    Dimension("k_c", 0.05, 3.0, True, "over k1, as k3"),
-    Dimension("L", 1.0, 50.0, True, "free lengths over w: from a bushing to a long caliper arm"),
-    Dimension("mu", 0.2, 0.8, False, "friction of brake linings"),
     Dimension(
-        "F_n", 2e-4, 3e-2, True, "over k1 w: 0.5 to 10 kN on 30 to 80 mm half length at 1 to 16 kHz"
+        "inertia", 0.4, 2.5, True, "I over a uniform rectangle's: mass in the middle, at ends"
     ),
-    Dimension("preload", 0.2, 5.0, False, "B2: reaction over F_n at the start"),
-    Dimension("lift", 0.0, 3.0, False, "B2: y k1 / F_n at the start"),
+    Dimension("k2", 0.4, 2.5, True, "over k1: the two supports are of one kind"),
+    Dimension("k3", 0.02, 5.0, True, "over k1: contact much softer or stiffer than the supports"),
+    Dimension("k4", 0.02, 5.0, True, "over k1, as k3"),
+    Dimension("k_c", 0.02, 5.0, True, "over k1, as k3"),
+    Dimension("L", 0.5, 10.0, True, "free lengths over w: a 20 mm bushing to a 0.4 m caliper"),
+    Dimension("mu", 0.1, 0.6, False, "brake linings, from wet or faded to the grippiest"),
+    Dimension("F_n", 1e-4, 3e-2, True, "over k1 w: 0.5 to 10 kN, 30 to 80 mm, 1 to 16 kHz"),
+    Dimension("preload", 0.0, 5.0, False, "B2: k_c times the depth of a released start, over F_n"),
+    Dimension("lift", -1.0, 4.0, False, "B2: height of that start over relaxed springs, F_n / k1"),
+    Dimension("first_y", 0.0, 2.5, False, "B1: depth of a released start times k3 + k4, over F_n"),
+    Dimension("first_x", -3.0, 3.0, False, "x of a released start, over F_n / k1"),
     Dimension("tilt", -3.0, 3.0, False, "theta0 k1 w / F_n beyond 1 or -1; between them level"),
-    Dimension("first_y", 0.0, 2.5, False, "B1: -y (k3 + k4) / F_n at the start"),
+    Dimension("x0", -0.5, 0.5, False, "over w; moves the pad in the frame that measures delta"),
+    Dimension("start", 0.0, 1.0, False, "below 0.5 released from rest, above at rest on the disc"),
 )
-BOUNDS = [(math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high) for d in DIMENSIONS]
-
-# Pads that earlier searches found, by the sign of the reaction's moment; every third start of a
-# search sets out from near one.
-# fmt: off
-START = {
-    "h": 0.362824, "inertia": 0.988005, "k2": 1.12395, "k3": 0.440564, "k4": 0.462401,
-    "k_c": 0.560735, "L": 23.6471, "mu": 0.743608, "F_n": 0.000316408, "preload": 3.52991,
-    "lift": 1.39419, "tilt": 0.0, "first_y": 0.861211,
-}
-START_REVERSED = {
-    "h": 0.21314, "inertia": 0.66764, "k2": 0.65464, "k3": 0.26385, "k4": 0.18361, "k_c": 0.1486,
-    "L": 1.0908, "mu": 0.468, "F_n": 0.0097776, "preload": 1.872, "lift": 0.0, "tilt": -1.63,
-    "first_y": 0.708,
-}
-# fmt: on
-STARTS = {"+": START, "-": START_REVERSED}
+NAMES = tuple(d.name for d in DIMENSIONS)
 
 
-def decode(point: np.ndarray) -> dict[str, float]:
-    """The numbers that a point of the search stands for."""
-    return {
-        d.name: float(math.exp(v) if d.log else v) for d, v in zip(DIMENSIONS, point, strict=True)
-    }
+def decode(points: np.ndarray) -> dict[str, np.ndarray]:
+    """The numbers that points (n, dimensions) of the unit cube stand for."""
+    found = {}
+    for d, u in zip(DIMENSIONS, points.T, strict=True):
+        low, high = (math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high)
+        value = low + (high - low) * u
+        found[d.name] = np.exp(value) if d.log else value
+    return found
 
 
-def encode(numbers: Numbers) -> np.ndarray:
-    """The point of the search that stands for the numbers."""
-    return np.array([math.log(numbers[d.name]) if d.log else numbers[d.name] for d in DIMENSIONS])
+def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
+    """The dimensionless pads of a model and some angles; parameters are arrays if the numbers are.
 
-
-def tilt_of(numbers: Mapping[str, Any]) -> Any:
-    """theta0 in rad. A level pad is a start of its own kind, so it has a range of its own."""
-    tilt = numbers["tilt"]
-    return np.copysign(np.maximum(0.0, np.abs(tilt) - 1.0), tilt) * numbers["F_n"]
-
-
-def pad_of(numbers: Mapping[str, Any], model: str, angles: tuple[float, float]) -> Pad:
-    """The dimensionless pad of a model and a case, or a stack of pads if the numbers are arrays."""
-    n = numbers
+    A level pad is a start of its own kind, so `tilt` has a range for it.
+    """
     law = contact_law(model)
-    common = dict.fromkeys(("m", "w", "k1"), 1.0) | dict.fromkeys(("L1", "L2"), n["L"])
-    common |= {name: n[name] for name in ("h", "k2", "mu", "F_n", *law.parameters)}
-    common |= {"I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0, "x0": n.get("x0", 0.0)}
-    common |= {"alpha1": angles[0], "alpha2": angles[1], "theta0": tilt_of(n), "V": SPEED_LIMIT}
+    theta0 = np.copysign(np.maximum(0.0, np.abs(n["tilt"]) - 1.0), n["tilt"]) * n["F_n"]
+    common: dict[str, Any] = dict.fromkeys(("m", "w", "k1"), 1.0)
+    common |= dict.fromkeys(("L1", "L2"), n["L"])
+    common |= {name: n[name] for name in ("h", "k2", "mu", "F_n", "x0", *law.parameters)}
+    common |= {"I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0, "theta0": theta0}
+    common |= {"alpha1": angles[0], "alpha2": angles[1]}
     if not law.absolute_gap:
         return Pad(**common)
     # lifted from where its springs are relaxed, and still pressed in by the preload
-    y0 = -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])
-    return Pad(**common, y0=y0)
+    return Pad(**common | {"y0": -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])})
 
 
-def arrays(many: Sequence[Numbers]) -> dict[str, np.ndarray]:
-    """The numbers of n pads as arrays (n,)."""
-    return {name: np.array([numbers[name] for numbers in many]) for name in many[0]}
-
-
-def stacked(
-    numbers: Mapping[str, np.ndarray], model: Model, case: str, formulation: Formulation
-) -> PadModel:
+def stacked(n: Numbers, model: Model, case: str, formulation: Formulation) -> PadModel:
     """The dimensionless pads of a model and a case, all parameters as arrays (n,)."""
-    count = len(numbers["h"])
-    given = pad_of(numbers, model, CASES[case]).given()
-    columns: dict[str, Any] = {
-        name: np.full(count, value, dtype=float) for name, value in given.items()
-    }
+    given, count = pad_of(n, model, CASES[case]).given(), len(n["h"])
+    columns: Any = {name: np.full(count, value, dtype=float) for name, value in given.items()}
     return PadModel(model, Pad(**columns), formulation)
 
 
-def first_heights(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Initial y of the B1 and of the B2 scenes, arrays if the numbers are."""
-    n = numbers
-    return -n["first_y"] * n["F_n"] / (n["k3"] + n["k4"]), n["lift"] * n["F_n"]
+def starts(n: Numbers, pads: PadModel) -> np.ndarray:
+    """First states (n, 6) of pads, all at rest.
+
+    Released pads are where their numbers say, the same in all four cases. Standing ones are where
+    this case rests on a disc that does not move yet, without friction; NaN where full contact does
+    not hold them in balance.
+    """
+    state = np.zeros((len(n["h"]), 6))
+    state[:, 0] = n["first_x"] * n["F_n"]
+    line = pads.law.absolute_gap
+    state[:, 1] = (n["lift"] if line else -n["first_y"] / (n["k3"] + n["k4"])) * n["F_n"]
+    still = np.flatnonzero(n["start"] >= 0.5)
+    if still.size:
+        few = pads.replace(**{name: v[still] for name, v in pads.pad.given().items()})
+        found = rest(few, np.zeros(still.size))
+        held = (found.gaps < 0.0).all(axis=0)
+        state[still, :3] = np.where(held, found.place, math.nan).T
+    return state
+
+
+def speed_limit(n: Numbers) -> np.ndarray:
+    """The surface's speed (n,) over w sqrt(k1 / m), on the scale of each set's load."""
+    return np.asarray(SPEED * np.sqrt(n["F_n"] * MASS / (LENGTH * LOAD)))
 
 
 def scenes_of(
-    numbers: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
+    n: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
 ) -> dict[Model, dict[str, Scene]]:
-    """The eight dimensionless scenes of a pad: model, then case. They start from rest."""
-    heights = dict(zip(MODELS, first_heights(numbers), strict=True))
-    return {
-        model: {
-            case: Scene(
-                model,
-                pad_of(numbers, model, angles),
-                formulation if contact_model(model).choices else CONSISTENT,
-                initial=(0.0, heights[model], 0.0, 0.0, 0.0, 0.0),
-                stop=stop,
-                samples=2,
-                tolerance=tolerance,
-            )
-            for case, angles in CASES.items()
-        }
-        for model in MODELS
-    }
+    """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
+
+    def scene(model: Model, case: str) -> Scene:
+        law = formulation if contact_model(model).choices else CONSISTENT
+        pads = stacked(n, model, case, formulation)
+        pad = Pad(**{name: float(v[0]) for name, v in pads.pad.given().items()})
+        start = tuple(starts(n, pads)[0].tolist())
+        pad = pad.replace(V=float(speed_limit(n)[0]))
+        times: Any = {"stop": stop, "samples": 2, "tolerance": tolerance}
+        return Scene(model, pad, law, initial=start, **times)
+
+    return {model: {case: scene(model, case) for case in CASES} for model in MODELS}

@@ -1,7 +1,7 @@
 """Tables 1 and 2 of the article: contact states from the table that the integrator uses."""
 
 from squeal.article.report.latex import tabular
-from squeal.article.results._transitions import EDGE_NAMES, Condition, conditions
+from squeal.article.transitions import EDGE_NAMES, Condition, conditions
 from squeal.model.contact import contact_law
 from squeal.model.law import FACE_STATES, face_state
 from squeal.model.states import FULL, LEAD, NONE, TRAIL, State

@@ -7,7 +7,7 @@ import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from squeal.article.results.rounding import rounded_up
+from squeal.article.records import rounded_up
 
 T = TypeVar("T")
 

@@ -1,6 +1,7 @@
 """A figure, table or number of the report in a folder of its own, with all that belongs to it."""
 
 import hashlib
+import inspect
 import json
 import os
 import re
@@ -13,18 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
+from squeal.article.contents import FIGURES, RESULTS, result_file
+from squeal.article.records import call
 from squeal.article.report.bibliography import behind, references
-from squeal.article.report.captions import Caption, captions, values
-from squeal.article.report.chapters import CHAPTERS, FIGURES
+from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain, table_rows
-from squeal.article.results.records import call
+from squeal.article.report.values import filled, looked_up, read, shown
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance, digest, version
 from squeal.io.writing import new_folder, to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
 """The file that marks a folder as one of ours."""
-GENERATED = Path("paper") / "generated"
 _LICENCE = """\
 This {kind} and its data are under CC BY 4.0, Creative Commons Attribution 4.0 International,
 https://creativecommons.org/licenses/by/4.0/: use and change them, name their source, and say what
@@ -50,7 +51,6 @@ class Origin:
     """
 
     name: str
-    place: str
     command: str
     reads: tuple[Path, ...]
     module: str
@@ -68,7 +68,6 @@ class Origin:
         """As origin.json holds it."""
         return {
             "name": self.name,
-            "place": self.place,
             "squeal": __version__,
             "licence": "CC-BY-4.0",
             "command": self.command,
@@ -78,40 +77,42 @@ class Origin:
         }
 
 
-def names(build: Path) -> dict[str, Caption]:
-    """The figures and tables that can be taken, by name, in the report's order."""
-    return captions(build / "paper")
+def names() -> dict[str, str]:
+    """The figures and tables that can be taken, with the first sentence of their captions."""
+    return {name: title(text) for name, text in captions().items()}
 
 
 def take(name: str, build: Path, to: Path | None = None) -> Taken:
     """Write a figure, table or number of the build in a folder into a folder of its own.
 
-    name: of a figure or table as `names` lists it or by its number (fig11, table3), or the key of
-    a number; to: the folder, NAME if left out. Raises InputError if there is no such name, if
-    results are missing (the sentence says what builds them), or if the folder holds other things.
+    name: of a figure or table as `names` lists it (fig11, also Fig. 11), or the key of a number,
+    its result and the keys in it (energy.motions.b1-c.friction); to: the folder, NAME if left out.
+    Raises InputError if there is no such name, if results are missing (the sentence says what
+    builds them), or if the folder holds other things.
     """
-    listed, told = names(build), values(build / GENERATED)
-    by_number = {f"{one.kind[:3]}{one.number}": one for one in listed.values()}
-    short = re.fullmatch(r"(fig|tab)(?:ure|le)?[ ._-]*0*(\d+)", name.lower())
-    caption = listed.get(name) or (by_number.get(short[1] + short[2]) if short else None)
-    if caption is None and name not in told:
+    listed = captions()
+    if (numbered := re.fullmatch(r"fig(?:ure)?[ ._-]*(\d+)", name.lower())) is not None:
+        name = f"fig{int(numbered[1]):02}"
+    study = name.partition(".")[0]
+    if name not in listed and result_file(study) not in RESULTS:
         raise InputError(
             f"{name}: is no figure, table or number of the report; `squeal take` lists figures and "
-            "tables, and the keys of numbers stand in paper/generated/*-values.tex after a build"
+            "tables, and a number is named as in results/NAME.json: NAME.key.key"
         )
-    folder = Path(caption.name if caption else name) if to is None else to
-    _check(folder, caption.name if caption else name)
+    folder = Path(name) if to is None else to
+    _check(folder, name)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as made:
-        if caption is None:
-            _number(name, told[name], build, Path(made))
+        if name not in listed:
+            _number(name, build, Path(made))
         else:
-            fill = _figure if caption.kind == "figure" else _table
-            fill(caption, build, Path(made))
-            text = plain(caption.tex, told)
-            write_text(Path(made) / "caption.txt", f"{caption.place}. {text}\n")
+            fill = _figure if name in FIGURES else _table
+            reads = fill(name, build, Path(made))
+            known = read(file for file in reads if file.suffix == ".json")
+            text = plain(filled(listed[name], known))
+            write_text(Path(made) / "caption.txt", f"{text}\n")
         _sealed(Path(made))
-        return Taken(caption.name if caption else name, str(folder), _moved(Path(made), folder))
+        return Taken(name, str(folder), _moved(Path(made), folder))
 
 
 def _check(folder: Path, name: str) -> None:
@@ -172,55 +173,58 @@ def _built(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
     return tuple(build / file for file in wanted)
 
 
-def _figure(caption: Caption, build: Path, made: Path) -> None:
+def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     """The figure in three formats, what it draws as CSV, and the files that it was drawn from."""
     from squeal.article.report.drawn import HEAD, rows
     from squeal.plots.style import save
 
-    figure = FIGURES[caption.name]
+    figure = FIGURES[name]
     reads = _built(build, figure.reads)
     arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
     module = f"squeal.article.figures.{figure.module}"
     drawing = call(import_module(module).draw, arguments)
     for kind in ("pdf", "svg", "png"):
-        save(drawing, made / f"{caption.name}.{kind}", text=False)
+        save(drawing, made / f"{name}.{kind}", text=False)
     write_text(made / "alternative.txt", drawing.alternative + "\n")
     (made / "data").mkdir()
     for file in reads:
         _copy(file, made / "data" / file.name)
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
-    command = f"snakemake figures/{caption.name}.pdf"
-    origin = Origin(caption.name, caption.place, command, reads, module)
+    origin = Origin(name, f"snakemake figures/{name}.pdf", reads, module)
     _belongings(origin, "figure", made, {name: version(name) for name in ("numpy", "matplotlib")})
+    return reads
 
 
 def _copy(file: Path, to: Path) -> None:
     write_whole(to, lambda stream: stream.write(file.read_bytes()), binary=True)
 
 
-def _table(caption: Caption, build: Path, made: Path) -> None:
-    (chapter,) = (one for one in CHAPTERS if caption.name in one.tables)
-    file = str(GENERATED / f"{caption.name}.tex")
-    (tex,) = _built(build, [file])
+def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
+    """The table as LaTeX and as CSV; reads the results that its function's parameters name."""
+    module = f"squeal.article.report.tables.{name}"
+    wanted = inspect.signature(import_module(module).table).parameters
+    reads = _built(build, map(result_file, wanted))
+    (tex,) = _built(build, [f"paper/generated/{name}.tex"])
     text = tex.read_text(encoding="utf-8")
-    write_text(made / f"{caption.name}.tex", text)
+    write_text(made / f"{name}.tex", text)
     head, *body = table_rows(text)
-    write_csv(made / f"{caption.name}.csv", head, body)
-    made_from = _built(build, chapter.reads), chapter.modules[0]
-    _belongings(Origin(caption.name, caption.place, f"snakemake {file}", *made_from), "table", made)
+    write_csv(made / f"{name}.csv", head, body)
+    _belongings(Origin(name, "snakemake", reads, module), "table", made)
+    return reads
 
 
-def _number(key: str, value: str, build: Path, made: Path) -> None:
-    for chapter in CHAPTERS:
-        file = GENERATED / chapter.generated[0]
-        made_here = build / file
-        if made_here.exists() and f"\\setval{{{key}}}" in made_here.read_text(encoding="utf-8"):
-            break
-    write_text(made / "value.txt", plain(value) + "\n")
-    write_text(made / "value.tex", value + "\n")
-    made_from = _built(build, chapter.reads), chapter.modules[0]
-    _belongings(Origin(key, f"\\val{{{key}}}", f"snakemake {file}", *made_from), "number", made)
+def _number(key: str, build: Path, made: Path) -> None:
+    study = key.partition(".")[0]
+    reads = _built(build, [result_file(study)])
+    try:
+        value = looked_up(read(reads), key)
+    except KeyError:
+        raise InputError(f"{key}: is no key of {reads[0]}") from None
+    write_text(made / "value.txt", f"{value}\n")
+    write_text(made / "value.tex", shown(value) + "\n")
+    origin = Origin(key, f"snakemake {result_file(study)}", reads, "squeal.article.contents")
+    _belongings(origin, "number", made)
 
 
 def _belongings(

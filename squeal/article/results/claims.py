@@ -2,8 +2,7 @@
 
 from typing import Literal
 
-from squeal.article.results.records import Record, Result
-from squeal.article.results.verify import Switches
+from squeal.article.records import Record, Result
 
 Kind = Literal["informative", "implied", "identity", "almost sure", "free"]
 Verdict = Literal["reproduced", "not reproduced", "contradicted"]
@@ -74,18 +73,10 @@ class Settled(Record):
     calm: float
 
 
-class SearchedFormulation(Switches):
-    """The most claims that one pad was found to keep in a formulation, of so many pads tried."""
-
-    pads: int
-    kept: int
-
-
 class Claims(Result):
-    """All statements in the article's order, which cases hammer, a motion that was sought
-    to settle (None where no mode decays), and what searches of other formulations came to."""
+    """All statements in the article's order, which cases hammer, and a motion that was sought
+    to settle (None where no mode decays)."""
 
     claims: tuple[JudgedClaim, ...]
     hammering: Hammering
     settled: Settled | None
-    formulations: tuple[SearchedFormulation, ...]

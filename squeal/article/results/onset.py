@@ -2,8 +2,7 @@
 
 from typing import Annotated, Literal
 
-from squeal.article.results.map_ranges import Share
-from squeal.article.results.records import Missing, Record, Result
+from squeal.article.records import Missing, Record, Result, Share
 
 TOLERANCE = 1e-10  # of all motions
 ROUNDING = 1e-4  # of a multiplier
@@ -188,7 +187,7 @@ class Cycles(Record):
 
 
 class Onset(Result):
-    """Names are those of motions, as in `squeal.article.results.energy`.
+    """Names are those of motions, as in `squeal.article.studies.energy`.
 
     late: own starts under both laws, others: a grid of starts on the plane of the maps of starts,
     `wider` times as wide, and `moving` starts in motion where the equilibrium is not unstable,

@@ -1,7 +1,6 @@
 """What the start decides: the kind of motion over the height and tilt of the start."""
 
-from squeal.article.results.map_ranges import Share
-from squeal.article.results.records import Missing, Record, Result
+from squeal.article.records import Missing, Record, Result, Share
 
 KINDS = (
     *("no loss", "loss at an edge", "separation", "alternate losses", "never in full contact"),

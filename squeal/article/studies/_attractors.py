@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.article.records import Missing
 from squeal.article.results.onset import CyclePoint, Cycles, Exponent
-from squeal.article.results.records import Missing
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._neighbours import SETTLING, growth, neighbours
 from squeal.equilibrium.damping import damped_model

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
+from squeal.article.records import Missing
 from squeal.article.results.onset import Late, Others, Settled
-from squeal.article.results.records import Missing
 from squeal.article.studies._damped import Motion, damped, looked_at, many, settled, window
 from squeal.article.studies.starts import grid, lever, plane
 from squeal.equilibrium import sliding_equilibrium

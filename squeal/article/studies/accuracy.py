@@ -1,47 +1,255 @@
-"""Error, effort and growth of small deviations of each simulated scene."""
+"""Error against run time: both own paths and SciPy on two of the article's cases and a stiff pad.
+
+SciPy gets the same equations compiled by heyoka, and locates contact changes by its own events. The
+truth is a simulation in quad precision.
+"""
 
 import math
 import statistics
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
-from squeal.article.results.accuracy import Accuracy, SceneAccuracy
-from squeal.io.scene import Scene, read_scene
-from squeal.simulation import simulate
-from squeal.simulation.cycles import variations
-from squeal.simulation.reference import error_against, precision_in_words, reference
+from squeal.article.cases import title
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies.extreme import scene_of
+from squeal.errors import ComputationError
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.scene import Scene
+from squeal.model.equations import PadModel
+from squeal.model.law import ContactLaw
+from squeal.model.states import State
+from squeal.simulation.ensemble import simulate_starts
+from squeal.simulation.hybrid import first_state, integrate
+from squeal.simulation.observers import Events
+from squeal.simulation.reference import Reference, error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units
 
-LONGER = 5  # the exponent is measured over this many times the scene's time
-LOST = 0.01  # a motion is predictable until its tolerance has grown to this share
-REPEATS = 3
+STEMS = ("b1-c", "b2-c")
+STIFF = 1e6  # k3, k4 over k1 of the stiff pad
+TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
+PATIENCE = 0.15  # s: a path slower than this is not asked for tighter tolerances
+SEVERAL = 256  # pads of a batch, whose time is given for each
+NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
+MOST = 100_000  # contact changes
+T = TypeVar("T")
 
 
-def accuracy(scene: Scene) -> SceneAccuracy:
-    """Error, growth of errors and effort of a scene of B1 or B2.
+class Point(Record):
+    """One run: relative error of the final place (None if infinite), median processor time in s,
+    contact changes that it misses and that it makes up."""
 
-    Raises ComputationError without quad precision, or where the model ends.
+    case: str
+    path: str
+    tolerance: float
+    error: float | None
+    seconds: float
+    missed: int
+    extra: int
+
+
+class Accuracy(Result):
+    """Work-precision points; changes: of contact by case; truth: the reference in words; stiff:
+    contact over support stiffness of the stiff pad; left_out: why there is nothing."""
+
+    points: tuple[Point, ...]
+    changes: dict[str, int]
+    truth: str
+    stiff: float = STIFF
+    left_out: str = ""
+
+    def time_at(self, case: str, path: str, error: float) -> float | None:
+        """The least time of a path for a final error of at most `error` with no change missed."""
+        some = [p for p in self.points if (p.case, p.path) == (case, path)]
+        good = [p for p in some if p.error is not None and p.error <= error]
+        return min((p.seconds for p in good if p.missed == p.extra == 0), default=None)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Place (x, y, w theta) at the end and times of the contact changes, in natural units."""
+
+    place: np.ndarray
+    times: np.ndarray
+    steps: int
+
+
+Way = Callable[[Scene, float], Run]
+
+
+def ours(scene: Scene, tolerance: float) -> Run:
+    """The default path."""
+    from squeal.simulation.taylor import TaylorIntegrator
+
+    units, model, start, stop = in_natural_units(scene)
+    changes = Events()
+    integrator = TaylorIntegrator(model, tolerance)
+    _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes])
+    return Run(state[:3], changes.times, steps)
+
+
+def batch(scene: Scene, tolerance: float) -> Run:
+    """`SEVERAL` equal pads at once; one of them is returned."""
+    starts = np.tile(scene.initial, (SEVERAL, 1))
+    found = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
+    units, *_ = in_natural_units(scene)
+    place = units.to_scaled(found["final"][0])[:3]
+    return Run(place, found["events"][0][:, 0] / units.time, int(found["steps"][0]))
+
+
+@lru_cache(maxsize=64)
+def _compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
+    """Compiled rates and gaps of a contact state, each with its number of runtime parameters."""
+    import heyoka as hy
+
+    from squeal.simulation.taylor import NAMES, equations
+
+    system, heights, _ = equations(law, contact)
+    variables = [variable for variable, _ in system]
+
+    def function(outputs: list[Any]) -> tuple[Any, int]:
+        read = hy.get_params(outputs)
+        highest = max(i for i in range(-1, len(NAMES)) if i < 0 or hy.par[i] in read)
+        return hy.cfunc(outputs, variables), highest + 1
+
+    return function([f for _, f in system]), function(heights)
+
+
+def functions(model: PadModel, contact: State) -> list[Any]:
+    """rhs(state) -> (6,) and gaps(state) -> (2,) of a scaled pad within a contact state."""
+    from squeal.simulation.taylor import NAMES
+
+    numbers = np.array([float(getattr(model.c, name)) for name in NAMES])
+
+    def given(call: Any, used: int) -> Callable[[np.ndarray], Any]:
+        return lambda state: call(np.ascontiguousarray(state), pars=numbers[:used])
+
+    return [given(*one) for one in _compiled(model.law, contact)]
+
+
+Advance = Callable[[Any, Any, State, float, np.ndarray, float], tuple[float, np.ndarray, Any, int]]
+
+
+def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
+    """Legs of one contact state joined at the changes that `advance` reports.
+
+    advance(rhs, gaps, contact, t, state, stop) -> time, state, edge or None, steps.
     """
-    runs = [simulate(scene) for _ in range(REPEATS)]
-    units, _, _, stop = in_natural_units(scene)
-    final = units.to_scaled(np.array(runs[0].final[1:]))[:3]
-    over_scene, over_longer = variations(scene), variations(scene, LONGER)
-    return SceneAccuracy(
-        error=error_against(final, reference(scene).place),
-        growth=math.exp(over_scene.logarithm),
-        exponent=over_longer.exponent / units.time,
-        measured=over_longer.t / stop,
-        steps=runs[0].steps,
-        changes=runs[0].contact_changes,
-        run_time=statistics.median(run.run_time for run in runs),
-        tolerance=scene.tolerance,
-        stop=scene.stop or 0.0,
-    )
+    _, model, state, stop = in_natural_units(scene)
+    contact, t, steps = first_state(model, state), 0.0, 0
+    times: list[float] = []
+    while t < stop and len(times) < MOST:
+        rhs, gaps = functions(model, contact)
+        t, state, edge, taken = advance(rhs, gaps, contact, t, state, stop)
+        steps += taken
+        if edge is not None:
+            times.append(t)
+            contact = contact.flip(edge)
+    return Run(np.asarray(state)[:3], np.array(times), steps)
+
+
+def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
+    """A method of `solve_ivp` with terminal events, started anew after each."""
+    from scipy.integrate import solve_ivp
+
+    def advance(
+        rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
+    ) -> tuple[float, np.ndarray, Any, int]:
+        events = []
+        both = lru_cache(maxsize=1)(lambda place: gaps(np.frombuffer(place)))
+        for edge in (0, 1):
+
+            def gap(t: float, s: np.ndarray, edge: int = edge) -> float:
+                return float(both(s.tobytes())[edge])
+
+            gap.terminal = True  # type: ignore[attr-defined]
+            gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
+            events.append(gap)
+        given: Any = {"rtol": max(tolerance, 3e-14), "atol": tolerance, "events": events}
+        found = solve_ivp(lambda _t, s: rhs(s), (t, stop), state, method=method, **given)
+        met = next((e for e in (0, 1) if len(found.t_events[e])), None)
+        return float(found.t[-1]), found.y[:, -1], met, len(found.t) - 1
+
+    return hybrid(advance, scene, tolerance)
+
+
+WAYS: dict[str, Way] = {
+    "squeal": ours,
+    "squeal, batch": batch,
+    "SciPy DOP853": partial(with_scipy, "DOP853"),
+    "SciPy Radau": partial(with_scipy, "Radau"),
+}
+
+
+def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
+    """Changes missed and changes made up, those that pair off in order left aside."""
+    missed = extra = i = j = 0
+    while i < len(found) and j < len(exact):
+        apart = float(found[i] - exact[j])
+        if abs(apart) <= NEAR:
+            i, j = i + 1, j + 1
+        elif apart < 0.0:
+            extra, i = extra + 1, i + 1
+        else:
+            missed, j = missed + 1, j + 1
+    return missed + len(exact) - j, extra + len(found) - i
+
+
+def timed(task: Callable[[], T], enough: float = 0.02, least: int = 1) -> tuple[T, float]:
+    """What a task returns, and its median processor time in s over repeats of about `enough` s, at
+    least so many; other programs that run beside it take no part in that time."""
+    spent: list[float] = []
+    while True:
+        begun = time.process_time()
+        found = task()
+        spent.append(time.process_time() - begun)
+        if len(spent) == 50 or (sum(spent) > enough and len(spent) >= least):
+            return found, statistics.median(spent)
+
+
+def points_of(
+    case: str, scene: Scene, exact: Reference, name: str, way: Way, patience: float = PATIENCE
+) -> list[Point]:
+    """A path over all tolerances, loosest first."""
+    share = 1.0 / SEVERAL if "batch" in name else 1.0
+    # compilation is left out; ours, one contact state at a time, ends with the motion
+    first = scene if name == "squeal" else replace(scene, stop=1e-3 * (scene.stop or 0.0))
+    found = []
+    for tolerance in TOLERANCES:
+        try:
+            way(first, tolerance)
+            run, seconds = timed(partial(way, scene, tolerance), least=3 if "squeal" in name else 1)
+        except (ComputationError, ArithmeticError, ValueError, RuntimeError):
+            continue  # a path may give up where a peer's step size or tolerance ends
+        error = error_against(run.place, exact.place)
+        shown = error if math.isfinite(error) else None
+        changes = compare_times(run.times, exact.times)
+        found.append(Point(case, name, tolerance, shown, seconds * share, *changes))
+        if seconds > patience:
+            break
+    return found
 
 
 def study(files: Sequence[Path]) -> Accuracy:
-    """The accuracy of each scene given."""
-    found = {file.stem: accuracy(read_scene(file, "simulate")) for file in files}
-    return Accuracy(found, LOST, precision_in_words())
+    """Measure all paths on the scenes given, or those of `STEMS`, and on a stiff pad."""
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
+        return Accuracy((), {}, precision_in_words(), left_out=why)
+    scenes = read_scenes(files, STEMS, "simulate")
+    cases = {title(name): replace(scene, outputs=()) for name, scene in scenes.items()}
+    cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
+    exact = {case: reference(scene) for case, scene in cases.items()}
+    points = [
+        point
+        for case, scene in cases.items()
+        for name, way in WAYS.items()
+        for point in points_of(case, scene, exact[case], name, way)
+    ]
+    changes = {case: len(one.times) for case, one in exact.items()}
+    return Accuracy(tuple(points), changes, precision_in_words())

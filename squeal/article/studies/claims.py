@@ -6,15 +6,12 @@ from pathlib import Path
 from squeal.article.cases import stem
 from squeal.article.claims import hammering, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.settling import settled
-from squeal.article.identify.stored import read_searches
-from squeal.article.results.claims import Claims, SearchedFormulation
-from squeal.article.results.verify import Switches
+from squeal.article.results.claims import Claims
 from squeal.article.studies._scenes import read_cases
 
 
 def study(files: Sequence[Path]) -> Claims:
-    """Judge the eight scenes; a JSON file of stored searches tells of other formulations."""
-    stored = [file for file in files if file.suffix == ".json"]
+    """Judge the eight scenes."""
     b1, b2 = (read_cases(files, model, "simulate") for model in ("B1", "B2"))
     cases = measure_scenes(b1, b2)
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
@@ -22,10 +19,4 @@ def study(files: Sequence[Path]) -> Claims:
         tuple(judge_claims({**cases, "b3": linear})),
         hammering(cases, b2),
         settled({stem("B2", case): scene for case, scene in b2.items()}),
-        tuple(
-            SearchedFormulation(
-                **vars(Switches.of(search.formulation)), pads=search.pads, kept=search.kept
-            )
-            for search in (read_searches(stored) if stored else ())
-        ),
     )

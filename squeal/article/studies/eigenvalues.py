@@ -4,13 +4,13 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
-from squeal.article.results.eigenvalues import Eigenvalues, EquilibriumPoles, Pole
-from squeal.article.results.records import Missing
+from squeal.article.records import Missing, Record, Result
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.loop import state_matrices
@@ -20,6 +20,41 @@ ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 
 FACTORS = (0.5, 1.0, 2.0)  # of k_c: softer and stiffer contact
 MU_MAX = 1.0
+
+
+class Pole(Record):
+    """Real part in 1/s, imaginary part in rad/s; damping_ratio None for a pole at the origin."""
+
+    real: float
+    imag: float
+    frequency_hz: float
+    damping_ratio: float | None
+
+
+class EquilibriumPoles(Record):
+    """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
+
+    free: the reaction (N) without friction; flutter: by factors of k_c, the least friction
+    up to `mu_max` at which the equilibrium begins to flutter, None if it does not.
+    apart: greatest distance of an own eigenvalue from the nearest of python-control's, over the
+    greatest magnitude.
+    """
+
+    contact: str
+    R_n: float
+    free: float
+    theta: float
+    poles: tuple[Pole, ...]
+    verdict: str
+    flutter: dict[str, float | None]
+    apart: Annotated[float, ".2g"]
+
+
+class Eigenvalues(Result):
+    """By name of the scene; a scene without steady sliding has the reason."""
+
+    scenes: dict[str, EquilibriumPoles | Missing]
+    mu_max: float
 
 
 def poles(system: Linearisation) -> tuple[Pole, ...]:

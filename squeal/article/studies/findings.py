@@ -3,10 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from squeal.article.findings import measure_findings
+from squeal.article.findings import MeasuredFinding, measure_findings
 from squeal.article.findings.motion import Study
-from squeal.article.results.findings import Findings
+from squeal.article.records import Result
 from squeal.article.studies._scenes import read_cases, read_scenes
+
+
+class Findings(Result):
+    """All findings, in their order."""
+
+    findings: tuple[MeasuredFinding, ...]
 
 
 def study(files: Sequence[Path]) -> Findings:

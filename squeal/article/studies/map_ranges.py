@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at, on_grid
 from squeal.analysis.stack import Places
 from squeal.article.cases import CASES, SMALL_REGION
 from squeal.article.equations import bounds, stiffness
-from squeal.article.results import map_ranges as results
+from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium.statics import Statics
 from squeal.io.scene import Scene
@@ -51,6 +51,112 @@ UPRIGHT = 0.2  # rad
 KEPT = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
 
 
+Curve = tuple[tuple[float, float], ...]
+Where = Literal["inside", "on the edge", "outside"]
+Share = Annotated[float, ".1%"]
+
+
+class Span(Record):
+    """Least and greatest share of the map over a range of pads."""
+
+    low: Share
+    high: Share
+
+
+class Sweep(Record):
+    """The map over one parameter, the others as in the scene.
+
+    own: the scene's value; values: of the parameter; printed, signs: share of the map on which
+    (23a, b) hold as printed and with signs followed; low, high: of printed, over all values of the
+    other two; sparse: values at which equilibria of B2 are sought; reached, kept: share on which
+    the branch from mu = 0 has one, and on which nothing grows about it; shapes: curves around the
+    area of the printed conditions, by value.
+    """
+
+    own: float
+    values: tuple[float, ...]
+    printed: tuple[float, ...]
+    signs: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    sparse: tuple[float, ...]
+    reached: tuple[float, ...]
+    kept: tuple[float, ...]
+    shapes: dict[str, tuple[Curve, ...]]
+
+
+class Member(Record):
+    """Where a case lies in the map as printed.
+
+    own: with the scene's parameters; inside, edge, outside: shares of all pads of the ranges.
+    """
+
+    alpha1: float
+    alpha2: float
+    own: Where
+    inside: Share
+    edge: Share
+    outside: Share
+
+
+class OffBranch(Record):
+    """Equilibria where the branch from mu = 0 does not reach the scene's mu.
+
+    points: of the grid, beyond: of them without the branch; found: of those with another
+    equilibrium; kept: with one about which nothing grows; upright: that is tilted by less than
+    `tilt` (rad). A search from many places may miss some.
+    """
+
+    points: int
+    beyond: int
+    found: int
+    kept: int
+    upright: int
+    tilt: float
+
+
+class Upright(Record):
+    """Where an equilibrium is kept in full contact, as the article's sliding state is.
+
+    pads: how many, over five parameters; low, high: least and greatest share of the map;
+    small: on how many pads it is below `below`, which counts as small; small_at: of these by
+    parameter and its values, each of which equally many pads have; cells: points of the grid of
+    angles that a share rests on; near, near_others: how many of the small and of the others are
+    within `margin` of the map of `below`, which a finer grid may turn; touching: shares with an
+    equilibrium kept in any contact.
+    """
+
+    pads: int
+    low: Share
+    high: Share
+    small: int
+    below: Share
+    small_at: dict[str, dict[str, int]]
+    cells: int
+    near: int
+    near_others: int
+    margin: float
+    touching: Span
+
+
+class MapRanges(Result):
+    """By parameter (h/w, k2/k1, mu), and over all of them together.
+
+    pads: how many combinations; printed, signs: spans of the shares; members: by case, on the edge
+    if the conditions change within `near` (rad); flat: keys of the cases with K21 = 0 for all pads.
+    """
+
+    sweeps: dict[str, Sweep]
+    pads: int
+    printed: Span
+    signs: Span
+    members: dict[str, Member]
+    near: float
+    full: Upright
+    flat: tuple[str, ...]
+    off_branch: OffBranch
+
+
 def with_values(pad: Pad, ratio: Any, springs: Any, mu: Any) -> Pad:
     """The pad with other h/w, k2/k1 (of the same sum) and mu; I grows as that of a rectangle."""
     h = ratio * pad.w
@@ -84,7 +190,7 @@ def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     return printed, signs
 
 
-def _curves(pad: Pad) -> tuple[results.Curve, ...]:
+def _curves(pad: Pad) -> tuple[Curve, ...]:
     def at(angles: np.ndarray) -> np.ndarray:
         return np.asarray(bounds(pad, (angles[0], angles[1])).as_printed).astype(int)
 
@@ -96,7 +202,7 @@ def _curves(pad: Pad) -> tuple[results.Curve, ...]:
     )
 
 
-def where(pad: Pad, angles: tuple[float, float]) -> results.Where:
+def where(pad: Pad, angles: tuple[float, float]) -> Where:
     """Whether the printed conditions hold at and about a case's angles."""
     around = 2.0 * math.pi * np.arange(24) / 24
     a1 = angles[0] + NEAR * np.append(np.cos(around), 0.0)
@@ -105,14 +211,14 @@ def where(pad: Pad, angles: tuple[float, float]) -> results.Where:
     return "inside" if holds.all() else "on the edge" if holds.any() else "outside"
 
 
-def _members(pad: Pad) -> dict[str, results.Member]:
+def _members(pad: Pad) -> dict[str, Member]:
     grid = [v.ravel() for v in np.meshgrid(*VALUES.values(), indexing="ij")]
     found = {}
     for case, angles in CASES.items():
         places = [where(with_values(pad, *values), angles) for values in zip(*grid, strict=True)]
         share = {word: places.count(word) / len(places) for word in ("inside", "on the edge")}
         inside, edge = share["inside"], share["on the edge"]
-        found[case] = results.Member(*angles, where(pad, angles), inside, edge, 1.0 - inside - edge)
+        found[case] = Member(*angles, where(pad, angles), inside, edge, 1.0 - inside - edge)
     return found
 
 
@@ -136,7 +242,7 @@ def _equilibria(
     return reached, kept, full
 
 
-def _full(scene: Scene) -> results.Upright:
+def _full(scene: Scene) -> Upright:
     """Shares of the map with an equilibrium that is kept in full contact, over many pads."""
     some = list(SPREAD.values())
     *grid, contact, preload = (v.ravel() for v in np.meshgrid(*some, indexing="ij"))
@@ -158,7 +264,7 @@ def _full(scene: Scene) -> results.Upright:
     span, touching = ((float(of.min()), float(of.max())) for of in (full, kept))
     few = int(small.sum())
     shares = (full.size, *span, few, SMALL_REGION, at, cells)
-    return results.Upright(*shares, near, others, MARGIN, results.Span(*touching))
+    return Upright(*shares, near, others, MARGIN, Span(*touching))
 
 
 def _flat(pad: Pad) -> tuple[str, ...]:
@@ -172,7 +278,7 @@ def _flat(pad: Pad) -> tuple[str, ...]:
     return tuple(case for case, angles in CASES.items() if zero(angles))
 
 
-def off_branch(scene: Scene, grid: int = GRID) -> results.OffBranch:
+def off_branch(scene: Scene, grid: int = GRID) -> OffBranch:
     """Other equilibria at the angles at which the branch does not reach the scene's mu."""
     axis = angle_axes(grid)[0].values
     codes = on_grid(scene, ("alpha1", "alpha2"), axis, axis).codes
@@ -197,10 +303,10 @@ def off_branch(scene: Scene, grid: int = GRID) -> results.OffBranch:
     exists, kept = found.codes != BEYOND_FOLD, np.isin(found.codes, KEPT)
     upright = kept & (np.abs(statics.tilt(z[:, there])) < UPRIGHT)
     any_, some, few = (len(set(who[chosen].tolist())) for chosen in (exists, kept, upright))
-    return results.OffBranch(grid**2, points, any_, some, few, UPRIGHT)
+    return OffBranch(grid**2, points, any_, some, few, UPRIGHT)
 
 
-def study(files: Sequence[Path]) -> results.MapRanges:
+def study(files: Sequence[Path]) -> MapRanges:
     """The map about the scene of case (c) of model B2, whose pad the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
@@ -217,7 +323,7 @@ def study(files: Sequence[Path]) -> results.MapRanges:
         along = [bounds(one, angles) for one in pads.values()]
         rest = tuple(i for i in range(len(VALUES)) if i != axis)
         shapes = {v: with_values(pad, *(own | {name: v}).values()) for v in SHAPES[name]}
-        sweeps[name] = results.Sweep(
+        sweeps[name] = Sweep(
             own[name],
             tuple(pads),
             tuple(float(b.as_printed.mean()) for b in along),
@@ -229,11 +335,11 @@ def study(files: Sequence[Path]) -> results.MapRanges:
             tuple(kept[axis].tolist()),
             {f"{v:g}": _curves(one) for v, one in shapes.items()},
         )
-    return results.MapRanges(
+    return MapRanges(
         sweeps=sweeps,
         pads=printed.size,
-        printed=results.Span(float(printed.min()), float(printed.max())),
-        signs=results.Span(float(signs.min()), float(signs.max())),
+        printed=Span(float(printed.min()), float(printed.max())),
+        signs=Span(float(signs.min()), float(signs.max())),
         members=_members(pad),
         near=NEAR,
         full=_full(scene),

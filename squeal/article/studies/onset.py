@@ -9,8 +9,8 @@ import numpy as np
 from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
+from squeal.article.records import Missing
 from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
-from squeal.article.results.records import Missing
 from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
 from squeal.article.studies._damped import RATIO, damped, window
 from squeal.article.studies._late import (

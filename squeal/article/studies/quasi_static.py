@@ -6,14 +6,24 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.article.equations import bounds, quasi_static_map
-from squeal.article.results.quasi_static import QuasiStatic
+from squeal.article.equations import Readings, bounds, quasi_static_map
+from squeal.article.records import Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.model.pad import Pad
 from squeal.numerics.outline import Outline, outline
 
 CELLS = 240  # a side
 ENDS = ((0.0, math.pi), (0.0, math.pi))
+
+
+class QuasiStatic(Result):
+    """Map of n x n cells at the scene's mu: regions (code 1) of both readings of (23a, b)."""
+
+    n: int
+    mu: float
+    share: Readings
+    as_printed: Outline
+    sign_aware: Outline
 
 
 def quasi_static(pad: Pad, cells: int = CELLS) -> QuasiStatic:

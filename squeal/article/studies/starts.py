@@ -1,7 +1,7 @@
 """What becomes of the article's scenes from other starts: maps over height and tilt.
 
 The starts are at rest on a plane through the sliding equilibrium and the scene's own start. Maps of
-longer times have fewer points, `--fine` gives all many.
+longer times have fewer points.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +14,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import TOUCH, hammers
-from squeal.article.results.records import Missing
+from squeal.article.records import Missing
 from squeal.article.results.starts import (
     KINDS,
     TOLERANCE,
@@ -33,7 +33,6 @@ from squeal.simulation.ensemble import DONE, simulate_many, simulate_starts, sta
 
 WINDOWS = {1: 11, 10: 11, 100: 5}
 """Times in that of the scene, and points a side of their maps."""
-FINE = 41
 REACH = 1.25
 _SEPARATION, _ALTERNATE, _NEVER, _ENDED = range(2, len(KINDS))
 
@@ -174,12 +173,11 @@ def _map(window: int, codes: np.ndarray, side: int) -> Map:
     return Map(window, rows, int(codes[-1]), len(beside), share)
 
 
-def study(files: Sequence[Path], *, fine: bool = False) -> Starts:
+def study(files: Sequence[Path]) -> Starts:
     """The maps of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
         why = Missing(f"{WITHOUT_HEYOKA} nothing else simulates batches of pads.")
         return Starts(scenes=dict.fromkeys(scenes, why), reach=REACH)
-    sides = dict.fromkeys(WINDOWS, FINE) if fine else WINDOWS
-    made = {name: one for some in alike(scenes) for name, one in maps(some, sides).items()}
+    made = {name: one for some in alike(scenes) for name, one in maps(some, WINDOWS).items()}
     return Starts(scenes={name: made[name] for name in scenes}, reach=REACH)

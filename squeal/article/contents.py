@@ -1,0 +1,81 @@
+"""What a build makes: results, computed by studies, and figures, drawn from them.
+
+The workflow runs what stands here, one job an entry. Light on purpose: it is imported each time.
+"""
+
+from typing import NamedTuple
+
+from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
+
+
+def scene_file(name: str) -> str:
+    """The file of one of the article's scenes."""
+    return f"workflow/scenes/{name}.yaml"
+
+
+def result_file(name: str) -> str:
+    """The file that a study or the simulation of a scene writes."""
+    return f"results/{name}.json"
+
+
+def _scenes(*names: str) -> tuple[str, ...]:
+    return tuple(map(scene_file, names))
+
+
+class Figure(NamedTuple):
+    """figures/NAME.pdf and its text, drawn by `squeal.article.figures.MODULE` from its arguments.
+
+    Arguments that hold a slash are files, which the figure depends on; others are plain words.
+    """
+
+    module: str
+    arguments: tuple[str, ...]
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The files among the arguments."""
+        return tuple(word for word in self.arguments if "/" in word)
+
+
+_ALL = _scenes(*HISTORY_FIGURES)
+_B2 = _scenes(*(stem("B2", case) for case in CASES))
+
+STUDIES: dict[str, tuple[str, ...]] = {
+    "quasi_static": _scenes("b3"),
+    "eigenvalues": _B2,
+    "stability": _ALL,
+    "angles": (*_B2, scene_file("b3")),
+    "map_ranges": _scenes("b2-c"),
+    "energy": _ALL,
+    "line_springs": _B2,
+    "starts": _ALL,
+    "onset": _ALL,
+    "claims": _ALL,
+    "findings": _scenes(*STEMS),
+    "baseline": (),
+    "accuracy": _scenes("b1-c", "b2-c"),
+    "extreme": (),
+}
+"""results/NAME.json is computed by `squeal.article.studies.NAME` from these files."""
+
+_DRAWN_FROM = {
+    **{name: (name,) for name in ("energy", "map_ranges", "line_springs", "starts", "onset")},
+    "coupling": ("stability",),
+    "modes": ("stability",),
+    "accuracy": ("accuracy",),
+}
+FIGURES: dict[str, Figure] = {
+    "fig01": Figure("sketch", _scenes("b1-c")),
+    "fig02": Figure("sketch", _scenes("b2-c")),
+    "fig03": Figure("charts", ("B1",)),
+    "fig08": Figure("charts", ("B2",)),
+    **{
+        f"fig{number:02}": Figure("histories", (result_file(name), f"results/{name}.csv"))
+        for name, number in HISTORY_FIGURES.items()
+    },
+    "fig13": Figure("quasi_static", (result_file("quasi_static"),)),
+    "maps": Figure("angle_maps", (result_file("angles"), result_file("quasi_static"))),
+    **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
+}
+RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
+"""All result files that the report rests on."""

@@ -1,1 +1,0 @@
-"""Populations of pads for each of the eight formulations, drawn with equal effort."""

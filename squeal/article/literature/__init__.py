@@ -1,1 +1,0 @@
-"""Systems of the literature, with numbers that are known of them."""

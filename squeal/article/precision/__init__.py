@@ -1,1 +1,0 @@
-"""Error against run time: our paths, SciPy's, and other libraries' where they are installed."""

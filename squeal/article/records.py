@@ -1,0 +1,168 @@
+"""Results: frozen dataclasses that go to JSON files and come back, by the types of their fields."""
+
+import dataclasses
+import inspect
+import json
+import math
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from decimal import ROUND_CEILING, Decimal
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, TypeVar, Union, dataclass_transform
+
+from squeal.errors import InputError
+from squeal.io.provenance import Provenance
+from squeal.schema.place import Place, shown
+
+T = TypeVar("T")
+Share = Annotated[float, ".1%"]
+_hints = cache(typing.get_type_hints)
+
+
+def to_dict(value: Any) -> Any:
+    """A record as JSON writes it: dataclasses become mappings by field, tuples lists."""
+    if dataclasses.is_dataclass(value):
+        own = getattr(value, "to_dict", None)
+        return own() if own else _fields(value)
+    if isinstance(value, Mapping):
+        return {key: to_dict(entry) for key, entry in value.items()}
+    return [to_dict(entry) for entry in value] if isinstance(value, (tuple, list)) else value
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {f.name: to_dict(getattr(record, f.name)) for f in dataclasses.fields(record)}
+
+
+def from_dict(kind: type[T], value: Any, file: str = "result") -> T:
+    """The record of a class that `to_dict` wrote.
+
+    Raises InputError naming `file`, key and value where the value does not fit the class.
+    """
+    record: T = _from(kind, value, Place(file))
+    return record
+
+
+def read_json(kind: type[T], file: Path) -> T:
+    """What a JSON file holds, as `from_dict` makes it. Raises InputError."""
+    try:
+        value = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: {error}; a JSON file written by squeal is allowed") from None
+    return from_dict(kind, value, str(file))
+
+
+def call(function: Callable[..., T], words: Sequence[str]) -> T:
+    """What a function makes of some words, each as its parameter's annotation wants it.
+
+    A class with a method `read` reads the file of that name; others, Path or str, take the word.
+    Raises InputError where there are too many words or too few, or a file is refused.
+    """
+    signature = inspect.signature(function, eval_str=True)
+    try:
+        signature.bind(*words)
+    except TypeError:
+        wanted = ", ".join(signature.parameters) or "nothing"
+        raise InputError(
+            f"{len(words)} arguments are not allowed; it is made from {wanted}"
+        ) from None
+    kinds = [parameter.annotation for parameter in signature.parameters.values()]
+    kinds += kinds[-1:] * (len(words) - len(kinds))
+    given = zip(kinds, words, strict=False)
+    return function(*(k.read(Path(w)) if hasattr(k, "read") else k(w) for k, w in given))
+
+
+def _from(kind: Any, value: Any, at: Place) -> Any:
+    origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if kind is Any:
+        return value
+    if origin in (Union, types.UnionType):
+        return _from(_member(inner, value), value, at)
+    if origin is Literal and value in inner:
+        return value
+    if kind is float and type(value) in (int, float):
+        return float(value)
+    if kind in (int, str, bool, type(None)) and type(value) is kind:
+        return value
+    if origin is tuple and isinstance(value, list):
+        kinds = inner[:1] * len(value) if inner[1:] == (...,) else inner
+        if len(kinds) == len(value):
+            pairs = enumerate(zip(kinds, value, strict=True))
+            return tuple(_from(k, entry, at / i) for i, (k, entry) in pairs)
+    if origin is dict and isinstance(value, dict):
+        return {key: _from(inner[1], entry, at / key) for key, entry in value.items()}
+    if dataclasses.is_dataclass(kind) and isinstance(value, dict):
+        own = None if issubclass(kind, Record) else getattr(kind, "from_dict", None)  # type: ignore[arg-type]
+        return own(value) if own else _record(kind, value, at)
+    raise at.refuse(f"{shown(value)} is not allowed; it must be {getattr(kind, '__name__', kind)}")
+
+
+def _member(kinds: tuple[Any, ...], value: Any) -> Any:
+    """The member of a union that a value belongs to; of several records the one with its keys."""
+    if isinstance(value, dict):
+        records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+        return next((k for k in records if _hints(k).keys() >= value.keys()), records[0])
+    return next((k for k in kinds if type(value) is k), kinds[0])
+
+
+def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
+    fields = {f.name: f.default is dataclasses.MISSING for f in dataclasses.fields(kind)}
+    needed = {name for name, required in fields.items() if required}
+    for key in sorted((value.keys() - fields.keys()) | (needed - value.keys())):
+        known = "unknown key" if key in value else "missing"
+        raise (at / key).refuse(f"{known}; {kind.__name__} has {', '.join(sorted(fields))}")
+    hints = _hints(kind)
+    return kind(**{key: _from(hints[key], entry, at / key) for key, entry in value.items()})
+
+
+@dataclass_transform(frozen_default=True)
+class Record:
+    """Its subclasses are frozen dataclasses that go to a JSON file and come back unchanged."""
+
+    def __init_subclass__(cls, kw_only: bool = False) -> None:
+        dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)
+
+    @classmethod
+    def of(cls, *sources: Any, **more: Any) -> Self:
+        """A record of `more` and, of every other field, the first object's attribute so named."""
+        for name in {f.name for f in dataclasses.fields(cls)} - more.keys():  # type: ignore[arg-type]
+            source = next((s for s in sources if hasattr(s, name)), None)
+            if source is not None:
+                more[name] = getattr(source, name)
+        return cls(**more)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain mappings, lists, numbers and text."""
+        return _fields(self)
+
+
+class Missing(Record):
+    """Stands where something does not exist, and says why."""
+
+    reason: str
+
+
+class Result(Record, kw_only=True):
+    """All that a result file holds; the program that writes the file fills in what made it."""
+
+    provenance: Provenance | None = None
+
+    @property
+    def wrong(self) -> str:
+        """What came out wrong and must not pass unseen; empty where all is well."""
+        return ""
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """The result that a JSON file holds. Raises InputError where it is of another kind."""
+        return read_json(cls, file)
+
+
+def rounded_up(value: float, digits: int = 2) -> float:
+    """The least number of so many significant digits that is not below the value."""
+    if not math.isfinite(value) or value == 0.0:
+        return value
+    exact = Decimal(value)
+    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
+    return float(exact.quantize(step, ROUND_CEILING))

@@ -1,0 +1,1 @@
+"""Tables of the paper, a module a table: `table` from records of results, and its `CAPTION`."""

@@ -1,0 +1,79 @@
+r"""Numbers in the text: \val[form]{study.key.key} is read from results/study.json.
+
+A form says how a number is shown: "3" three significant digits (the default), "f2" two decimals,
+"p1" a percentage with one, "n" a whole number. Text is shown as it stands.
+"""
+
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from squeal.article.report.latex import number_text, typeset
+from squeal.errors import InputError
+
+ASKED = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
+MILLI = 1e3
+
+
+def looked_up(results: Mapping[str, Any], key: str) -> Any:
+    """The entry of a result named by study and keys, or places in lists, with dots between.
+
+    Raises KeyError.
+    """
+    found: Any = results
+    for part in key.split("."):
+        if isinstance(found, list):
+            found = found[int(part)] if part.isdigit() and int(part) < len(found) else None
+        elif isinstance(found, dict):
+            found = found.get(part)
+        else:
+            found = None
+        if found is None:
+            raise KeyError(key)
+    return found
+
+
+def shown(value: Any, form: str = "") -> str:
+    """A number in math mode or text."""
+    if isinstance(value, (str, bool)):
+        return typeset(str(value))
+    if isinstance(value, list):
+        return ", ".join(shown(one, form) for one in value)
+    if isinstance(value, dict):
+        raise InputError("a mapping is no value")
+    if form == "n" or (not form and isinstance(value, int)):
+        return f"${round(value)}$"
+    if form.startswith("p"):
+        return rf"${100 * value:.{int(form[1:] or 1)}f}$\,\%"
+    if form.startswith("f"):
+        return f"${value:.{int(form[1:])}f}$"
+    if not math.isfinite(value):
+        raise InputError("no finite number")
+    digits = int(form or 3)
+    text = f"{value:#.{digits}g}" if 1e-3 <= abs(value) < 10.0**digits else f"{value:.{digits}g}"
+    return f"${number_text(text.rstrip('.'))}$"
+
+
+def read(files: Iterable[Path]) -> dict[str, Any]:
+    """Results by name of the file."""
+    return {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in files}
+
+
+def definitions(texts: Mapping[str, str], results: Mapping[str, Any]) -> str:
+    r"""Lines that define each \val of some texts (by name). Raises InputError naming the text."""
+    lines = set()
+    for name, text in texts.items():
+        for form, key in ASKED.findall(text):
+            try:
+                lines.add(f"\\setval{{{key}}}{{{form}}}{{{shown(looked_up(results, key), form)}}}")
+            except (KeyError, ValueError, InputError) as error:
+                raise InputError(f"{name}: \\val[{form}]{{{key}}}: {error}") from None
+    return "".join(f"{line}\n" for line in sorted(lines))
+
+
+def filled(text: str, results: Mapping[str, Any]) -> str:
+    r"""A text with its \val replaced."""
+    return ASKED.sub(lambda m: shown(looked_up(results, m[2]), m[1] or ""), text)

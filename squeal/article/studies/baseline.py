@@ -1,0 +1,76 @@
+"""How many statements random parameter sets satisfy, and which: what agreement is worth."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from squeal.article.claims import CLAIMS
+from squeal.article.identify.judging import INDEPENDENT, margins
+from squeal.article.identify.space import DIMENSIONS, decode
+from squeal.article.records import Record, Result, Share
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.model.contact import CONSISTENT, Formulation
+from squeal.numerics.shares import wilson
+
+SETS, SEED = 2000, 1
+CONFIDENCE = 0.95
+LAWS = {"consistent": CONSISTENT, "printed": Formulation("mean", "centre", "+")}
+"""The contact law that has a potential, and that of Eq. (13), both with delta from the mass centre
+and the sign that Eq. (10) needs."""
+
+
+class Frequency(Record):
+    """A share of random sets, and Wilson's interval."""
+
+    share: Share
+    interval: tuple[Share, Share]
+
+
+class Law(Record):
+    """Random sets under one law: of so many, how many have valid motions; by claim the share of all
+    that satisfies it; independent statements satisfied by the median set of valid motions, by the
+    best, and by how many sets each number of them."""
+
+    sets: int
+    valid: int
+    share: dict[str, Frequency]
+    median: int
+    best: int
+    counts: tuple[int, ...]
+
+
+class Baseline(Result):
+    """By law; independent: how many statements are independent; confidence: of the intervals;
+    left_out: why there is nothing, empty if there is."""
+
+    laws: dict[str, Law]
+    independent: int
+    seed: int = SEED
+    confidence: Share = CONFIDENCE
+    left_out: str = ""
+
+
+def judged(law: Formulation, sets: int) -> Law:
+    """Random sets under a law."""
+    points = np.random.default_rng(SEED).uniform(size=(sets, len(DIMENSIONS)))
+    table, whole = margins(decode(points), law)
+    holds = table > 0.0
+    count = holds[whole][:, INDEPENDENT].sum(axis=1)
+    share = {
+        claim.id: Frequency(n / sets, wilson(n, sets, CONFIDENCE))
+        for claim, n in zip(CLAIMS, holds.sum(axis=0).tolist(), strict=True)
+    }
+    counts = np.bincount(count, minlength=int(INDEPENDENT.sum()) + 1)
+    valid = int(whole.sum())
+    median, best = int(np.median(count)), int(count.max())
+    return Law(sets, valid, share, median, best, tuple(counts.tolist()))
+
+
+def study(_: Sequence[Path]) -> Baseline:
+    """Random sets under both laws, left out without batches."""
+    independent = int(INDEPENDENT.sum())
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} nothing else simulates thousands of pads."
+        return Baseline({}, independent, left_out=why)
+    return Baseline({name: judged(law, SETS) for name, law in LAWS.items()}, independent)

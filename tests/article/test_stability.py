@@ -1,0 +1,147 @@
+"""Stability over friction: against literal equations, folds, and simulations."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.thresholds import critical_friction
+from squeal.article.figures import angle_maps, coupling, modes
+from squeal.article.records import Missing
+from squeal.article.studies import angles as angle_study
+from squeal.article.studies.quasi_static import quasi_static
+from squeal.article.studies.stability import Branch, Stability, branch, examined, fit, frozen
+from squeal.equilibrium import Path, sliding_equilibrium
+from squeal.io.scene import Scene
+from squeal.linear import verdict
+from squeal.plots.parts import LARGEST
+from tests import naive
+from tests.conftest import SCENES, random_pad, scene_of
+
+STEMS = ("b1-a", "b2-c", "b2-d")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return Stability(tuple(examined(name, scene_of(name)) for name in STEMS), {})
+
+
+def exact_stiffness(scene, mu, at):
+    pad = scene.pad.replace(mu=mu)
+    K = -naive.jacobian(scene.model, pad, scene.formulation, at.q, at.state)
+    return np.array([pad.m, pad.m, pad.I]), K
+
+
+@pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
+def test_growth_of_a_simulation_is_an_exact_eigenvalue(share):
+    scene = scene_of("b1-a")
+    mu = share * critical_friction(scene, 1.0).points[0].mu
+    at = Path.of(scene.pad_model, 1.0).equilibrium(mu)
+    predicted, fitted = fit(scene, at)
+    masses, K = exact_stiffness(scene, mu, at)
+    A = mp.matrix(3, 3)
+    for i, m in enumerate(masses.tolist()):
+        for j in range(3):
+            A[i, j] = -K[i, j] / m
+    roots = [complex(mp.sqrt(v)) for v in mp.eig(A, left=False, right=False)]
+    exact = np.array([s * r for r in roots for s in (1, -1)])
+    assert np.abs(exact - predicted).min() < 1e-9 * abs(fitted)
+    # the motion is linear to its size of 1e-6
+    assert np.abs(exact - fitted).min() < 1e-6 * abs(fitted)
+    assert (fitted.real > 1.0) == (share > 1.0)
+
+
+def test_branch_and_equilibrium_have_the_same_eigenvalues(found):
+    for one in found.scenes:
+        values = analyse(scene_of(one.name)).spectrum.values
+        i = one.branch.mu.index(one.mu)
+        swept = np.array(one.branch.real)[:, i] + 1j * np.array(one.branch.imag)[:, i]
+        distance = np.abs(swept[:, None] - values[None, :]).min(axis=0)
+        assert distance.max() < 1e-9 * np.abs(values).max()
+        assert bool(one.branch.thresholds) == one.branch.leaves_axis
+
+
+def test_a_branch_is_followed_up_to_its_fold():
+    one = branch(Scene("B2", random_pad(2, "B2")))
+    assert isinstance(one, Branch)
+    assert one.thresholds[-1].kind == "fold"
+    assert one.fold * (1 - 2e-9) < one.mu[-1] < one.fold
+    assert isinstance(branch(Scene("B2", random_pad(1, "B2", k1=0.0, k2=0.0))), Missing)
+
+
+@pytest.mark.parametrize("rows", [3, 2])
+def test_verdicts_of_a_frozen_equilibrium_change_at_its_thresholds(rows):
+    scene = Scene("B2", random_pad(10, "B2"))
+    at, _ = sliding_equilibrium(scene.pad_model)
+    for one in frozen(scene, at, rows):
+        sides = []
+        for mu in (one.mu * (1 - 1e-6), one.mu * (1 + 1e-6)):
+            masses, K = exact_stiffness(scene, mu, at)
+            K = np.array(K.tolist(), dtype=float)[:rows, :rows]
+            sides.append(verdict(np.diag(masses[:rows]), None, K))
+        assert one.kind in sides
+        assert (sides[1] == one.kind) == (one.direction == "up")
+
+
+def test_mode_shapes_solve_the_eigenvalue_problem(found):
+    for one in found.scenes:
+        scene = scene_of(one.name)
+        at, _ = sliding_equilibrium(scene.pad_model)
+        masses, K = exact_stiffness(scene, scene.pad.mu, at)
+        A = np.array(K.tolist(), dtype=float) / masses[:, None]
+        assert len(one.equilibrium.modes) == 3
+        for mode in one.equilibrium.modes:
+            shape = np.array(mode.real) + 1j * np.array(mode.imag)
+            assert np.abs(shape).max() == pytest.approx(1.0)
+            v = shape / [1.0, 1.0, scene.pad.w]
+            s = mode.growth_rate + 2j * np.pi * mode.frequency_hz
+            assert np.abs(s * s * v + A @ v).max() < 1e-9 * np.abs(A).max() * np.abs(v).max()
+
+
+def drawn(figure, gid):
+    return [line for axes in figure.axes for line in axes.get_lines() if line.get_gid() == gid]
+
+
+def test_the_coupling_figure_draws_what_it_is_given(found):
+    lines = [
+        line for k in (1, 2, 3) for line in drawn(coupling.coupling_figure(found), f"mode {k}")
+    ]
+    for one in found.scenes[1:]:
+        for k in range(3):
+            frequency = np.abs(one.branch.imag[2 * k]) / (2e3 * np.pi)
+            growth = np.array(one.branch.real[2 * k]) / 1e3
+            for values in (frequency, growth):
+                assert any(np.array_equal(line.get_ydata(), values) for line in lines)
+    assert "B2, case (c)" in coupling.draw(found).alternative
+
+
+def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
+    figure = modes.modes_figure(found)
+    shown = [s for s in found.scenes if s.model == "B2"]
+    lines = [drawn(figure, gid) for gid in ("rest", "first phase")]
+    given = [(s, s.equilibrium.modes[k]) for k in range(3) for s in shown]
+    for (scene, mode), *outlines in zip(given, *lines, strict=True):
+        rest, first = (np.array(line.get_xydata())[:4] for line in outlines)
+        moved = LARGEST * np.array(mode.real)
+        assert np.allclose(first.mean(axis=0) - rest.mean(axis=0), moved[:2], atol=1e-12)
+        sides = [one[1] - one[0] for one in (rest, first)]
+        assert np.angle(complex(*sides[1]) / complex(*sides[0])) == pytest.approx(moved[2])
+        assert np.linalg.norm(first[2] - first[1]) == pytest.approx(2 * scene.h / scene.w)
+
+
+def test_shares_of_traced_maps(monkeypatch):
+    monkeypatch.setattr(angle_study, "FINE", 30)
+    monkeypatch.setattr(angle_study, "COARSE", 15)
+    names = ("b2-a", "b2-b", "b2-c", "b2-d", "b3")
+    angles = angle_study.study([SCENES / f"{name}.yaml" for name in names])
+    printed = quasi_static(scene_of("b3").pad, 40)
+    for model in ("b2", "b3"):
+        assert sum(getattr(angles, f"share_{model}").values()) == pytest.approx(1.0)
+    share = angles.share
+    assert share.full + share.partial == pytest.approx(share.exists)
+    assert 1.0 - share.exists == pytest.approx(angles.share_b2["beyond a fold"])
+    assert share.denied_full <= min(share.quiet_full, share.denied)
+    # allowed where nothing is stable + allowed where it is = allowed
+    allowed = share.wrongly_allowed + share.quiet - share.denied
+    assert allowed == pytest.approx(printed.share.as_printed, abs=0.01)
+    assert len(angle_maps.draw(angles, printed).alternative) > 60
