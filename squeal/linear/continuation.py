@@ -21,8 +21,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,15 +39,8 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import (
-    Batched,
-    Dense,
-    Parametrised,
-    System,
-    TermSystem,
-)
+from squeal.linear.system import Batched, Dense, Parametrised, System, TermSystem
 
-FEW = 6  # roots of which all assignments are tried
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
 
@@ -143,15 +136,12 @@ class State:
         """Roots that neither grow nor decay, as far as rounding tells."""
         if self.form == "damped":
             return np.asarray(np.abs(self.roots.real) <= self.rounding)
-        free = self.form == "gyroscopic"
-        return self.real & (free | (self.roots.real >= -self.rounding))
+        return self.real & ((self.form == "gyroscopic") | (self.roots.real >= -self.rounding))
 
     @cached_property
     def close(self) -> Bools:
-        """Which roots (m, m) rounding does not tell apart.
-
-        The squared half difference of two roots h apart is uncertain by 2 h times the rounding.
-        """
+        """Which roots (m, m) rounding does not tell apart: twice, since it moves what two differ
+        by, squared, by twice that difference times itself."""
         apart = np.abs(self.roots[:, None] - self.roots)
         return np.asarray(apart <= 2 * np.add.outer(self.rounding, self.rounding))
 
@@ -162,10 +152,8 @@ class State:
 
 
 class Couplings(NamedTuple):
-    """Pairs (k, l) of roots with the quantities of the module's head, (pairs,) or (2, pairs).
-
-    With two rows the first is of kl, the second of lk.
-    """
+    """Pairs (k, l) of roots with the quantities of the module's head, (pairs,), or (2, pairs) of
+    kl and of lk."""
 
     k: NDArray[np.intp]
     l: NDArray[np.intp]
@@ -203,21 +191,7 @@ def _couplings(state: State) -> Couplings:
 
 
 class Continuation:
-    """The spectrum of system(p) -> (M, C, K), M regular, between two values of p.
-
-    Parameters
-    ----------
-    system : System
-        A TermSystem, a Batched system or any function p -> (M, C, K).
-    low, high : float
-        The range of p.
-    options : ContinuationOptions
-        What it may cost.
-
-    Raises
-    ------
-    InputError
-        For complex matrices and for an M that is singular.
+    """The spectrum of system(p) -> (M, C, K), real and M regular, for low <= p <= high.
 
     Examples
     --------
@@ -245,21 +219,14 @@ class Continuation:
         self._family = Parametrised(system, low, high, self.options.difference)
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         each = [_filled(matrices) for matrices in self._family.at_many(inside)]
-        self.rate = 1.0
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
         self.n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
         self.form = _form(each)
-        if self.form != "undamped":
-            (A, B), *_ = self._normalised(each[2], (np.zeros_like(each[2][0]),) * 3)
-            self.rate = float(first_order(A, B)[1])
+        self.rate = 1.0 if self.form == "undamped" else 0.0
         self._states: dict[float, State] = {}
-        self._last: tuple[float, NDArray, NDArray, Array] | None = None
-
-    @property
-    def conservative(self) -> bool:
-        """True if the spectrum is symmetric about its line."""
-        return self.form != "damped"
+        # of no value, but it sets the rate
+        self._last = np.nan, *self._standard(each[2], (np.zeros_like(each[2][0]),) * 3)
 
     @property
     def size(self) -> int:
@@ -284,15 +251,8 @@ class Continuation:
             return np.asarray(np.where(half.real < 0, -half, half))
         return np.asarray(z * self.rate if self.form == "damped" else 1j * z * self.rate)
 
-    def _with_slopes(self, ps: Sequence[float]) -> Iterator[tuple[Any, Any]]:
-        """M, C, K at each value, and their derivatives."""
-        for matrices, slopes in self._family.with_derivatives(ps):
-            yield _filled(matrices), slopes
-
-    def _normalised(
-        self, matrices: Sequence[Array], slopes: Sequence[Array]
-    ) -> tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array]]:
-        """A, B of q'' + B q' + A q = 0, their derivatives, and the sizes of their roundings."""
+    def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
+        """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
         if self._free is not None:
             P, Q = self._free
             matrices, slopes = ([P.T @ X @ Q for X in part] for part in (matrices, slopes))
@@ -301,28 +261,28 @@ class Continuation:
             self._normal = (M, *_normalising(M))
         left, right = self._normal[1:]
         A, B, mass, dA, dB = (left @ X @ right for X in (K, C, slopes[0], slopes[2], slopes[1]))
+        dA, dB = dA - mass @ A, dB - mass @ B
         L, R = np.abs(left), np.abs(right)
         off = L @ np.abs(M) @ R  # what rounding makes of L M R = 1
         growth = getattr(self.system, "growth", 1.0)  # of what was eliminated before, see `light`
-        sizes = tuple(growth * (L @ np.abs(X) @ R + off @ np.abs(Y)) for X, Y in ((K, A), (C, B)))
-        return (A, B), (dA - mass @ A, dB - mass @ B), (sizes[0], sizes[1])
-
-    def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
-        """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
-        (A, B), (dA, dB), (E, F) = self._normalised(matrices, slopes)
+        E, F = (growth * (L @ np.abs(X) @ R + off @ np.abs(Y)) for X, Y in ((K, A), (C, B)))
         if self.form == "undamped":
             return A, dA, E
-        eye, zero, rate = np.eye(len(A)), np.zeros_like(A), self.rate
+        rate = self.rate = self.rate or float(first_order(A, B)[1])
+        eye, zero = np.eye(len(A)), np.zeros_like(A)
         A = np.block([[zero, eye], [-A / rate**2, -B / rate]])
         dA = np.block([[zero, zero], [-dA / rate**2, -dB / rate]])
         E = np.block([[zero, zero], [E / rate**2, F / rate]])
         return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
 
+    def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
+        both = self._family.with_derivatives(ps)
+        return [self._standard(_filled(matrices), slopes) for matrices, slopes in both]
+
     def both(self, p: float) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp, and the sizes of which the rounding of each entry is a part eps."""
-        if self._last is None or self._last[0] != p:
-            ((matrices, slopes),) = self._with_slopes([p])
-            self._last = (p, *self._standard(matrices, slopes))
+        if self._last[0] != p:
+            self._last = p, *self._standards([p])[0]
         return self._last[1:]
 
     def at(self, p: float) -> State:
@@ -337,9 +297,8 @@ class Continuation:
         ps = [p for p in dict.fromkeys(ps) if p not in self._states]
         if not ps or self.size > 40:  # stacks of larger matrices take as long as one by one
             return
-        each = [self._standard(*both) for both in self._with_slopes(ps)]
-        stack = np.array([A for A, _, _ in each])
-        values, right = np.linalg.eig(stack)
+        each = self._standards(ps)
+        values, right = np.linalg.eig(np.array([A for A, _, _ in each]))
         for p, (A, slope, _), z, X in zip(ps, each, values, right, strict=True):
             self._states[p] = _state(p, A, slope, *_with_left(A, z, X), self.form)
 
@@ -361,8 +320,8 @@ def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:
 
 
 def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array] | None:
-    """P, Q (n, n - k) of the motions beside k that neither K nor C acts on at any value, if M is
-    constant: P' M q'' + ... leaves out their roots, which stay zero."""
+    """P, Q (n, n - k) beside k motions that neither K nor C acts on, if M is constant: P' M q'' +
+    ... leaves out their roots, which stay zero."""
     M = each[0][0]
     parts = [X for _, C, K in each for X in (K, C) if X.any()]
     if not parts or any(not np.array_equal(M, other) for other, _, _ in each):
@@ -413,8 +372,7 @@ def _vectors(A: NDArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
 def _with_left(
     A: NDArray, values: NDArray, right: NDArray
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """The same with left vectors: rows of the inverse, or where that loses half the digits those
-    of the transposed problem."""
+    """With left vectors by the inverse or, where that loses half the digits, the transpose."""
     values, right = values.astype(complex), right.astype(complex)
     try:
         left = np.linalg.inv(right).conj().T
@@ -445,25 +403,18 @@ def _state(
     return State(p, values, right, left, coupling, rounding, form)
 
 
-@cache
-def _permutations(n: int) -> NDArray[np.intp]:
-    orders = np.array(list(itertools.permutations(range(n))), dtype=np.intp)
-    orders.setflags(write=False)
-    return orders
-
-
 def _assigned(cost: Array) -> NDArray[np.intp]:
-    """For each row its column, at (nearly) the least total cost."""
+    """For each row a column of its own, the cheapest first."""
     order = np.argmin(cost, axis=1)
     if len(set(order.tolist())) == len(order):
         return order
-    cost = np.nan_to_num(cost, nan=1e300, posinf=1e300)
-    if len(cost) <= FEW:  # to load SciPy's takes longer than a pad's whole search
-        orders = _permutations(len(cost))
-        return orders[np.argmin(cost[np.arange(len(cost)), orders].sum(axis=1))].copy()
-    from scipy.optimize import linear_sum_assignment
-
-    return np.asarray(linear_sum_assignment(cost)[1])
+    order[:] = -1
+    taken: set[int] = set()
+    for i, j in zip(*np.unravel_index(np.argsort(cost, axis=None), cost.shape), strict=True):
+        if order[i] < 0 and int(j) not in taken:
+            order[i] = j
+            taken.add(int(j))
+    return order
 
 
 @dataclass(frozen=True, eq=False)
@@ -472,7 +423,7 @@ class Guess:
 
     value: float
     root: complex
-    right: ComplexArray  # (N,) or (N, 2)
+    right: ComplexArray  # (N, 1) or (N, 2)
     left: ComplexArray
     coalesces: bool
     width: float  # of the parameter within which it must lie
@@ -489,11 +440,6 @@ class Meeting:
     mean: complex
     doubtful: bool  # other roots decide over their coupling
 
-    def joins(self, other: Meeting) -> bool:
-        """True if both happen to one root at once, so that three meet."""
-        shared = {self.first, self.second} & {other.first, other.second}
-        return len(shared) == 1 and abs(self.step - other.step) <= self.half + other.half
-
 
 # of the half width of a close approach: where the pair is looked at
 LOOKS = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, 8.0, 12))])
@@ -501,21 +447,18 @@ LOOKS = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, 8.0, 12))])
 
 def near_coalescences(a: State, b: State, exchange: float = 0.3) -> list[tuple[State, Meeting]]:
     """Meetings within a step, seen from both ends; steps are negative from b."""
-    found = []
-    for state, way in ((a, 1), (b, -1)):
-        met = _meetings(state, way, b.value - a.value, exchange)
-        for one in met:
-            doubtful = one.doubtful or any(map(one.joins, met))
-            found.append((state, replace(one, step=way * one.step, doubtful=doubtful)))
-    return found
+    return [
+        (state, one)
+        for state, way in ((a, 1), (b, -1))
+        for one in _meetings(state, way, b.value - a.value, exchange)
+    ]
 
 
-def _meetings(state: State, way: int, span: float, exchange: float) -> list[Meeting]:
-    """Pairs that may meet on the line, or exchange so much that one crosses it, in 0 <= x <= span;
-    `way` is 1 for a rising parameter, -1 for a falling one."""
+def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[Meeting]:
+    """Pairs that may meet on the line, or exchange so much that one crosses it, up to `span` away
+    for a rising parameter (`way` = 1) or a falling one (-1)."""
     of, z, noise = state.couplings, state.roots, state.rounding
-    k, l, conjugate = of.k, of.l, of.conjugate
-    own = way * state.slopes
+    k, l, own = of.k, of.l, way * state.slopes
     with np.errstate(all="ignore"):
         u, v = z[k] - z[l], own[k] - own[l]
         x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
@@ -525,42 +468,35 @@ def _meetings(state: State, way: int, span: float, exchange: float) -> list[Meet
         s = 2 * np.sqrt(-a * b)
         ends = np.stack([-u / (v - s), -u / (v + s)]).real
         ends = np.where(np.isfinite(ends), ends, 1e9 * span)
-        centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
-        inside = np.abs(np.stack([*ends, centre]) - span / 2) <= span / 2
+        inside = np.abs(np.stack([*ends, ends.mean(axis=0)]) - span / 2) <= span / 2
         near = inside.any(axis=0)
         if not near.any():
-            return []
+            return
         ends, inside = ends[:, near], inside[:, near]
         k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
-        conjugate, third = conjugate[near], third[near]
-        centre, half = centre[near], half[near]
+        conjugate, third = of.conjugate[near], third[near]
+        centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
         # of a wide window the end that lies in the step
-        at = np.where(np.abs(centre - span / 2) <= span / 2, centre, np.where(inside[0], *ends))
+        at = np.where(inside[2], centre, np.where(inside[0], *ends))
         width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
         x = np.clip(centre + LOOKS[:, None] * np.maximum(half, width), 0.0, span)
         d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + exchange**2 * np.abs(w))
         mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
+        passes = _passes(d.real, error)
         if state.form == "damped":
             slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
             same, apart = (mean + x * mean_slope).real, np.sqrt(d).real
-            passes = _passes(same + apart, slack) | _passes(same - apart, slack)
-            passes &= ~conjugate | _passes(d.real, error)
-        else:
-            passes = _passes(d.real, error)
+            passes |= ~conjugate
+            passes &= _passes(same + apart, slack) | _passes(same - apart, slack)
         # what rounding alone couples
         passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
-        mean = mean + at * mean_slope
-    return [
-        Meeting(
-            int(k[n]),
-            int(l[n]),
-            float(at[n]),
-            float(half[n]),
-            complex(mean[n]),
-            bool(third[n] > np.abs(w[n])),
-        )
-        for n in np.flatnonzero(passes)
-    ]
+    for n in np.flatnonzero(passes).tolist():
+        # three roots meet, or others decide
+        shared = (k == k[n]).astype(int) + (l == l[n]) + (k == l[n]) + (l == k[n]) == 1
+        joined = shared & passes & (np.abs(at - at[n]) <= half + half[n])
+        doubtful = bool(third[n] > np.abs(w[n]) or joined.any())
+        middle = complex(mean[n] + at[n] * mean_slope[n])
+        yield Meeting(int(k[n]), int(l[n]), way * float(at[n]), float(half[n]), middle, doubtful)
 
 
 def _passes(values: Array, slack: Array) -> Bools:
@@ -569,8 +505,7 @@ def _passes(values: Array, slack: Array) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Two neighbouring states, and how their roots belong together: `order` is the index at `b` of
-    each root of `a`."""
+    """Two neighbouring states, and the index at `b` of each root of `a`."""
 
     a: State
     b: State
@@ -634,16 +569,14 @@ class Step:
         return at.right[:, k], at.left[:, k]
 
     def pair(self, k: int, other: int) -> tuple[Array, Array] | None:
-        """Cubics (4,) of the mean and the squared half difference of two roots; None if these do
-        not fit the slopes."""
+        """Cubics (4,) of the mean and the squared half difference of two roots, if they fit."""
         both = np.array([x[[k, other]] for x in self.ends])
         mean, half = both.mean(axis=1), (both[:, 0] - both[:, 1]) / 2
         square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
         unit = max(abs(square[0]), abs(square[2]))
         for (a, da, b, db), size in ((mean, abs(mean[0])), (square, unit)):
-            if abs(b - a - (da + db) / 2) > self.options.doubt * max(
-                abs(b - a), self.options.near * size
-            ):
+            least = self.options.doubt * max(abs(b - a), self.options.near * size)
+            if abs(b - a - (da + db) / 2) > least:
                 return None
         return hermite_cubic(*mean), hermite_cubic(*square)
 
@@ -656,11 +589,8 @@ def pairwise_steps(continuation: Continuation, ps: Sequence[float]) -> Iterator[
 
 
 def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
-    step, middle = (
-        Step.of(continuation.at(a), continuation.at(b), continuation.options),
-        (a + b) / 2,
-    )
-    fits = step.matched.copy()
+    step = Step.of(continuation.at(a), continuation.at(b), continuation.options)
+    middle, fits = (a + b) / 2, step.matched.copy()
     for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
         if not fits[k] and not fits[other] and step.pair(k, other) is not None:
             fits[[k, other]] = True
@@ -675,9 +605,7 @@ def divided(system: System, low: float, high: float) -> list[float]:
     """Rising values from low to high between which a system is searched.
 
     The ends alone, unless the range is thousands of times longer than the system's own scale of the
-    parameter: all thresholds then lie near zero, below what tolerances of the range resolve. The
-    scale is where the greatest of sqrt(|W_kl W_lk / (z_k z_l)|) is one, W being the change of the
-    matrix in the eigenvectors: there the parameter matters as much as all that is there without it.
+    parameter: all thresholds then lie near zero, below what tolerances of the range resolve.
     """
     origin = min(max(0.0, low), high)
     inner = [x for end in (low, high) if end != origin for x in _inner(system, origin, end)]
@@ -685,11 +613,13 @@ def divided(system: System, low: float, high: float) -> list[float]:
 
 
 def _inner(system: System, origin: float, end: float) -> list[float]:
+    """Values towards the origin, by steps of 100, as long as the parameter matters 3000 times as
+    much there as all that there is without it."""
     if isinstance(system, Batched):  # a branch, which ends where it has to
         return []
     beside = origin + 1e-12 * (end - origin)  # the system's own units are those there
+    ends = min(origin, beside), max(origin, beside)
     try:
-        ends = min(origin, beside), max(origin, beside)
         along = Continuation(system, *ends, ContinuationOptions(difference=1.0))
         state = along.at(origin)
     except (InputError, ComputationError):  # a factor divides by the parameter
@@ -701,6 +631,7 @@ def _inner(system: System, origin: float, end: float) -> list[float]:
     first = along.both(origin)[0]
 
     def share(p: float) -> float:
+        """The greatest sqrt(|W_kl W_lk / (z_k z_l)|) of the change W in the eigenvectors."""
         with np.errstate(all="ignore"):
             W = state.left.conj().T @ ((along.both(p)[0] - first) @ state.right)
             W = np.abs(W / across[:, None] / state.roots[:, None])[np.ix_(moves, moves)]
