@@ -276,7 +276,9 @@ class _Walk:
         along, wide = self.along, self.wide
         inside = [one for one in self.found if a <= one.value <= b]
         before, after = growth_at(along, a), growth_at(along, b)
-        done, coarse = explained(inside, before, after), b - a > 1e-3 * wide
+        done, coarse = explained(inside, before, after), b - a > wide / 64
+        if b == along.high:  # what crosses there is not seen beyond it
+            done |= explained([one for one in inside if one.interval[1] < b], before, after)
         if done and (not coarse or self._steady(a, b, inside)):
             return inside
         near = 4 * along.options.same * wide
