@@ -21,15 +21,6 @@ def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
     """The stiffness (n, n) that damping refers to, and which terms of K it is of.
 
     Raises InputError where there is none.
-
-    Examples
-    --------
-    >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu"))
-    >>> lining = Term(np.eye(2), Formula("lining"))
-    >>> numbers = {"mu": 0.4, "lining": 1.0}
-    >>> system = TermSystem((Term(np.eye(2)),), (), (lining, friction), numbers)
-    >>> structure_stiffness(system)[1]
-    (0,)
     """
     at = frictionless(system)
     factors = [term.factor.value(at) for term in system.K]

@@ -146,29 +146,9 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 def root_rounding(
     values: ComplexArray, condition: Array, error: float | Array, size: float | Array
 ) -> Array:
-    """How far rounding moves eigenvalues.
-
-    Parameters
-    ----------
-    values : array (m,)
-        Eigenvalues of a matrix or pencil.
-    condition : array (m,)
-        Their condition numbers 1/|y^H x|.
-    error : float or array (m,)
-        Relative backward errors.
-    size : float or array (m,)
-        What the errors are relative to, such as the matrix's norm, in the unit of the values.
-
-    Returns
-    -------
-    array (m,)
-        size times the lesser of error times condition and the k-th root of the error, where k
-        roots lie close together; k is at least 2.
-
-    Examples
-    --------
-    >>> root_rounding(np.array([1.0, 2.0]), np.array([1.0, 1e20]), 1e-16, 1.0).tolist()
-    [1e-16, 1e-08]
+    """How far (m,) rounding moves eigenvalues of condition numbers 1/|y^H x| and relative backward
+    errors `error`: `size`, such as the matrix's norm, times the lesser of error times condition and
+    the k-th root of the error, where k >= 2 roots lie close together.
     """
     near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)
     close = np.sum(np.abs(values[:, None] - values) <= near[:, None], axis=1)

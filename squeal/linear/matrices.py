@@ -73,22 +73,10 @@ def checked(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> tuple[Array, Arr
 
 
 def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
-    """The system in mass-normalised coordinates.
+    """The system in mass-normalised coordinates; masses may differ by many decades.
 
-    The diagonal of M is scaled to 1 before its Cholesky factor is taken, so masses that differ
-    by many decades cost no accuracy.
-
-    Raises
-    ------
-    InputError
-        Unless M is symmetric positive definite.
-    ComputationError
-        If the entries are beyond double precision.
-
-    Examples
-    --------
-    >>> reduce([[4.0]], None, [[36.0]]).A.tolist()
-    [[9.0]]
+    Raises InputError unless M is symmetric positive definite, ComputationError beyond double
+    precision.
     """
     mass, damping, stiffness = checked(M, C, K)
     T, rounding = _factor(mass.tobytes(), len(mass))
@@ -162,14 +150,7 @@ def light_motions(M: Array) -> tuple[Array, Array]:
 
 
 def check_regular(M: Any, C: Any, K: Any) -> None:
-    """Refuse matrices (n, n) for which every number is a root. Raises InputError.
-
-    Examples
-    --------
-    >>> check_regular(np.diag([1.0, 0.0]), None, np.diag([4.0, 0.0]))
-    Traceback (most recent call last):
-    squeal.errors.MatrixError: M, C and K: are singular together, so that every number is a root
-    """
+    """Refuse matrices (n, n) for which every number is a root. Raises InputError."""
     sizes = [float(abs(X).max()) for X in (M, K)]
     rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
     for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
@@ -195,25 +176,8 @@ def scaled_rank(K: Any, passes: int = 2) -> int:
 
 
 def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Array]:
-    """The first-order form x' = F x of z'' + B z' + A z = 0 in the time unit 1/rate.
-
-    Parameters
-    ----------
-    A, B : array (..., n, n)
-        Real or complex, one system or a stack of them.
-    rate : array (...), optional
-        1/s; left out, each system's own.
-
-    Returns
-    -------
-    F : array (..., 2n, 2n)
-        Its eigenvalues times the rate are the roots (rad/s) of the system.
-    rate : array (...)
-
-    Examples
-    --------
-    >>> first_order(np.array([[4.0]]), np.array([[0.5]]))[0].tolist()
-    [[0.0, 1.0], [-1.0, -0.25]]
+    """The first-order form F (..., 2n, 2n) of z'' + B z' + A z = 0 in the time unit 1/rate, and
+    rate (1/s; left out each system's own): F's eigenvalues times it are the roots (rad/s).
     """
     if rate is None:
         a, b = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))

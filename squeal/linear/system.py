@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
@@ -125,6 +125,10 @@ class TermSystem:
             for term in terms:
                 yield letter, term
 
+    def _changed(self, change: Callable[[tuple[Term, ...]], Iterable[Term]]) -> TermSystem:
+        M, C, K = (tuple(change(terms)) for terms in (self.M, self.C, self.K))
+        return dataclasses.replace(self, M=M, C=C, K=K)
+
     @property
     def names(self) -> frozenset[str]:
         """Parameters that some matrix depends on."""
@@ -147,12 +151,11 @@ class TermSystem:
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
-        for name in changes or {}:
-            if name not in self.parameters:
-                raise InputError(
-                    f"{name}: is no parameter; allowed are {', '.join(sorted(self.parameters))}"
-                )
-        return dict(self.parameters) | dict(changes or {})
+        changes = changes or {}
+        for name in changes.keys() - self.parameters.keys():
+            allowed = ", ".join(sorted(self.parameters))
+            raise InputError(f"{name}: is no parameter; allowed are {allowed}")
+        return {**self.parameters, **changes}
 
     def replace(self, changes: Mapping[str, float]) -> TermSystem:
         """The same system with other values of some parameters."""
@@ -161,31 +164,23 @@ class TermSystem:
     def restricted(self, rows: NDArray[np.intp]) -> TermSystem:
         """The system of some rows and columns; all other coordinates are held."""
 
-        def part(term: Term) -> Term:
-            whole = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
-            return Term(whole[rows][:, rows], term.factor)
+        def part(X: Matrix) -> Matrix:
+            return (X.tocsc() if is_sparse(X) else X)[rows][:, rows]
 
-        M, C, K = (tuple(map(part, terms)) for terms in (self.M, self.C, self.K))
-        return dataclasses.replace(self, M=M, C=C, K=K)
+        return self._changed(lambda terms: (Term(part(t.matrix), t.factor) for t in terms))
 
     def simplified(self) -> TermSystem:
         """The same system with one term for each factor, all constant ones in a single term."""
-        parts = []
-        for terms in (self.M, self.C, self.K):
+
+        def joined(terms: tuple[Term, ...]) -> Iterator[Term]:
             groups: dict[Formula, list[Term]] = {}
             for term in terms:
                 groups.setdefault(ONE if term.constant else term.factor, []).append(term)
-            parts.append(
-                tuple(
-                    Term(
-                        self._sum(same, [t.factor.value({}) if t.constant else 1.0 for t in same]),
-                        factor,
-                    )
-                    for factor, same in groups.items()
-                )
-            )
-        M, C, K = parts
-        return dataclasses.replace(self, M=M, C=C, K=K)
+            for factor, same in groups.items():
+                weights = [t.factor.value({}) if t.constant else 1.0 for t in same]
+                yield Term(self._sum(same, weights), factor)
+
+        return self._changed(joined)
 
     def at(
         self, changes: Mapping[str, float] | None = None
@@ -222,7 +217,8 @@ class TermSystem:
         self, name: str, changes: Mapping[str, float] | None = None
     ) -> tuple[Matrix | None, Matrix | None, Matrix | None]:
         """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
-        p = self.values({name: self.values({}).get(name, 0.0)} | dict(changes or {}))
+        self.values({name: 0.0})
+        p = self.values(changes)
         result = []
         for terms in (self.M, self.C, self.K):
             moved = [t for t in terms if name in t.factor.names]
@@ -232,19 +228,14 @@ class TermSystem:
     def _sum(self, terms: Sequence[Term], factors: list[float]) -> Matrix | None:
         if not terms:
             return None
-        with np.errstate(over="ignore", invalid="ignore"):
-            if not self.sparse:
-                return sum(
-                    (f * np.asarray(t.matrix) for f, t in zip(factors, terms, strict=True)),
-                    np.zeros((self.n, self.n)),
-                )
+        zero, convert = np.zeros((self.n, self.n)), np.asarray
+        if self.sparse:
             from scipy.sparse import csc_array
 
-            total = csc_array((self.n, self.n))
-            for factor, term in zip(factors, terms, strict=True):
-                if factor:
-                    total = total + factor * csc_array(term.matrix)
-            return total
+            zero, convert = csc_array((self.n, self.n)), csc_array
+        with np.errstate(over="ignore", invalid="ignore"):
+            each = zip(factors, terms, strict=True)
+            return sum((f * convert(t.matrix) for f, t in each if f), zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,16 +243,9 @@ class Parametrised:
     """One form of every kind of system: dense, checked matrices at values of one parameter.
 
     Derivatives of a TermSystem are exact; of another function they are differences over
-    `difference` times the range from low to high, one-sided at its ends.
+    `difference` times the range from low to high, one-sided at its ends. Raises InputError where
+    the system gives no square, finite, real matrices of one size.
 
-    Raises
-    ------
-    InputError
-        Where the system gives no square, finite, real matrices of one size.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> family = Parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
     >>> family.at(1.0)[2].item(), round(family.derivative(1.0)[2].item(), 6)
     (2.0, 2.0)
@@ -292,23 +276,17 @@ class Parametrised:
         """Matrices and derivatives at each value."""
         if isinstance(self.system, TermSystem):
             name = self.system.parameter
-            moved = [self.system.derivative(name, {name: p}) for p in ps]
-            return [
-                (one, _filled(one, slopes))
-                for one, slopes in zip(self.at_many(ps), moved, strict=True)
-            ]
+            slopes = [self.system.derivative(name, {name: p}) for p in ps]
+            return [(at, _filled(at, by)) for at, by in zip(self.at_many(ps), slopes, strict=True)]
         step = self.difference * (self.high - self.low)
         inside = np.clip(ps, self.low, self.high)
         before, after = np.maximum(self.low, inside - step), np.minimum(self.high, inside + step)
         found = self.at_many([*ps, *before.tolist(), *after.tolist()])
-        k, result = len(ps), []
-        for one, first, last, h in zip(
-            found[:k], found[k : 2 * k], found[2 * k :], after - before, strict=True
-        ):
-            M, C, K = (
-                (y - x) / h for x, y in zip(_filled(one, first), _filled(one, last), strict=True)
-            )
-            result.append((one, (M, C, K)))
+        result, k = [], len(ps)
+        for i, width in enumerate(after - before):
+            at, first, last = found[i], _filled(found[i], found[k + i]), found[2 * k + i]
+            M, C, K = ((y - x) / width for x, y in zip(first, _filled(at, last), strict=True))
+            result.append((at, (M, C, K)))
         return result
 
 
@@ -335,11 +313,11 @@ def supports(system: TermSystem) -> NDArray[np.intp]:
     rows = np.sort(order[gaps[0] + 1 :])
     others = np.setdiff1d(np.flatnonzero(mass), rows)
     fastest = np.max(diagonal[others] / mass[others], initial=0.0)
-    if is_sparse(size):
-        beside = size.copy()
+    beside = size.copy()
+    if is_sparse(beside):
         beside.setdiag(0.0)
     else:
-        beside = size - np.diag(diagonal)
+        np.fill_diagonal(beside, 0.0)
     least = diagonal[rows].min() / gap
     held = least >= max(beside[rows].max(), beside[:, rows].max(), fastest * mass[rows].max())
     return np.asarray(rows if held else rows[:0])
@@ -354,10 +332,7 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
 
 
 def check_system(system: object, asked: str, other: str = "") -> None:
-    """Refuse what is no function of one parameter. Raises InputError naming the function asked.
-
-    `other` is what may stand in its place, such as "a Scene or ".
-    """
+    """Refuse what is no function of one parameter, nor `other`, such as "a Scene or "."""
     if not callable(system):
         raise InputError(
             f"{asked}: {type(system).__name__} is not allowed; it must be {other}a system, a "
@@ -374,10 +349,7 @@ def matrices_at(system: System, p: float) -> Matrices:
 
 
 def check_range(asked: str, low: object, high: object) -> None:
-    """Refuse a range whose ends are no finite numbers, or the upper not above the lower.
-
-    Raises InputError.
-    """
+    """Refuse a range whose ends are no finite numbers, or the upper not above the lower."""
     real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
     if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
         raise InputError(

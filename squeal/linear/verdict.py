@@ -70,28 +70,13 @@ class UnstableCount:
 
 
 def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -> Judgement:
-    """The verdict on roots of a system.
+    """The verdict on roots lambda (m,), rad/s, of a pair at least that with Im > 0.
 
-    Parameters
-    ----------
-    values : array (m,)
-        Roots lambda, rad/s; of a pair at least the one with Im > 0.
-    rounding : float or array (m,)
-        How far they may lie from where they are computed, rad/s.
-    residuals : float or array (m,)
-        Their backward errors; a root with more than `ACCEPTED` decides nothing.
+    `rounding` (rad/s) is how far each may lie from where it was computed. One whose backward error,
+    of `residuals`, is above `ACCEPTED` decides nothing; the verdict is `UNKNOWN` if no other grows.
 
-    Returns
-    -------
-    Judgement
-        Its verdict is `UNKNOWN` if a root was passed over and none of the others grows.
-
-    Examples
-    --------
-    >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 0.0], 1e-9).verdict
-    ('flutter', 'marginal')
-    >>> decide([-0.1 + 1j, 0.5], 1e-9, [1e-12, 0.5]).verdict
-    'unknown'
+    >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 0.5], 1e-9, [0.0, 0.5]).verdict
+    ('flutter', 'unknown')
     """
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
@@ -108,13 +93,7 @@ def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -
 
 
 def unstable_count(values: ComplexArray, rounding: float | Array) -> UnstableCount:
-    """How many of the roots (m,) of a system, both of each pair, grow; as `decide` does.
-
-    Examples
-    --------
-    >>> unstable_count(np.array([0.1 + 2j, 0.1 - 2j, 0.3]), 1e-9)
-    UnstableCount(pairs=1, reals=1, pair_rate=0.1, real_rate=0.3)
-    """
+    """How many of the roots (m,) of a system, both of each pair, grow; as `decide` does."""
     grows, oscillates = values.real > rounding, np.abs(values.imag) > rounding
     both = grows & oscillates & (values.imag > 0), grows & ~oscillates
     pairs, reals = (int(np.sum(some)) for some in both)
