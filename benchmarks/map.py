@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.io.scene import Scene, read_scene
-from squeal.model.linear import about_origin, spring_directions
+from squeal.model.equations import about_origin, spring_directions
 
 SCENE = Path(__file__).parent.parent / "workflow" / "scenes" / "b3.yaml"
 REPEATS = 5

@@ -23,7 +23,7 @@ from squeal.model.contact import (
     contact_model,
 )
 from squeal.model.equations import term_count
-from squeal.model.law import NORMAL_REACTION, ContactLaw, Touching
+from squeal.model.laws import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states

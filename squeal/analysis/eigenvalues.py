@@ -26,8 +26,7 @@ from squeal.linear.eigen import STIFF, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.linear.verdict import decide, judge_reduced
 from squeal.model.contact import contact_law, contact_model
-from squeal.model.equations import PadModel
-from squeal.model.linear import Linearisation, about_origin, linearise
+from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.model.states import State
 from squeal.schema.arguments import Several, takes
 from squeal.schema.place import Place

@@ -18,8 +18,7 @@ from squeal.equilibrium.admissible import LIMITED
 from squeal.errors import InputError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS, sum_verdicts
-from squeal.model.equations import PadModel
-from squeal.model.linear import about_origin, spring_directions
+from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.outline import Outline, outline
 from squeal.schema.arguments import Instance, Several, takes

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.records import Record, Share
-from squeal.model.linear import spring_directions
+from squeal.model.equations import spring_directions
 from squeal.model.pad import Pad
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.law import Touching
+from squeal.model.laws import Touching
 from squeal.model.mechanics import Coefficients, Pose, pose, springs
 from squeal.model.states import State
 from squeal.model.units import Units, natural_units

@@ -5,10 +5,16 @@ from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from typing import Any
 
-from squeal.model.law import ContactLaw
-from squeal.model.line import DeltaFrom, DeltaMoment, LineContact, LineForce
+from squeal.model.laws import (
+    ContactLaw,
+    DeltaFrom,
+    DeltaMoment,
+    LineContact,
+    LineForce,
+    PointContact,
+    SpringContact,
+)
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.springs import PointContact, SpringContact
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import Whole, Word

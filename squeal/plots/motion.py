@@ -11,7 +11,7 @@ from matplotlib.ticker import LogLocator
 
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel
-from squeal.model.law import NORMAL_REACTION, Signal
+from squeal.model.laws import NORMAL_REACTION, Signal
 from squeal.model.mechanics import pose
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.histories import Looks, alternative_text, strip, trace

@@ -12,7 +12,7 @@ import numpy as np
 
 from squeal.io.scene_keys import COORDINATES
 from squeal.model.equations import PadModel
-from squeal.model.law import ContactLaw
+from squeal.model.laws import ContactLaw
 from squeal.model.mechanics import Coefficients, pose
 from squeal.model.states import State
 from squeal.model.units import Units

@@ -12,7 +12,7 @@ from squeal.article.findings.motion import Study
 from squeal.article.findings.work import contact_work
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
-from squeal.model.line import LineForce
+from squeal.model.laws import LineForce
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

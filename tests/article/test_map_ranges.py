@@ -13,7 +13,7 @@ from squeal.article.studies import map_ranges as ranges_study
 from squeal.equilibrium.find import find_all
 from squeal.io.scene import read_scene
 from squeal.linear import verdict
-from squeal.model.linear import linearise
+from squeal.model.equations import linearise
 from squeal.model.states import FULL, STATES
 from tests.conftest import HAMMERING as SCENES
 

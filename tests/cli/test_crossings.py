@@ -27,7 +27,7 @@ def test_divergence_of_a_pad_is_where_the_determinant_vanishes(tmp_path, capsys)
     step = 1e-6
 
     def determinant(mu):
-        from squeal.model.linear import about_origin
+        from squeal.model.equations import about_origin
 
         return np.linalg.det(about_origin(scene.pad_model.replace(mu=mu)).K)
 

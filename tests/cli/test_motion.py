@@ -13,7 +13,7 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import contact_law
-from squeal.model.law import NORMAL_REACTION
+from squeal.model.laws import NORMAL_REACTION
 from squeal.plots.motion import motion_figure
 from squeal.plots.runs import Run, Summary
 from squeal.simulation import simulate

@@ -29,7 +29,7 @@ def test_everything_that_python_loads_is_listed(module):
 
 def test_queries_do_not_depend_on_what_they_do_not_import():
     listed = sources("squeal.article.commands.sliding")
-    assert "squeal/model/linear.py" in listed
+    assert "squeal/model/equations.py" in listed
     assert not [path for path in listed if "/simulation/" in path or "/figures/" in path]
     assert not [path for path in sources("squeal.equilibrium") if "/simulation/" in path]
 

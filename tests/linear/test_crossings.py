@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.linear import critical_points, crossings, thresholds
-from squeal.model.equations import PadModel
-from squeal.model.linear import about_origin
+from squeal.model.equations import PadModel, about_origin
 from squeal.model.pad import Pad
 
 

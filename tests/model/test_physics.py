@@ -9,9 +9,8 @@ import pytest
 
 from squeal.article.equations import bounds, rank, stiffness
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
-from squeal.model.equations import PadModel, net_loads
-from squeal.model.line import LineContact
-from squeal.model.linear import about_origin
+from squeal.model.equations import PadModel, about_origin, net_loads
+from squeal.model.laws import LineContact
 from squeal.model.mechanics import coefficients, elongation, pose, spring_energy
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from tests import naive

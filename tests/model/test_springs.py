@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.model.equations import PadModel
-from squeal.model.linear import about_origin
+from squeal.model.equations import PadModel, about_origin
+from squeal.model.laws import SpringContact
 from squeal.model.mechanics import pose
-from squeal.model.springs import SpringContact
 from squeal.model.states import states
 from tests.conftest import random_pad
 from tests.naive import spring_loads

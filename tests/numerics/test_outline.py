@@ -12,7 +12,7 @@ from squeal.article.studies.quasi_static import quasi_static
 from squeal.equilibrium import Path
 from squeal.io.scene import read_scene
 from squeal.linear import verdict
-from squeal.model.linear import about_origin
+from squeal.model.equations import about_origin
 from squeal.numerics.outline import Outline, crossings, outline
 from tests.conftest import SCENES
 

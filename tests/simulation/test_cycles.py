@@ -11,7 +11,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.model.linear import linearise
+from squeal.model.equations import linearise
 from squeal.simulation.cycles import Cycle, Shooting, variations
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units

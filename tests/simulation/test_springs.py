@@ -14,8 +14,8 @@ from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import CONSISTENT, ContactModel, Formulation
 from squeal.model.equations import PadModel
+from squeal.model.laws import PointContact, Spring
 from squeal.model.pad import Pad
-from squeal.model.springs import PointContact, Spring
 from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many, stack
 from squeal.simulation.hybrid import integrate

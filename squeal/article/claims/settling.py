@@ -9,7 +9,7 @@ from squeal.article.claims.measures import measure
 from squeal.article.results.claims import Settled
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene
-from squeal.model.linear import linearise
+from squeal.model.equations import linearise
 
 SMALL = 0.05  # rise or fall at the start over the depth at rest: no contact changes
 TOLERANCE = 1e-13  # its errors grow with the mode that is the decaying one's partner

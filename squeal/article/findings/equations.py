@@ -8,8 +8,7 @@ import numpy as np
 from squeal.article.equations import balanced, stiffness
 from squeal.article.records import rounded_up
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, models_with
-from squeal.model.equations import PadModel
-from squeal.model.linear import linearise
+from squeal.model.equations import PadModel, linearise
 from squeal.model.mechanics import coefficients, gaps, pose
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.states import FULL, LEAD, NONE

@@ -22,7 +22,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, contact_law
 from squeal.model.equations import PadModel
-from squeal.model.line import LineForce
+from squeal.model.laws import LineForce
 from squeal.model.states import NONE, STATES
 from squeal.simulation import Simulation, simulate
 

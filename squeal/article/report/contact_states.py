@@ -3,7 +3,7 @@
 from squeal.article.report.latex import tabular
 from squeal.article.transitions import EDGE_NAMES, Condition, conditions
 from squeal.model.contact import contact_law
-from squeal.model.law import FACE_STATES, face_state
+from squeal.model.laws import FACE_STATES, face_state
 from squeal.model.states import FULL, LEAD, NONE, TRAIL, State
 
 _SPRINGS = ("3", "4")  # contact spring of the leading and of the trailing edge

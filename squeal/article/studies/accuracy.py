@@ -23,7 +23,7 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.model.law import ContactLaw
+from squeal.model.laws import ContactLaw
 from squeal.model.states import State
 from squeal.simulation.ensemble import simulate_starts
 from squeal.simulation.hybrid import first_state, integrate

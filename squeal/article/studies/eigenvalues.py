@@ -14,7 +14,7 @@ from squeal.article.records import Missing, Record, Result
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.loop import state_matrices
-from squeal.model.linear import Linearisation
+from squeal.model.equations import Linearisation
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 
