@@ -124,7 +124,7 @@ def modal_table(systems: dict[str, TermSystem]) -> None:
     print("d         " + "".join(f"{d:10d}" for d in DIMENSIONS))
     for name, system in systems.items():
         scaled = ScaledSystem(system)
-        exact = modes_in(scaled.at(), REGION, left=False, certify=False).values
+        exact = modes_in(scaled.at(), REGION, certify=False).values
         vectors = real_modes(scaled, DIMENSIONS[-1])
         row = []
         for d in DIMENSIONS:
@@ -154,7 +154,7 @@ def snapshot_basis(scaled: ScaledSystem, count: int) -> Basis:
     """Right modes at so many speeds, as in proper orthogonal decomposition."""
     basis = Basis(scaled)
     for speed in np.linspace(SPEEDS[0], SPEEDS[-1], count):
-        modes = modes_in(scaled.at({"W": float(speed)}), REGION, left=False, certify=False)
+        modes = modes_in(scaled.at({"W": float(speed)}), REGION, certify=False)
         columns = [e.right / scaled.scale for e in modes.eigenvalues]
         basis.extend(np.array([c / np.linalg.norm(c) for c in columns]).T)
     return basis
@@ -196,8 +196,7 @@ def cost_table(system: TermSystem) -> None:
     """Size, seconds, memory, error over all speeds and roots missed for each way to the roots."""
     scaled = ScaledSystem(system)
     exact = {
-        float(w): modes_in(scaled.at({"W": float(w)}), REGION, left=False, certify=False).values
-        for w in SPEEDS
+        float(w): modes_in(scaled.at({"W": float(w)}), REGION, certify=False).values for w in SPEEDS
     }
 
     def missed(w: float, found: ComplexArray) -> int:

@@ -94,7 +94,7 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
     for x in CHECKED if check else ():
-        full = modes_in(scaled.at({"mu": x}), region, left=False, certify=False).values
+        full = modes_in(scaled.at({"mu": x}), region, certify=False).values
         near = reduction.modes(region, {"mu": x}).values
         off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
         value = max(value, float(np.max(np.abs(off / full))))

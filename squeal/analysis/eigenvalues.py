@@ -188,8 +188,8 @@ def roots_and_verdict(
     free = squares.min() <= EPS**2 * squares.max()
     if free or not hidden(reduced, K):
         return spectrum_of(reduced), judge_reduced(reduced)
-    from squeal.analysis.systems.roots import ROUNDING  # a tenth of a query's time
-    from squeal.sparse.dense import dense_spectrum
+    from squeal.sparse.dense import dense_spectrum  # a tenth of a query's time
+    from squeal.sparse.quadratic import ROUNDING
 
     found = dense_spectrum(M, C, K)
     if len(found) < 2 * len(M):  # a pad has no motion without mass

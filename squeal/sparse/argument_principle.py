@@ -20,15 +20,11 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
 from squeal.sparse.factor import Factor, Progress, definite, factorise_at, quiet
-from squeal.sparse.quadratic import Quadratic, Roots
+from squeal.sparse.quadratic import ComplexArray, Quadratic
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
-AGREES = 0.75  # rad: what half the nodes may foresee otherwise; the error of all is its square
-QUARTER = math.pi / 2
-CLOSE = 0.25  # of the way to unknown ground: how far a counted disc may go beyond its region
 BOUND_ROWS = 20_000  # of larger systems no bound is sought: it costs as much as the roots
-DOUBLINGS = 10  # of the real part at which a region ends
 ROUNDING = 1e-13  # of a matrix: a semidefinite one passes, and a mass that is nearly symmetric
 
 
@@ -75,14 +71,6 @@ class Rectangle:
             self.low_real - wide, self.high_real + wide, self.low_imag - high, self.high_imag + high
         )
 
-    def halves(self) -> list[Rectangle]:
-        """The two halves along the longer side, which overlap by a little."""
-        a, b, c, d = self.low_real, self.high_real, self.low_imag, self.high_imag
-        cut, more = (self.centre, 1e-6 * self.radius)
-        if b - a > d - c:
-            return [Rectangle(a, cut.real + more, c, d), Rectangle(cut.real - more, b, c, d)]
-        return [Rectangle(a, b, c, cut.imag + more), Rectangle(a, b, cut.imag - more, d)]
-
 
 @dataclass(frozen=True)
 class Disc:
@@ -120,15 +108,9 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
     return Rectangle(-DAMPED * high, DAMPED * high, low, high)
 
 
-@dataclass(frozen=True)
-class Count:
-    """Roots inside a region, None if their number could not be settled."""
-
-    inside: int | None
-    evaluations: int  # factorisations
-
-
-def count_roots(problem: Quadratic, disc: Disc, known: Roots, progress: Progress = quiet) -> Count:
+def count_roots(
+    problem: Quadratic, disc: Disc, known: ComplexArray, progress: Progress = quiet
+) -> int | None:
     """The number of roots of P inside a disc, multiple ones counted as often.
 
     Parameters
@@ -136,9 +118,14 @@ def count_roots(problem: Quadratic, disc: Disc, known: Roots, progress: Progress
     problem : Quadratic
     disc : Disc
         A root on its outline makes the number depend on rounding.
-    known : Roots
+    known : array (m,)
         Roots in and around it, of real matrices with their conjugates. A root that is left out is
         counted all the same; one outside the disc and near it costs determinants.
+
+    Returns
+    -------
+    int or None
+        None if 48 determinants do not settle it.
 
     Raises
     ------
@@ -149,29 +136,29 @@ def count_roots(problem: Quadratic, disc: Disc, known: Roots, progress: Progress
     logs: dict[int, complex] = {}  # by number of the finest steps
     before: NDArray[np.float64] | None = None
     factor: Factor | None = None
-    most, evaluations = NODES[-1], 0
+    most = NODES[-1]
     for nodes in NODES:
         steps = range(0, most, most // nodes)
         for k in steps:
             if k in logs or (half and 2 * k > most):
                 continue
+            progress(f"counting the roots: determinant {len(logs) + 1}")
             place, factor = factorise_at(problem, disc.point(k / most), like=factor)
-            logs[k] = factor.logarithm() - complex(np.sum(np.log(place - known.values)))
+            logs[k] = factor.logarithm() - complex(np.sum(np.log(place - known)))
             if half and 0 < 2 * k < most:
                 logs[most - k] = logs[k].conjugate()
-            evaluations += 1
-            progress(f"counting the roots: determinant {evaluations}")
         found = np.array([logs[k] for k in steps])
         foreseen = conjugate(found.real)
-        if before is not None and np.max(np.abs(foreseen[::2] - before)) < AGREES:
+        # what half the nodes foresee otherwise; the error of all of them is its square
+        if before is not None and np.max(np.abs(foreseen[::2] - before)) < 0.75:
             rest = found.imag - foreseen
             off = np.diff(np.append(rest, rest[0]))
             off -= 2 * math.pi * np.round(off / (2 * math.pi))
-            if np.max(np.abs(off)) < QUARTER:
+            if np.max(np.abs(off)) < math.pi / 2:
                 missing = round(float(np.sum(off)) / (2 * math.pi))
-                return Count(missing + int(np.sum(disc.contains(known.values))), evaluations)
+                return missing + int(np.sum(disc.contains(known)))
         before = foreseen
-    return Count(None, evaluations)
+    return None
 
 
 def conjugate(real: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -184,32 +171,17 @@ def conjugate(real: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.fft.ifft(coefficients).real
 
 
-def confirmed(
-    problem: Quadratic,
-    region: Region,
-    known: Roots,
-    reach: float,
-    progress: Progress = quiet,
-) -> Count:
-    """How many roots lie in a region, if a count around it proves that none is missing from a list.
+def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
+    """A disc that holds a rectangle and whose outline runs far from the known roots.
 
-    Of a rectangle the smallest disc that holds it is counted, or one up to the radius `reach`
-    within which all roots are believed to be known; its outline runs far from all of them. Where
-    the disc holds other roots than the listed ones the number is None: they may be outside.
+    Up to the radius `reach` all roots are believed to be known; it goes a quarter of the way.
     """
-    disc = region
-    if isinstance(region, Rectangle):
-        away = np.abs(known.values - region.centre)
-        low = region.radius
-        high = max(low + CLOSE * (min(reach, 3 * low) - low), 1.01 * low)
-        ends = np.sort([low, *away[(away > low) & (away < high)], high])
-        k = int(np.argmax(np.diff(ends)))
-        disc = Disc(float(ends[k] + ends[k + 1]) / 2, region.centre)
-    assert isinstance(disc, Disc)
-    count = count_roots(problem, disc, known, progress)
-    if count.inside != int(np.sum(disc.contains(known.values))):
-        return Count(None if disc is not region else count.inside, count.evaluations)
-    return Count(int(np.sum(region.contains(known.values))), count.evaluations)
+    away = np.abs(known - region.centre)
+    low = region.radius
+    high = max(low + (min(reach, 3 * low) - low) / 4, 1.01 * low)
+    ends = np.sort([low, *away[(away > low) & (away < high)], high])
+    k = int(np.argmax(np.diff(ends)))
+    return Disc(float(ends[k] + ends[k + 1]) / 2, region.centre)
 
 
 def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
@@ -228,7 +200,7 @@ def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
     if norm_of(skew[0]) > ROUNDING * problem.norms[0]:
         return None
     low, high = region.low_imag, region.high_imag
-    for k in range(DOUBLINGS + 1):
+    for k in range(11):
         a = 2.0**k * region.high_real
         t = (high + low) / (2 * a)  # as much of M at both ends
 

@@ -1,18 +1,19 @@
-"""Roots of large sparse systems nearest shifts, all in a region with the count that proves it.
+"""Roots of large sparse systems: all in a region, or the lowest, with the count that proves it.
 
 With lambda = shift + radius / theta the problem reads
 theta^2 P(shift) x + theta radius P'(shift) x + radius^2 M x = 0: the roots nearest the shift
-become the largest theta, of size one at the distance `radius`. The companion vectors [theta x; x]
-are kept as U [G1; G2] with one orthonormal U (two-level orthogonal Arnoldi: Lu, Su and Bai 2016),
-which halves memory and work; of real matrices at a real shift all of it is real. The subspace grows
-until it reaches what is wanted; a restarted one (ARPACK) takes four times its time at 24,000 rows.
+become the largest theta, of size one at the distance `radius`. A block Krylov subspace of the
+companion form, in single precision, shows roughly all roots within some distance. In the space of
+their vectors the full problem has Ritz pairs; P(shift)^-1, applied to the residuals of all of
+them at once, brings the directions that they lack (residual inverse iteration, Neumaier 1985, as a
+subspace method), until right and left vectors solve the full problem to rounding. One basis for all
+of them gives multiple roots, real ones and conjugates, and rigid bodies as the dense problem does.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,32 +21,57 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue
-from squeal.sparse.argument_principle import Count, Disc, Rectangle, Region, confirmed
-from squeal.sparse.dense import ROUNDING, multiplicity
-from squeal.sparse.factor import Factor, Progress, factorise, factorise_at, quiet
-from squeal.sparse.quadratic import Array, ComplexArray, Quadratic, Roots, listed
+from squeal.linear.matrices import EPS
+from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
+from squeal.sparse.dense import dense_values, roots_at
+from squeal.sparse.factor import Factor, Progress, factorise_at, quiet
+from squeal.sparse.quadratic import Array, ComplexArray, Quadratic, Roots, combined, listed
 
-CONVERGED = 1e-13  # residual of a Ritz value relative to theta
-ROUGH = 1e-4  # the same of a subspace in single precision
-EVERY = 6  # steps between looks at the Ritz values
-BLOCK = 3  # vectors of a step in single precision
-MANY = 5_000  # rows from which there are so many
-STEPS = 180  # of one subspace; what it does not reach is left to other shifts
-BEYOND = 1.6  # reach wanted beyond the region, relative: the count then needs fewer determinants
-MORE = 0.3  # of that for each further start
-AROUND = 1.5  # the same of the lowest modes
-NARROW = 1.02  # ... that suffices for a count
-PIECES = 200  # shifts before a region is refused
-TRIES = 3  # starts for a region whose count tells of missing roots
-SAME = 1e-6  # relative distance of values that may be one root
-SPANNED = 1e-3  # part of a unit vector outside the space of the others that makes it a new one
-FASTEST = math.sqrt(ROUNDING)  # of the system's rate: how far from zero roots of free motions are
-HELD = 10 * FASTEST  # of the system's rate: what is slower may be a rigid body
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """What a search for roots may cost, and when it is content.
+
+    Parameters
+    ----------
+    steps : int
+        Columns of a subspace; what it does not reach is left to other shifts.
+    block : int
+        Vectors of a step: roots of that multiplicity are found at once.
+    rough : float
+        Residual of a Ritz value that counts as found.
+    exact : float
+        Backward error of right and left vectors with which corrections end.
+    accepted : float
+        The same that suffices where they gain no more.
+    rounds : int
+        Corrections.
+    beyond : float
+        How far around a region roots are wanted, relative: the count then needs fewer
+        determinants. Each further attempt wants 0.3 more.
+    pieces : int
+        Shifts before a region is refused.
+    attempts : int
+        Starts for a region whose count tells of missing roots.
+    """
+
+    steps: int = 180
+    block: int = 3
+    rough: float = 1e-4
+    exact: float = 1e-13
+    accepted: float = 2e-9
+    rounds: int = 12
+    beyond: float = 1.6
+    pieces: int = 200
+    attempts: int = 3
+
+
+OPTIONS = SolverOptions()
 
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Converged roots around a shift: all within `reach` of it, and some beyond."""
+    """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
     shift: complex
     values: ComplexArray  # (m,) by distance
@@ -54,12 +80,7 @@ class Near:
 
 
 class Krylov:
-    """A growing subspace at one shift; ask for more steps until what is found suffices.
-
-    In single precision large problems take small blocks of vectors: a factor solves for three right
-    sides in little more than the time of one, but a wider subspace needs more vectors, and the more
-    digits are wanted, the more so.
-    """
+    """A growing subspace at one shift; ask for more steps until what is found suffices."""
 
     def __init__(
         self,
@@ -68,138 +89,93 @@ class Krylov:
         factor: Factor,
         radius: float,
         rng: np.random.Generator,
-        transposed: bool = False,
-        single: bool = False,
+        single: bool,
+        options: SolverOptions,
     ) -> None:
-        self.problem = problem.transposed() if transposed else problem
-        self.shift, self.radius = shift, radius
-        self._factor, self._transposed = factor, transposed
-        self._slope, self._mass = radius * self.problem.slope(shift), radius**2 * self.problem.M
-        self._type = float if problem.real and shift.imag == 0.0 else complex
-        self._kept: Any = self._type  # precision of the long vectors
-        if single:
-            self._kept = np.float32 if self._type is float else np.complex64
-            self._slope = self._slope.astype(self._kept)
-            self._mass = self._mass.astype(self._kept)
-        self._converged = ROUGH if single else CONVERGED
-        self._U = np.zeros((problem.n, 0), dtype=self._kept, order="F")
-        self._G = np.zeros((2, 0, 0), dtype=self._type)
-        self._H = np.zeros((0, 0), dtype=self._type)
-        self._used = self._columns = 0  # of U and of G
-        self.steps = 0  # columns to which the operator has been applied
-        block = BLOCK if single and problem.n >= MANY else 1
-        start = rng.standard_normal((problem.n, block))
-        if self._type is complex:
-            start = start + 1j * rng.standard_normal((problem.n, block))
-        first = _split(self._U, factor.solve(self._mass @ start, transposed))[1]
-        self._room(block)
-        self._used = self._columns = first.shape[1]
-        self._U[:, : self._used] = first
-        self._G[0, : self._used, : self._used] = np.eye(self._used)
+        self.shift, self.radius, self.n = shift, radius, problem.n
+        self._factor, self._options = factor, options
+        self._most = min(options.steps, 2 * problem.n)
+        real = problem.real and shift.imag == 0.0
+        kinds = (np.float32, np.complex64) if single else (np.float64, np.complex128)
+        self._kind: Any = kinds[0] if real else kinds[1]
+        self._slope = (radius * problem.slope(shift)).astype(self._kind)
+        self._mass = (radius**2 * problem.M).astype(self._kind)
+        columns = self._most + options.block
+        self._Q = np.zeros((2 * self.n, columns), dtype=self._kind, order="F")
+        self._H = np.zeros((columns, columns), dtype=self._kind)
+        self._done = self._size = 0  # columns to which the operator has been applied, and all
+        start = rng.standard_normal((2 * self.n, options.block)).astype(self._kind)
+        self._append(self._applied(start))
 
-    def _room(self, columns: int) -> None:
-        """Enlarge the arrays for so many columns and some more."""
-        if self._U.shape[1] >= columns:
-            return
-        columns += 4 * EVERY
-        grown = np.zeros((self.problem.n, columns), dtype=self._kept, order="F")
-        grown[:, : self._used] = self._U[:, : self._used]
-        G = np.zeros((2, columns, columns), dtype=self._type)
-        H = np.zeros((columns, columns), dtype=self._type)
-        k = self._G.shape[1]
-        G[:, :k, :k] = self._G
-        H[:k, :k] = self._H
-        self._U, self._G, self._H = grown, G, H
+    def _applied(self, x: NDArray) -> NDArray:
+        """The companion form on vectors [theta x; x] (2n, m)."""
+        top, bottom = x[: self.n], x[self.n :]
+        solved = self._factor.solve(-(self._slope @ top + self._mass @ bottom))
+        return np.vstack([solved, top])
 
-    def advance(self, most: int) -> bool:
-        """Extend the subspace by EVERY steps, to `most` in all; False if it cannot grow more."""
-        goal = min(self.steps + EVERY, most)
-        while self.steps < goal and self._open(most):
-            self._step()
-        return self._open(most)
+    def _append(self, x: NDArray) -> NDArray:
+        """Orthonormalise columns; their coordinates in the basis with what they add to it."""
+        from scipy.linalg import qr
 
-    def _open(self, most: int) -> bool:
-        return 0 < self._columns - self.steps <= most - self.steps
+        basis = self._Q[:, : self._size]
+        before = float(np.linalg.norm(x))
+        inside = np.zeros((self._size, x.shape[1]), dtype=self._kind)
+        for _ in range(2):  # the second pass restores orthogonality to rounding
+            part = (x.conj().T @ basis).conj().T
+            x, inside = x - basis @ part, inside + part
+        new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
+        wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(self._kind).eps * before))
+        new, T = new[:, :wide], T[:wide, np.argsort(order)]
+        new = new - basis @ (new.conj().T @ basis).conj().T  # one that was small has lost it
+        new = new / np.linalg.norm(new, axis=0)
+        self._Q[:, self._size : self._size + wide] = new
+        self._size += wide
+        return np.vstack([inside, T])
 
-    def _step(self) -> None:
-        now, k = slice(self.steps, self._columns), self._used
-        self._room(2 * self._columns - self.steps)
-        U, (G1, G2) = self._U[:, :k], self._G
-        first, second = (U @ G[:k, now].astype(self._kept) for G in (G1, G2))
-        right = self._slope @ first + self._mass @ second
-        upper, new, lower = _split(U, -self._factor.solve(right, self._transposed))
-        q = k + new.shape[1]
-        self._U[:, k:q] = new
-        bottom = np.zeros((q, lower.shape[1]), dtype=self._type)
-        bottom[:k] = G1[:k, now]
-        m = self._columns
-        known = np.vstack([G1[:q, :m], G2[:q, :m]])
-        upper, new, lower = _split(known, np.vstack([upper, lower, bottom]))
-        last = m + new.shape[1]
-        self._H[:m, now], self._H[m:last, now] = upper, lower
-        G1[:q, m:last], G2[:q, m:last] = new[:q], new[q:]
-        self.steps, self._used, self._columns = m, q, last
+    def advance(self) -> bool:
+        """Extend the subspace by two blocks; False if it cannot grow more."""
+        for _ in range(2):
+            if self._done == self._size or self._size > self._most:
+                return False
+            now = slice(self._done, self._size)
+            column = self._append(self._applied(self._Q[:, now]))
+            self._H[: len(column), now] = column
+            self._done = now.stop
+        return True
 
     def found(self, vectors: bool = True) -> Near:
-        """What has converged so far; without `vectors` (n, 0) it is less work."""
-        m, k = self.steps, self._used
-        theta, Y = np.linalg.eig(self._H[:m, :m])
-        size = np.abs(theta)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rest = np.linalg.norm(self._H[m : self._columns, :m] @ Y, axis=0)
-            residual = rest / size
-            distance = self.radius / size
-        good = residual <= self._converged
+        """What has been found so far; without `vectors` (n, 0) it is less work."""
+        m, n = self._done, self.n
+        theta, Y = np.linalg.eig(self._H[:m, :m].astype(np.result_type(self._kind, float)))
+        size = np.maximum(np.abs(theta), np.finfo(float).tiny)
+        rest = np.linalg.norm(self._H[m : self._size, :m] @ Y, axis=0)
+        good = rest <= self._options.rough * size
+        distance = self.radius / size
         reach = float(np.min(distance[~good], initial=np.inf))
-        order = np.argsort(distance[good])
-        theta, Y = theta[good][order], Y[:, good][:, order]
-        values = self.shift + self.radius / theta
+        order = np.flatnonzero(good)[np.argsort(distance[good])]
+        values = self.shift + self.radius / theta[order]
         if not vectors:
-            return Near(self.shift, values, np.zeros((len(self._U), 0), dtype=complex), reach)
-        # theta x = U G1 y and x = U G2 y: the longer of the two has the smaller error
-        small = self._G[0, :k, :m] @ Y / theta if len(theta) else self._G[0, :k, :m] @ Y
-        large = self._G[1, :k, :m] @ Y
-        inner = np.where(np.abs(theta) >= 1.0, small, large)
-        shapes = self._U[:, :k] @ inner.astype(np.result_type(self._kept, np.complex64))
-        if shapes.size:
-            shapes = shapes / np.linalg.norm(shapes, axis=0)
-        return Near(self.shift, values, shapes, reach)
-
-
-def _split(U: NDArray, R: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """S, Q and T with R = U S + Q T: Q is orthonormal beside the orthonormal U, and has fewer
-    columns than R where R brings less that is new."""
-    from scipy.linalg import qr
-
-    before = float(np.linalg.norm(R))
-    S = np.zeros((U.shape[1], R.shape[1]), dtype=R.dtype)
-    for _ in range(2):  # the second pass restores orthogonality to rounding
-        part = (R.conj().T @ U).conj().T
-        R = R - U @ part
-        S += part
-    Q, T, order = qr(R, mode="economic", pivoting=True, check_finite=False)
-    wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(R.dtype).eps * before))
-    Q, T = Q[:, :wide], T[:wide, np.argsort(order)]
-    if wide > 1:  # a column that was small has lost its orthogonality to U
-        Q = Q - U @ (Q.conj().T @ U).conj().T
-        Q = Q / np.linalg.norm(Q, axis=0)
-    return S, Q, T
+            return Near(self.shift, values, np.zeros((n, 0), dtype=complex), reach)
+        Y = Y[:, order].astype(np.result_type(self._kind, np.complex64))
+        # the longer of theta x and x has the smaller error
+        shapes = np.where(np.abs(theta[order]) >= 1.0, self._Q[:n, :m] @ Y, self._Q[n:, :m] @ Y)
+        return Near(self.shift, values, shapes / np.linalg.norm(shapes, axis=0), reach)
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """The roots in a region, by rising frequency, and what proves them complete."""
+    """The roots in a region, by rising frequency, and how many a count finds there."""
 
     eigenvalues: tuple[Eigenvalue, ...]
     region: Region
-    count: Count | None  # None if it was not asked for
-    shifts: tuple[complex, ...]
-    known: ComplexArray = field(repr=False)  # all roots that were found, also outside
+    count: int | None  # None if it was not asked for, or not settled
+    shifts: int
+    roots: Roots = field(repr=False)  # the same in scaled coordinates
 
     @property
     def certified(self) -> bool:
         """True if the count finds exactly as many roots in the region as are listed."""
-        return self.count is not None and self.count.inside == len(self.eigenvalues)
+        return self.count == len(self.eigenvalues)
 
     @property
     def values(self) -> ComplexArray:
@@ -207,344 +183,317 @@ class Modes:
         return np.array([e.value for e in self.eigenvalues], dtype=complex)
 
 
-class _Search:
-    """Roots as they come in from one shift after the other."""
+def near_roots(
+    problem: Quadratic,
+    shift: complex,
+    radius: float,
+    enough: Callable[[Near], bool],
+    seed: int,
+    single: bool,
+    options: SolverOptions,
+    progress: Progress,
+) -> tuple[Near, Factor]:
+    """Roots near a shift until they are `enough` or the subspace is full, and P(shift) factorised.
 
-    def __init__(self, problem: Quadratic, left: bool, progress: Progress) -> None:
-        none = np.zeros((problem.n, 0), dtype=complex)
-        self.problem, self.left, self.progress = problem, left, progress
-        self.roots = Roots(np.zeros(0, dtype=complex), none, none)
-        self.shifts: list[complex] = []
-
-    def around(
-        self,
-        shift: complex,
-        radius: float,
-        enough: Callable[[Near], bool],
-        seed: int,
-        wanted: Callable[[Near], NDArray[np.bool_]] = lambda near: (
-            np.abs(near.values - near.shift) < near.reach
-        ),
-    ) -> Near:
-        """Roots near a shift until they are `enough` or the subspace is full; left vectors of
-        those that are `wanted`, others come without effort or not at all."""
-        problem = self.problem
-        self.progress(f"factorising {problem.n} rows at {shift:.6g}")
-        shift, factor = factorise_at(problem, shift)
-        rng = np.random.default_rng(seed)
-        krylov = Krylov(problem, shift, factor, radius, rng)
-        limit = min(STEPS, 2 * problem.n)
-        while True:
-            more = krylov.advance(limit)
-            if not more or enough(krylov.found(vectors=False)):
-                break
-        near = krylov.found()
-        left = np.full(near.vectors.shape, np.nan, dtype=complex)
-        if self.left and np.any(wanted(near)):
-            left = self._left(factor, near, wanted(near), krylov.steps, radius, rng)
-        same = np.maximum(SAME * (abs(shift) + radius), place_of(problem, near.values))
-        self.roots = merged(self.roots, Roots(near.values, near.vectors, left), same)
-        self.shifts.append(shift)
-        return near
-
-    def _left(
-        self,
-        factor: Factor,
-        near: Near,
-        wanted: NDArray[np.bool_],
-        steps: int,
-        radius: float,
-        rng: np.random.Generator,
-    ) -> ComplexArray:
-        """Left vectors of the wanted roots, y^H P = 0; NaN where none converged."""
-        krylov = Krylov(self.problem, near.shift, factor, radius, rng, transposed=True)
-        scale = abs(near.shift) + radius
-        most = min(steps + 24, 2 * self.problem.n)
-        while True:
-            more = krylov.advance(most)
-            if more and krylov.steps < steps * 2 // 3:
-                continue
-            which = _paired(near.values, krylov.found(vectors=False).values, 1e-6 * scale)
-            if not more or np.all(which[wanted] >= 0):
-                break
-        result = np.full(near.vectors.shape, np.nan, dtype=complex)
-        result[:, which >= 0] = krylov.found().vectors[:, which[which >= 0]].conj()
-        return result
-
-    def complete(self) -> Roots:
-        """All roots found, of real matrices with their conjugates, exact ones where they are zero
-        or real."""
-        roots = self.roots
-        if self.problem.real:
-            roots = merged(roots, roots.mirrored(), place_of(self.problem, roots.values))
-        return settled(self.problem, roots)
+    Raises ComputationError if P is singular everywhere.
+    """
+    progress(f"factorising {problem.n} rows at {shift:.6g}")
+    shift, factor = factorise_at(problem, shift, single)
+    rng = np.random.default_rng(seed)
+    krylov = Krylov(problem, shift, factor, radius, rng, single, options)
+    while krylov.advance() and not enough(krylov.found(vectors=False)):
+        pass
+    return krylov.found(), factor
 
 
-def _paired(values: ComplexArray, others: ComplexArray, most: float) -> NDArray[np.intp]:
-    """The index of the nearest other value no further than `most`, each used once; -1 without."""
-    result = np.full(len(values), -1)
-    free = np.ones(len(others), dtype=bool)
-    for j, value in enumerate(values):
-        distance = np.where(free, np.abs(others - value), np.inf)
-        k = int(np.argmin(distance)) if len(distance) else -1
-        if k >= 0 and distance[k] <= most:
-            result[j], free[k] = k, False
-    return result
+def corrected(
+    problem: Quadratic,
+    factor: Factor,
+    V: Array,
+    region: Region,
+    exact: float,
+    options: SolverOptions,
+) -> Roots | None:
+    """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
+    and a factor of P near them; None if they do not come to be good."""
+    space, before = _Space(problem, V), np.inf
+    mirrors = problem.real and isinstance(region, Disc) and region.centre.imag == 0.0
+    for _ in range(options.rounds):
+        M, C, K = space.parts
+        values = dense_values(M, C, K, problem.norms[2])
+        values = values[region.contains(values) & ((values.imag >= 0.0) | (not mirrors))]
+        ritz = roots_at(M, C, K, values, left=True, stiffness=problem.norms[2])
+        x, y = combined(space.V, ritz.right), combined(space.V, ritz.left.conj())
+        rests = problem.apply(ritz.values, x), space.other.apply(ritz.values, y)
+        errors = np.array([np.linalg.norm(rest, axis=0) for rest in rests])
+        errors = errors / problem.size(ritz.values)
+        worst = float(np.max(errors, initial=0.0))
+        if worst <= exact or (before / 2 < worst <= options.accepted):
+            found = Roots(ritz.values, x, y.conj())
+            pairs = found.picked(ritz.values.imag > 0.0)
+            return found.joined(pairs.mirrored()) if mirrors else found
+        before = worst
+        steps = [
+            factor.solve(rest[:, error > exact], transposed)
+            for rest, error, transposed in zip(rests, errors, (False, True), strict=True)
+            if np.any(error > exact)
+        ]
+        space.enlarge(np.hstack(steps))
+    return None
+
+
+class _Space:
+    """A growing orthonormal basis V (n, d) with the matrices V' A V of M, C and K."""
+
+    def __init__(self, problem: Quadratic, V: Array) -> None:
+        self.other = problem.transposed()
+        self._right, self._left = ((p.M, p.C, p.K) for p in (problem, self.other))
+        self.V = V
+        self.parts = [V.T @ (A @ V) for A in self._right]
+
+    def enlarge(self, columns: ComplexArray) -> None:
+        """Add columns (n, m)."""
+        d = self.V.shape[1]
+        self.V = enlarged(self.V, columns, 1e-4)
+        old, new = self.V[:, :d], np.ascontiguousarray(self.V[:, d:])
+        for k, (A, B) in enumerate(zip(self._right, self._left, strict=True)):
+            image = A @ new
+            side, corner = old.T @ image, new.T @ image
+            self.parts[k] = np.block([[self.parts[k], side], [(B @ new).T @ old, corner]])
+
+
+def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
+    """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
+    unit vectors what exceeds `dropped`."""
+    columns = columns / np.linalg.norm(columns, axis=0)
+    rest = np.hstack([columns.real, columns.imag]).astype(float)
+    while rest.size:
+        rest -= V @ (V.T @ rest)
+        new, least = _principal(rest, dropped)
+        if not new.size:
+            break
+        new -= V @ (V.T @ new)  # once more, since it may have been a small part
+        V = np.hstack([V, _principal(new, 0.1)[0]])
+        if least == dropped:
+            break
+    return V
+
+
+def _principal(columns: Array, least: float) -> tuple[Array, float]:
+    """Orthonormal principal axes of columns (n, m) with singular values above `least` or, if that
+    is more, 1e-5 of the largest; and this limit. Products of matrices, much faster than an SVD."""
+    squares, axes = np.linalg.eigh(columns.T @ columns)
+    least = max(least, 1e-5 * float(np.sqrt(max(squares[-1], 0.0))))
+    kept = squares > least**2
+    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), least
 
 
 def modes_in(
     problem: Quadratic,
     region: Rectangle,
-    left: bool = True,
     certify: bool = True,
     progress: Progress = quiet,
+    start: Array | None = None,
+    exact: float | None = None,
+    options: SolverOptions = OPTIONS,
 ) -> Modes:
-    """All roots in a rectangle, with left vectors if wanted, and the count that certifies them.
+    """All roots in a rectangle with left vectors, and the count that certifies them.
 
-    The region is halved until one subspace each finds all roots around it. If the count tells of
-    more roots than are listed, the search starts again from other vectors (a multiple root shows
-    one vector for each start).
+    The region is divided until one subspace each finds all roots around it. If the count tells of
+    more roots than are listed, the search starts again in double precision from more vectors.
+
+    Parameters
+    ----------
+    problem : Quadratic
+    region : Rectangle
+    certify : bool
+        Whether the roots are counted.
+    progress : callable
+    start : array (n, d), optional
+        Orthonormal vectors that nearly hold the modes, which save corrections.
+    exact : float, optional
+        Backward error that suffices, if not that of the options.
+    options : SolverOptions
 
     Raises
     ------
     ComputationError
-        If the region holds too many roots.
+        If the region holds too many roots, or some that rounding hides.
     """
-    search = _Search(problem, left, progress)
-    for attempt in range(TRIES):
-        pieces = list(_cover(search, region, attempt))
-        roots = search.complete()
-        count = _counted(problem, region, pieces, roots, progress) if certify else None
-        if count is None or count.inside is not None:
-            break
-    return _answer(search, roots, region, count)
+    piece = _Pieces(problem, certify, progress, start, exact or options.exact, options)
+    todo, sure = [region], True
+    found: list[tuple[Roots, int | None]] = []
+    while todo:
+        if piece.shifts >= options.pieces:
+            number = sum(len(roots.values) for roots, _ in found)
+            raise ComputationError(
+                f"the region holds too many roots: {number} after {piece.shifts} shifts; a "
+                "narrower band or region is required"
+            )
+        part = todo.pop()
+        answer = piece.solved(part)
+        if isinstance(answer, Near):
+            halves = _halves(part, answer)
+            todo += halves
+            continue
+        roots, count = answer
+        # a root on the border of two parts might be in both of them, or in none
+        edge = part.widened(1e-9).contains(roots.values) & ~part.widened(-1e-9).contains(
+            roots.values
+        )
+        sure &= not np.any(edge & region.widened(-1e-9).contains(roots.values))
+        roots = roots.picked(part.contains(roots.values))
+        found.append((roots, count))
+    roots = found[0][0]
+    for other, _ in found[1:]:
+        roots = roots.joined(other)
+    missing = [count for _, count in found]
+    total = None
+    if certify and sure and all(m is not None for m in missing):
+        total = len(roots.values) + sum(m or 0 for m in missing)
+    return Modes(listed(problem, roots), region, total, piece.shifts, roots)
 
 
-def _cover(search: _Search, region: Rectangle, seed: int) -> Iterator[tuple[Rectangle, float]]:
-    """Parts of a region, and how far around the middle of each all roots are known."""
-    todo = [region]
-    for _ in range(PIECES):
-        if not todo:
-            return
-        piece = todo.pop()
-
-        def enough(near: Near, radius: float = piece.radius) -> bool:
-            return near.reach >= (BEYOND + MORE * seed) * radius
-
-        near = search.around(piece.centre, piece.radius, enough, seed)
-        if near.reach < NARROW * piece.radius:
-            todo += piece.halves()
-        else:
-            yield piece, near.reach
-    raise ComputationError(
-        f"the region holds too many roots: {len(search.roots.values)} after {PIECES} shifts; a "
-        "narrower band or region is required"
-    )
+def _halves(region: Rectangle, near: Near) -> list[Rectangle]:
+    """The parts of a region left and right of the widest gap between the roots in the middle of
+    its longer side."""
+    a, b, c, d = region.low_real, region.high_real, region.low_imag, region.high_imag
+    wide = b - a > d - c
+    low, high = (a, b) if wide else (c, d)
+    across = near.values.real if wide else near.values.imag
+    third = (high - low) / 3
+    inner = across[(across > low + third) & (across < high - third)]
+    ends = np.sort([low + third, *inner, high - third])
+    k = int(np.argmax(np.diff(ends)))
+    cut = float(ends[k] + ends[k + 1]) / 2
+    if wide:
+        return [Rectangle(a, cut, c, d), Rectangle(cut, b, c, d)]
+    return [Rectangle(a, b, c, cut), Rectangle(a, b, cut, d)]
 
 
-def _counted(
-    problem: Quadratic,
-    region: Rectangle,
-    pieces: list[tuple[Rectangle, float]],
-    roots: Roots,
-    progress: Progress,
-) -> Count:
-    """The number of roots in a region if counts around all its parts confirm the list."""
-    evaluations = 0
-    for piece, reach in pieces:
-        count = confirmed(problem, piece, roots, reach, progress)
-        evaluations += count.evaluations
-        if count.inside is None:
-            return Count(None, evaluations)
-    return Count(int(np.sum(region.contains(roots.values))), evaluations)
+@dataclass
+class _Pieces:
+    """The search for the roots of one part of a region after the other."""
+
+    problem: Quadratic
+    certify: bool
+    progress: Progress
+    start: Array | None
+    exact: float
+    options: SolverOptions
+    shifts: int = 0
+
+    def solved(self, region: Rectangle) -> Near | tuple[Roots, int | None]:
+        """The roots in and around a part with how many are missing among them (None if that is not
+        known), or what one subspace shows where it does not reach around the part."""
+        problem, options = self.problem, self.options
+        V = np.zeros((problem.n, 0)) if self.start is None else self.start
+        # beside the middle: a root exactly there would hide all others from single precision
+        shift = region.centre + (0.03 + 0.04j) * region.radius
+        aside = abs(shift - region.centre)
+        best: tuple[Roots, int | None] | None = None
+        for attempt in range(options.attempts):
+            wanted = (options.beyond + 0.3 * attempt) * region.radius
+            near, factor = near_roots(
+                problem,
+                shift,
+                region.radius,
+                lambda near, wanted=wanted: near.reach - aside >= wanted,
+                attempt,
+                not attempt,
+                options,
+                self.progress,
+            )
+            self.shifts += 1
+            if near.reach - aside < 1.02 * region.radius:
+                if attempt:
+                    return near
+                continue  # single precision may be what hides them
+            V = enlarged(V, near.vectors, 1e-6) if near.vectors.size else V
+            disc = disc_around(region, near.values, near.reach - aside)
+            within: Region = disc if self.certify else region.widened(1e-6)
+            roots = self._roots(factor, V, within, near)
+            if roots is None:
+                continue
+            if not self.certify:
+                best = roots, None  # those close to the border may lie on its other side
+                if np.sum(region.widened(-0.01).contains(near.values)) <= len(roots.values):
+                    break
+                continue
+            outside = near.values[~disc.contains(near.values)]
+            count = count_roots(
+                problem, disc, np.concatenate([roots.values, outside]), self.progress
+            )
+            best = roots, None if count is None else count - len(roots.values)
+            if best[1] == 0:
+                break
+        if best is None:
+            raise ComputationError(
+                f"the roots around {region.centre:.6g} were not found: rounding hides them"
+            )
+        return best
+
+    def _roots(self, factor: Factor, V: Array, region: Region, near: Near) -> Roots | None:
+        if not V.size:
+            none = np.zeros((self.problem.n, 0), dtype=complex)
+            return Roots(np.zeros(0, dtype=complex), none, none)
+        return corrected(self.problem, factor, V, region, self.exact, self.options)
 
 
 def lowest_modes(
     problem: Quadratic,
     modes: int,
-    left: bool = True,
     certify: bool = True,
     progress: Progress = quiet,
+    options: SolverOptions = OPTIONS,
 ) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
     The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
     root beyond, so that equal ones are in it together.
     """
-    search = _Search(problem, left, progress)
-    shift = complex(1e-4 * problem.rate)
     # a first look sets the scale, so that the discs end where roots do
-    held = HELD * problem.rate  # roots of a rigid body tell no scale
-    search.around(
-        shift, abs(shift), lambda near: int(np.sum(np.abs(near.values) > held)) >= 4, 0, _none
-    )
-    sizes = np.abs(search.roots.values)
+    held = 10 * np.sqrt(64 * EPS) * problem.rate  # what is slower may be a rigid body
+    shift = complex(1e-4 * problem.rate)
+
+    def four(near: Near) -> bool:
+        return int(np.sum(np.abs(near.values) > held)) >= 4
+
+    look, _ = near_roots(problem, shift, abs(shift), four, 0, False, options, progress)
+    sizes = np.abs(look.values)
     scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else abs(shift)
-    shift = complex(0.3 * scale)
-    for attempt in range(TRIES):
-        near = search.around(
-            shift, scale, lambda near: int(np.sum(_within(near))) > 2 * modes, attempt, _within
-        )
-        roots = search.complete()
-        radius = _end(roots.values, modes, near.reach - abs(shift))
-        region = Disc(radius)
+    shift, V = complex(0.3 * scale), np.zeros((problem.n, 0))
+
+    def within(near: Near) -> bool:
+        far = (near.reach - abs(near.shift)) / 1.5
+        return int(np.sum(np.abs(near.values) < far)) > 2 * modes
+
+    for attempt in range(options.attempts):
+        near, factor = near_roots(problem, shift, scale, within, attempt, False, options, progress)
+        V = enlarged(V, near.vectors, 1e-6)
+        region = Disc(_end(near.values, modes, near.reach - abs(near.shift), held))
+        roots = corrected(problem, factor, V, region, options.exact, options)
+        if roots is None:
+            continue
         count = None
         if certify:
-            count = confirmed(problem, region, roots, radius, progress)
-        known = int(np.sum(region.contains(roots.values)))
-        if count is None or count.inside is None or count.inside <= known:
-            break
-    return _answer(search, roots, region, count)
+            outside = near.values[~region.contains(near.values)]
+            known = np.concatenate([roots.values, outside])
+            count = count_roots(problem, region, known, progress)
+        if not certify or count is None or count <= len(roots.values):
+            return Modes(listed(problem, roots), region, count, attempt + 2, roots)
+    raise ComputationError("the lowest roots were not found: rounding hides them")
 
 
-def _within(near: Near) -> NDArray[np.bool_]:
-    """Roots in a disc around zero beyond which there is as much known ground as the count needs."""
-    return np.abs(near.values) < (near.reach - abs(near.shift)) / AROUND
-
-
-def _none(near: Near) -> NDArray[np.bool_]:
-    return np.zeros(len(near.values), dtype=bool)
-
-
-def _end(values: ComplexArray, modes: int, sure: float) -> float:
-    """A radius between the last wanted root and the next one, within the sure distance."""
-    upper = values[(np.abs(values) < sure) & (values.imag >= -SAME * np.abs(values))]
-    sizes = np.sort(np.abs(upper))
+def _end(values: ComplexArray, modes: int, sure: float, held: float) -> float:
+    """A radius between the last wanted root and the next one, within the sure distance; of roots
+    that may be zero both of a pair count."""
+    sizes = np.abs(values)
+    same = OPTIONS.rough
+    upper = (values.imag >= -same * sizes) | (sizes <= held)
+    sizes = np.sort(sizes[upper & (sizes < sure)])
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
     last = sizes[min(modes, len(sizes)) - 1]
-    beyond = sizes[sizes > last * (1 + SAME)]
+    beyond = sizes[sizes > last * (1 + same)]
     return float(last + (beyond[0] if len(beyond) else sure)) / 2
-
-
-def _answer(search: _Search, roots: Roots, region: Region, count: Count | None) -> Modes:
-    inside = roots.picked(region.contains(roots.values))
-    if search.left:
-        inside = _with_left(search.problem, inside)
-    eigenvalues = listed(search.problem, inside)
-    return Modes(
-        eigenvalues,
-        region,
-        count,
-        tuple(search.shifts),
-        roots.values,
-    )
-
-
-def _with_left(problem: Quadratic, roots: Roots) -> Roots:
-    """Left vectors by inverse iteration where none have come with the right ones."""
-    left = roots.left.copy()
-    rng = np.random.default_rng(0)
-    for j in np.flatnonzero(np.isnan(left[:1].sum(axis=0))):
-        _, factor = factorise_at(problem, complex(roots.values[j]) * (1 + 1e-12))
-        y = rng.standard_normal(problem.n) + 0j
-        for _ in range(2):
-            y = factor.solve(y / np.linalg.norm(y), transposed=True)
-        left[:, j] = y.conj() / np.linalg.norm(y)
-    return Roots(roots.values, roots.right, left)
-
-
-def span(x: ComplexArray) -> ComplexArray:
-    """An orthonormal basis (n, k) of what vectors (n, m) span but for small parts."""
-    basis, singular, _ = np.linalg.svd(x, full_matrices=False)
-    return np.asarray(basis[:, singular > SPANNED * singular[0]])
-
-
-def _outside(x: ComplexArray, basis: ComplexArray) -> float:
-    """The part of a unit vector outside a space."""
-    return float(np.linalg.norm(x - basis @ (basis.conj().T @ x)))
-
-
-def merged(old: Roots, new: Roots, near: Array) -> Roots:
-    """`old` and what `new` adds to it.
-
-    Roots at one place are the same if the vector of one lies in the span of the others there; each
-    old one answers for at most one new one, so a defective root keeps its multiplicity and a
-    multiple one gains the vectors that another start brings. `near` (m,) in rad/s: how far from
-    each new one is its place.
-    """
-    left = old.left.copy()
-    free = np.ones(len(old.values), dtype=bool)
-    fresh: list[int] = []
-    for j, value in enumerate(new.values):
-        distance = np.abs(old.values - value)
-        there = np.flatnonzero(distance <= near[j])
-        if len(there):
-            basis = span(old.right[:, there])
-            x = new.right[:, j]
-            outside = _outside(x, basis)
-            open_ones = there[free[there]]
-            # of two new vectors of a double root, one old may be a mixture of both
-            beside = [k for k in fresh if abs(new.values[k] - value) <= near[j]]
-            wider = span(np.hstack([old.right[:, there], new.right[:, beside]]))
-            if _outside(x, wider) <= SPANNED and len(open_ones):
-                k = open_ones[np.argmin(distance[open_ones])]
-                free[k] = False
-                if np.isnan(left[0, k]):
-                    left[:, k] = new.left[:, j]
-                continue
-            if outside <= SPANNED and len(basis.T) == len(there):
-                continue  # a multiple root whose space is known already
-        fresh.append(j)
-    return replace(old, left=left).joined(new.picked(np.array(fresh, dtype=int)))
-
-
-def slow_noise(problem: Quadratic, size: Array) -> Array:
-    """How far rounding of K moves roots of a size (m,), rad/s: their squares alike."""
-    return np.asarray(ROUNDING * problem.rate**2 / np.maximum(size, FASTEST * problem.rate))
-
-
-def place_of(problem: Quadratic, values: ComplexArray) -> Array:
-    """How far from each value (m,) the same root may be computed a second time, rad/s."""
-    size = np.abs(values)
-    return np.maximum(SAME * size, slow_noise(problem, size))
-
-
-def settled(problem: Quadratic, roots: Roots) -> Roots:
-    """Roots whose motion nothing holds are exactly zero, as often as they are roots.
-
-    However many copies of them several shifts brought; of real matrices a root without a partner
-    lies on the real axis.
-    """
-    size = np.abs(roots.values)
-    slow = size <= 3 * FASTEST * problem.rate
-    null, conull = _null_spaces(problem, roots.right[:, slow])
-    if null.shape[1]:
-        zeros = multiplicity(problem.M, problem.C, ROUNDING * problem.norms[2], null, conull)
-        rest = roots.right - null @ (null.conj().T @ roots.right)
-        slow &= np.linalg.norm(rest, axis=0) <= SPANNED
-        if zeros < 2 * null.shape[1]:  # one root of a motion decays
-            slow &= size <= FASTEST * problem.rate
-        pick = np.arange(zeros) % null.shape[1]
-        exact = Roots(np.zeros(zeros, dtype=complex), null[:, pick], conull[:, pick])
-        roots = roots.picked(~slow).joined(exact)
-    if not problem.real:
-        return roots
-    values = roots.values
-    partner = np.abs(values[:, None] - values.conj()) <= place_of(problem, values)
-    alone = partner.sum(axis=1) == np.diag(partner)
-    return Roots(np.where(alone, values.real + 0j, values), roots.right, roots.left)
-
-
-def _null_spaces(problem: Quadratic, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Orthonormal right and left null vectors (n, k) of K from vectors (n, m) that span them but
-    for what C adds, by inverse iteration."""
-    if not x.shape[1]:
-        return x, x
-    held = problem.K + (1e-7 * problem.rate) ** 2 * problem.M
-    try:
-        factor = factorise(held.tocsc())
-    except ZeroDivisionError:
-        return x[:, :0], x[:, :0]
-    spaces = []
-    for transposed, K in ((False, problem.K), (True, problem.K.T)):
-        z = span(x.conj() if transposed else x)
-        for _ in range(2):
-            z = np.linalg.qr(factor.solve(z, transposed))[0]
-        _, singular, right = np.linalg.svd(K @ z, full_matrices=False)
-        z = z @ right.conj().T[:, singular <= ROUNDING * problem.norms[2]]
-        spaces.append(z.conj() if transposed else z)
-    null, conull = spaces
-    if null.shape != conull.shape:
-        return x[:, :0], x[:, :0]
-    return null, conull

@@ -17,7 +17,6 @@ from squeal.sparse.quadratic import Quadratic
 FULL = 0.2  # share of entries above which a matrix is factorised as a full one
 PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
 MUMPS_ROWS = 10_000  # below, SuperLU is as fast
-SINGULAR = (-6, -10)  # errors of MUMPS for a matrix that is singular
 
 Progress = Callable[[str], None]
 
@@ -46,20 +45,7 @@ def _solved(solve: Callable[[NDArray], NDArray], right: NDArray, kind: Any) -> N
 
 class _SuperLU:
     def __init__(self, matrix: Any) -> None:
-        from scipy.sparse.linalg import splu
-
-        self._type = matrix.dtype
-        try:
-            self._lu = splu(
-                matrix,
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=PIVOT,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError as error:
-            if "singular" not in str(error):
-                raise ComputationError(f"a sparse factorisation failed: {error}") from None
-            raise ZeroDivisionError from None
+        self._type, self._lu = matrix.dtype, _superlu(matrix, PIVOT)
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         trans = "T" if transposed else "N"
@@ -69,25 +55,32 @@ class _SuperLU:
         return _logarithm(self._lu.U.diagonal(), _odd(self._lu.perm_r) != _odd(self._lu.perm_c))
 
 
+def _superlu(matrix: Any, pivot: float) -> Any:
+    from scipy.sparse.linalg import splu
+
+    symmetric = {"SymmetricMode": True}
+    try:
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=pivot, options=symmetric)
+    except RuntimeError as error:
+        if "singular" not in str(error):
+            raise ComputationError(f"a sparse factorisation failed: {error}") from None
+        raise ZeroDivisionError from None
+
+
 class _Mumps:
     def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
-        lent = like.lend(matrix.dtype) if isinstance(like, _Mumps) else None
-        context = new() if lent is None else lent
-        context.set_matrix(matrix)
-        self._mumps = context.mumps_instance
+        lent = like._context if isinstance(like, _Mumps) and like._type == matrix.dtype else None
+        self._context: Any = new() if lent is None else lent
+        self._context.set_matrix(matrix)
+        self._mumps = self._context.mumps_instance
         self._mumps.icntl[33] = 1  # the determinant too
-        self._context: Any = context
         self._type: Any = matrix.dtype
         try:
-            context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
+            self._context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
         except RuntimeError as error:
-            if self._mumps.infog[1] in SINGULAR:
+            if self._mumps.infog[1] in (-6, -10):
                 raise ZeroDivisionError from None
             raise ComputationError(f"a sparse factorisation failed: {error}") from None
-
-    def lend(self, kind: Any) -> Any:
-        """The context for another matrix of the same pattern; None if it is of another type."""
-        return self._context if kind == self._type else None
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         self._mumps.icntl[9] = 2 if transposed else 1
@@ -113,9 +106,8 @@ class _Full:
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         from scipy.linalg import lu_solve
 
-        return np.asarray(
-            lu_solve((self._lu, self._rows), right, trans=int(transposed), check_finite=False)
-        )
+        factor = self._lu, self._rows
+        return np.asarray(lu_solve(factor, right, trans=int(transposed), check_finite=False))
 
     def logarithm(self) -> complex:
         swaps = int(np.sum(self._rows != np.arange(len(self._rows))))
@@ -184,12 +176,8 @@ def factorise_at(
 
 def definite(A: Any) -> bool:
     """True if a Hermitian sparse array is positive definite: if all pivots on its diagonal are."""
-    from scipy.sparse.linalg import splu
-
     A = A.tocsc(copy=True)
     A.eliminate_zeros()
-    if A.nnz == A.shape[0]:
-        return bool(np.all(A.diagonal().real > 0.0))
     if np.iscomplexobj(A.data) and not A.data.imag.any():
         A = A.real.copy()  # contiguous, as the factorisation wants it
     if np.any(A.diagonal().real <= 0.0):
@@ -201,10 +189,8 @@ def definite(A: Any) -> bool:
             return False
         return True
     try:
-        factor = splu(
-            A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:  # a pivot vanishes
+        factor = _superlu(A, 0.0)
+    except ZeroDivisionError:  # a pivot vanishes
         return False
     pivots = factor.U.diagonal()
     return bool(np.array_equal(factor.perm_r, factor.perm_c) and np.all(pivots.real > 0.0))

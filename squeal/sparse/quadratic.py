@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import norm_of
+from squeal.linear.eigen import Eigenvalue, root_rounding
+from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
 
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 PARTS = ("M", "C", "K")
+ROUNDING = 8 * EPS  # backward error that a computed root has at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +51,12 @@ class Quadratic:
 
     def at(self, value: complex) -> Any:
         """P(value), a CSC array; real where both are."""
-        if value.imag == 0.0:
-            value = value.real
+        value = value.real if value.imag == 0.0 else value
         return self._combined(value * value, value, 1.0)
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
-        if value.imag == 0.0:
-            value = value.real
+        value = value.real if value.imag == 0.0 else value
         return self._combined(2 * value, 1.0, 0.0)
 
     def _combined(self, m: complex, c: complex, k: complex) -> Any:
@@ -68,9 +67,7 @@ class Quadratic:
 
     def apply(self, values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
         """P(values[j]) vectors[:, j] as columns (n, m)."""
-        parts = np.hstack([vectors.real, vectors.imag])  # of real matrices less work
-        m, c, k = (np.split(A @ parts, 2, axis=1) for A in (self.M, self.C, self.K))
-        mass, damping, stiffness = (x + 1j * y for x, y in (m, c, k))
+        mass, damping, stiffness = (combined(A, vectors) for A in (self.M, self.C, self.K))
         return np.asarray(mass * values**2 + damping * values + stiffness)
 
     def backward_errors(self, values: ComplexArray, vectors: ComplexArray) -> Array:
@@ -80,19 +77,16 @@ class Quadratic:
 
     def size(self, values: ComplexArray) -> Array:
         """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""
-        size = np.abs(values)
-        return np.asarray(size**2 * self.norms[0] + size * self.norms[1] + self.norms[2])
+        return np.asarray(np.polyval(self.norms, np.abs(values)))
 
     def transposed(self) -> Quadratic:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
-        return Quadratic(
-            self.M.T.tocsc(), self.C.T.tocsc(), self.K.T.tocsc(), self.scale, self.norms
-        )
+        return Quadratic(self.M.T, self.C.T, self.K.T, self.scale, self.norms)
 
 
-def combined(V: Array, inner: ComplexArray) -> ComplexArray:
-    """V inner of a real V (n, d) and complex columns (d, m), without a complex copy of V."""
-    real, imaginary = np.split(V @ np.hstack([inner.real, inner.imag]), 2, axis=1)
+def combined(A: Any, columns: ComplexArray) -> ComplexArray:
+    """A (n, k) times complex columns (k, m), of a real A without a complex copy of it."""
+    real, imaginary = np.split(A @ np.hstack([columns.real, columns.imag]), 2, axis=1)
     return np.asarray(real + 1j * imaginary)
 
 
@@ -126,15 +120,12 @@ class ScaledSystem:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
         M, C, K = (
-            self._array(part, [t.factor.value(p) for t in getattr(self.system, part)])
+            self._sum(part, [t.factor.value(p) for t in getattr(self.system, part)])
             for part in PARTS
         )
-        mass = norm_of(M)
-        if not mass:
-            there = any(norm_of(t.matrix) for t in self.system.M)
-            beside = " beside C and K in double precision" if there else ""
-            raise MatrixError(f"M: is zero{beside}; a mass is required")
-        norms = mass, norm_of(C), norm_of(K)
+        norms = norm_of(M), norm_of(C), norm_of(K)
+        if not norms[0]:
+            raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
         if not np.isfinite(norms).all():
             raise MatrixError("M, C and K: all entries must be finite")
         return Quadratic(M, C, K, self.scale, norms)
@@ -142,18 +133,17 @@ class ScaledSystem:
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
-        result = None
-        for part, power in zip(PARTS, (value * value, value, 1.0), strict=True):
-            slopes = [t.factor.slope(p, name) for t in getattr(self.system, part)]
-            term = power * self._array(part, slopes)
-            result = term if result is None else result + term
-        return result
+        slopes = [
+            self._sum(part, [t.factor.slope(p, name) for t in getattr(self.system, part)])
+            for part in PARTS
+        ]
+        return value * value * slopes[0] + value * slopes[1] + slopes[2]
 
     def terms(self, part: str) -> list[Any]:
         """The scaled matrices of M, C or K, in the order of the terms."""
         return [self._csc(data) for data in self._data[part]]
 
-    def _array(self, part: str, factors: list[float]) -> Any:
+    def _sum(self, part: str, factors: list[float]) -> Any:
         total = np.zeros(len(self._pattern.indices))
         for factor, data in zip(factors, self._data[part], strict=True):
             if factor:
@@ -199,18 +189,14 @@ def _scale(system: TermSystem, terms: list[list[Any]]) -> Array:
 def _diagonal(A: Any) -> Array:
     """Size of the diagonal; where it is zero, of the column's largest entry."""
     diagonal = np.abs(A.diagonal())
-    if np.any(diagonal == 0):
-        largest = np.asarray(
-            abs(A).max(axis=0).todense() if A.nnz else np.zeros(A.shape[0])
-        ).ravel()
-        diagonal = np.where(diagonal > 0, diagonal, largest)
+    if np.any(diagonal == 0) and A.nnz:
+        diagonal = np.where(diagonal > 0, diagonal, abs(A).max(axis=0).toarray().ravel())
     return np.asarray(diagonal, dtype=float)
 
 
 def _scaled(A: Any, scale: Array) -> Any:
     result = A.copy()
-    columns = np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
-    result.data = A.data * scale[A.indices] * scale[columns]
+    result.data = A.data * scale[A.indices] * np.repeat(scale, np.diff(A.indptr))
     return result
 
 
@@ -222,18 +208,18 @@ def _on_one_pattern(matrices: list[Any]) -> tuple[Any, list[NDArray]]:
     ones = [csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=shape) for A in matrices]
     pattern = sum(ones[1:], ones[0])
     pattern.sort_indices()
-    n = shape[0]
-    keys = _keys(pattern, n)
+    keys = _keys(pattern)
     result = []
     for A in matrices:
         A.sum_duplicates()
         data = np.zeros(len(keys), dtype=A.data.dtype)
-        data[np.searchsorted(keys, _keys(A, n))] = A.data
+        data[np.searchsorted(keys, _keys(A))] = A.data
         result.append(data)
     return pattern, result
 
 
-def _keys(A: Any, n: int) -> NDArray[np.int64]:
+def _keys(A: Any) -> NDArray[np.int64]:
+    n = A.shape[0]
     columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(A.indptr))
     return np.asarray(columns * n + A.indices)
 
@@ -246,7 +232,7 @@ class Roots:
     right: ComplexArray = field(repr=False)
     left: ComplexArray = field(repr=False)
 
-    def picked(self, which: np.ndarray) -> Roots:
+    def picked(self, which: NDArray) -> Roots:
         """Some of them, by mask or index."""
         return Roots(self.values[which], self.right[:, which], self.left[:, which])
 
@@ -257,22 +243,34 @@ class Roots:
     def joined(self, other: Roots) -> Roots:
         """These roots, then the others."""
         values = np.concatenate([self.values, other.values])
-        right, left = np.hstack([self.right, other.right]), np.hstack([self.left, other.left])
-        return Roots(values, right, left)
+        return Roots(
+            values, np.hstack([self.right, other.right]), np.hstack([self.left, other.left])
+        )
 
 
 def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
-    """Roots with their backward errors and conditions, by rising frequency."""
+    """Roots with backward errors, conditions and `root_rounding`, by rising frequency.
+
+    What rounding of K moves is the square of a slow root: its own size tells less than the
+    problem's rate. Exact zeros have no rounding.
+    """
     values, right, left = roots.values, roots.right, roots.left
+    size = np.abs(values)
     residuals = problem.backward_errors(values, right)
-    image = problem.M @ (right * (2 * values)) + problem.C @ right
-    across = np.abs(values) * np.abs(np.sum(left.conj() * image, axis=0))
+    image = combined(problem.M, right * (2 * values)) + combined(problem.C, right)
+    across = size * np.abs(np.sum(left.conj() * image, axis=0))
     lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
     condition = np.full(len(values), np.inf)
     np.divide(problem.size(values) * lengths, across, out=condition, where=across != 0)
+    error = np.maximum(residuals, ROUNDING)
+    root, slow = np.sqrt(error), np.maximum(size, np.sqrt(error) * problem.rate)
+    scale = np.maximum(size, root * problem.rate * (problem.rate / slow))
+    own = np.minimum(condition, 1 / EPS) * size / scale
+    rounding = np.where(size > 0, root_rounding(values, own, error, scale), 0.0)
     x, y = _physical(problem, right), _physical(problem, left)
+    told = residuals, condition, rounding
     found = [
-        Eigenvalue(complex(v), x[:, j], y[:, j], float(residuals[j]), float(condition[j]))
+        Eigenvalue(complex(v), x[:, j], y[:, j], *(float(each[j]) for each in told))
         for j, v in enumerate(values)
     ]
     return tuple(sorted(found, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag)))

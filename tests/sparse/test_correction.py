@@ -1,14 +1,15 @@
-"""Modes corrected from single precision against those of a double-precision subspace."""
+"""Modes corrected from single precision against dense solutions; the basis that they share."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from squeal.linear.system import Term, TermSystem
-from squeal.sparse import reduction
+from squeal.errors import ComputationError
+from squeal.linear.system import Term
 from squeal.sparse.argument_principle import Rectangle, band
-from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
 from squeal.sparse.quadratic import ScaledSystem
-from squeal.sparse.reduction import corrected_modes, enlarged, reduce_system
 from tests import large
 
 BRAKE = large.disc_and_pad(3)
@@ -17,50 +18,40 @@ REGION = band(200.0, 2200.0)
 
 def _structural() -> ScaledSystem:
     K = (Term(BRAKE.K[0].matrix * (1 + 0.02j)), *BRAKE.K[1:])
-    return ScaledSystem(TermSystem(BRAKE.M, BRAKE.C, K, BRAKE.parameters, BRAKE.parameter))
+    return ScaledSystem(replace(BRAKE, K=K))
 
 
 @pytest.mark.parametrize("scaled", [ScaledSystem(BRAKE), _structural()], ids=["real", "complex"])
-def test_right_and_left_modes(scaled):
+@pytest.mark.parametrize("exact", [2e-9, 1e-13])
+def test_right_and_left_modes(scaled, exact):
     problem = scaled.at({"mu": 0.6})
-    roots = corrected_modes(problem, REGION)
-    full = modes_in(problem, REGION, left=False, certify=False).values
-    assert len(roots.values) == len(full) > 3
-    distance = np.abs(roots.values[:, None] - full[None, :]).min(axis=0)
-    assert np.all(distance < 1e-9 * np.abs(full))
-    assert np.all(problem.backward_errors(roots.values, roots.right) < 1e-8)
+    roots = modes_in(problem, REGION, certify=False, exact=exact).roots
+    full = modes_in(problem, REGION)
+    assert full.certified
+    assert len(roots.values) == len(full.values) > 3
+    distance = np.abs(roots.values[:, None] - full.values[None, :]).min(axis=0)
+    assert np.all(distance < 1e-9 * np.abs(full.values))
+    assert np.all(problem.backward_errors(roots.values, roots.right) < 2 * exact)
     rest = problem.transposed().backward_errors(roots.values, roots.left.conj())
-    assert np.all(rest < 1e-8)
+    assert np.all(rest < 2 * exact)
 
 
-def test_what_is_not_reached_or_not_corrected(monkeypatch):
-    """Then the caller has the exact modes instead, and the reduced system is the same."""
-    scaled = ScaledSystem(BRAKE)
-    values = [{"mu": 0.0}, {"mu": 0.6}]
-    expected = np.sort_complex(reduce_system(scaled, REGION, values).values(REGION, {"mu": 0.3}))
-    for name, few in (("STEPS", 12), ("ROUNDS", 1)):
-        with monkeypatch.context() as patch:
-            patch.setattr(reduction, name, few)
-            assert corrected_modes(scaled.at(values[0]), REGION) is None
-            found = reduce_system(scaled, REGION, values).values(REGION, {"mu": 0.3})
-        assert np.allclose(np.sort_complex(found), expected, rtol=1e-9)
-
-
-def test_a_root_that_the_corrections_lose(monkeypatch):
-    """Fewer roots than the subspace showed inside the region are not taken for all."""
+def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
-    complete = reduction._corrected
-
-    def losing(*given):
-        return complete(*given).picked(np.arange(1, 4))
-
-    monkeypatch.setattr(reduction, "_corrected", losing)
-    assert corrected_modes(problem, REGION) is None
+    expected = modes_in(problem, REGION).values
+    few = modes_in(problem, REGION, options=replace(OPTIONS, steps=24))
+    assert few.shifts > 2
+    assert few.certified
+    assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
+    with pytest.raises(ComputationError, match="rounding hides them"):
+        modes_in(problem, REGION, options=replace(OPTIONS, rounds=1))
+    with pytest.raises(ComputationError, match="too many roots"):
+        modes_in(problem, REGION, options=replace(OPTIONS, steps=24, pieces=2))
 
 
 def test_a_region_without_roots():
-    roots = corrected_modes(ScaledSystem(BRAKE).at(), Rectangle(900.0, 1000.0, 300.0, 400.0))
-    assert len(roots.values) == 0
+    found = modes_in(ScaledSystem(BRAKE).at(), Rectangle(900.0, 1000.0, 300.0, 400.0))
+    assert (len(found.values), found.certified) == (0, True)
 
 
 def test_enlarged(rng):

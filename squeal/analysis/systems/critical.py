@@ -215,7 +215,7 @@ def _counted(reduction: Reduction, region: Rectangle, value: float, progress: Pr
     progress(f"counting growing roots at {name} = {value:.6g}")
     problem = reduction.basis.scaled.at({name: value})
     try:
-        full = modes_in(problem, region, left=False, progress=progress)
+        full = modes_in(problem, region, progress=progress)
     except ComputationError:
         return False
     numbers = [

@@ -13,22 +13,19 @@ from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.linear import GROWING, UnstableMode
 from squeal.linear.eigen import STIFF, Eigenvalue, hidden, spectrum_of
-from squeal.linear.matrices import EPS, reduce
+from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
-from squeal.linear.verdict import decide, judge_reduced
+from squeal.linear.verdict import ACCEPTED, decide, judge_reduced
 from squeal.schema.arguments import takes
-from squeal.sparse.argument_principle import Disc, Rectangle, confirmed, growth_bound
+from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around, growth_bound
 from squeal.sparse.dense import dense_spectrum
-from squeal.sparse.eigensolver import STEPS, Modes, lowest_modes, modes_in, slow_noise
+from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
 from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.quadratic import Quadratic, Roots, ScaledSystem, quadratic
+from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
-ROUNDING = 8 * EPS
-ACCEPTED = 1e-6  # backward error of a root
 REGULAR = 1e-8  # reciprocal condition of a stiffness that leaves no root at zero
 FARTHEST = 16.0  # of a band's right edge: where roots of large systems are looked for
-SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +89,12 @@ def system_roots(
         found = modes_in(problem, rectangle, progress=progress)
     else:
         found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
-    upper = found.eigenvalues
-    if isinstance(found.region, Disc):
-        edge = -SPLIT * found.region.radius
-        upper = tuple(e for e in upper if e.value.imag >= edge)
-    count = found.count.inside if found.count else None
-    if count is not None and len(upper) < len(found.eigenvalues):
-        # the region mirrors itself: one of each conjugate pair is listed
-        count = len(upper) if found.certified else None
-    upper = with_rounding(problem, upper)
+    upper, region, count = found.eigenvalues, found.region, found.count
+    if isinstance(region, Disc):
+        upper, region, count = _upper(upper, count, problem.real, region)
     words = judged(upper, complete=False)
-    roots = SystemRoots(upper, found.region, count, *words, growth_limit=limit)
-    return roots.lowest(wanted.modes or MODES) if isinstance(found.region, Disc) else roots
+    roots = SystemRoots(upper, region, count, *words, growth_limit=limit)
+    return roots.lowest(wanted.modes or MODES) if isinstance(region, Disc) else roots
 
 
 def _band_modes(
@@ -113,10 +104,10 @@ def _band_modes(
     the growth rate at which that ends."""
     bound = growth_bound(problem, region)
     if bound is not None and bound > region.high_real:
-        if bound <= FARTHEST * region.high_real or problem.n <= STEPS:
+        if bound <= FARTHEST * region.high_real or problem.n <= OPTIONS.steps:
             with suppress(ComputationError):  # too many roots: of the region there are fewer
                 found = modes_in(problem, replace(region, high_real=bound), progress=progress)
-                if found.count and found.count.inside is not None:
+                if found.count is not None:
                     return found, None
         bound = None
     found = modes_in(problem, region, progress=progress)
@@ -147,21 +138,6 @@ def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
     )
 
 
-def with_rounding(problem: Quadratic, values: tuple[Eigenvalue, ...]) -> tuple[Eigenvalue, ...]:
-    """Roots of a problem with how far rounding may move them (1/s), see `root_rounding`.
-
-    Slow roots may be moved by what rounding of K moves their squares by.
-    """
-    if not values:
-        return values
-    roots = np.array([e.value for e in values])
-    size = np.abs(roots)
-    error = np.array([max(e.residual, ROUNDING) * min(e.condition, 1 / EPS) for e in values])
-    most = np.maximum(SPLIT * size, slow_noise(problem, size))
-    moved = np.where(size > 0, np.minimum(error * size, most), 0.0)
-    return tuple(replace(e, rounding=float(r)) for e, r in zip(values, moved, strict=True))
-
-
 def _of_all(
     matrices: tuple[np.ndarray, np.ndarray | None, np.ndarray], wanted: Wanted
 ) -> SystemRoots:
@@ -169,36 +145,70 @@ def _of_all(
 
     M, C, K = matrices
     words: tuple[str | None, str] | None = None
-    if not any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
+    real = not any(X is not None and np.iscomplexobj(X) for X in (M, C, K))
+    if real:
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             if not hidden(reduced, K):
-                values, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
+                every, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
                 words = (verdict.verdict, str(verdict))
     if words is None:
-        values = dense_spectrum(M, C, K)
-        if not all(e.value for e in values) and condition(csc_array(K)) > REGULAR:
+        every = dense_spectrum(M, C, K)
+        if not all(e.value for e in every) and condition(csc_array(K)) > REGULAR:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-        values = with_rounding(quadratic(M, C, K), values)
-        words = judged(values)
+    # of complex matrices those of falling motion mean nothing
+    values = every if real else tuple(e for e in every if e.value.imag >= 0.0)
+    words = words or judged(values)
+    problem, known = quadratic(M, C, K), np.array([e.value for e in every], dtype=complex)
     rectangle = wanted.rectangle
     if rectangle is None:
-        if wanted.modes is not None:
-            upper = tuple(e for e in values if e.value.imag >= 0.0)
-            return SystemRoots(upper, None, len(upper), *words).lowest(wanted.modes)
-        return SystemRoots(values, None, len(values), *words)
+        count = _degree(problem, known)
+        if wanted.modes is None:
+            count = None if count is None else count - len(every) + len(values)
+            return SystemRoots(values, None, count, *words)
+        return SystemRoots(*_upper(every, count, real), *words).lowest(wanted.modes)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)
-    inside = rectangle.contains(np.array([e.value for e in values]))
-    kept = tuple(e for e, keep in zip(values, inside, strict=True) if keep)
-    count = _counted(quadratic(M, C, K), rectangle, values)
-    others = tuple(e for e, keep in zip(values, inside, strict=True) if not keep)
+    kept = tuple(e for e in values if rectangle.contains(np.array(e.value)))
+    others = tuple(e for e in values if not rectangle.contains(np.array(e.value)))
+    disc = disc_around(rectangle, known, 2.0 * float(np.max(np.abs(known), initial=0.0)))
+    count = count_roots(problem, disc, known)
+    # all roots of the disc are in the list, or it is not known where the others are
+    complete = count == int(np.sum(disc.contains(known)))
+    inside = int(np.sum(rectangle.contains(known))) if complete else None
     outside = len(growing(others))
     # all roots are known: where none of the region grows the verdict is of all, unless one grows
     # elsewhere
     own = judged(kept, complete=False)
     words = own if own[0] is not None or outside else words
-    return SystemRoots(kept, rectangle, count, *words, growing_outside=outside)
+    return SystemRoots(kept, rectangle, inside, *words, growing_outside=outside)
+
+
+def _upper(
+    every: tuple[Eigenvalue, ...], count: int | None, real: bool, region: Disc | None = None
+) -> tuple[tuple[Eigenvalue, ...], Disc | None, int | None]:
+    """The roots with Im >= 0, the region, and how many there are if `count` is that of all.
+
+    Of real matrices they come in pairs but for those that are real; of complex ones as many lie
+    below as were found there.
+    """
+    upper = tuple(e for e in every if e.value.imag >= 0.0)
+    if count is None:
+        return upper, region, None
+    if not real:
+        return upper, region, count - len(every) + len(upper)
+    reals = sum(e.value.imag == 0.0 for e in upper)
+    return upper, region, None if (count + reals) % 2 else (count + reals) // 2
+
+
+def _degree(problem: Quadratic, known: np.ndarray) -> int | None:
+    """How many finite roots there are: 2n where M is regular, the degree of det P, else as many as
+    the argument principle counts on a circle around all that are known."""
+    sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
+    if rank_of(sizes) == problem.n:
+        return 2 * problem.n
+    disc = Disc(2.0 * float(np.max(np.abs(known), initial=problem.rate)))
+    return count_roots(problem, disc, known)
 
 
 def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle:
@@ -207,13 +217,3 @@ def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle
     far = 1.1 * max((abs(x) for x in inside), default=0.0)
     wide = max(far, region.high_real)
     return Rectangle(-wide, wide, region.low_imag, region.high_imag)
-
-
-def _counted(problem: Quadratic, region: Rectangle, values: tuple[Eigenvalue, ...]) -> int | None:
-    """How many roots the argument principle counts in a region around which all are known."""
-    numbers = np.array([e.value for e in values])
-    vectors = np.array([e.right for e in values]).T / problem.scale[:, None]
-    vectors = vectors / np.linalg.norm(vectors, axis=0)
-    known = Roots(numbers, vectors, np.full_like(vectors, np.nan))
-    reach = 2.0 * float(np.max(np.abs(numbers - region.centre), initial=region.radius))
-    return confirmed(problem, region, known, reach).inside

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.roots import NO_ROOT, SPLIT, system_roots
+from squeal.analysis.systems.roots import NO_ROOT, system_roots
 from squeal.analysis.systems.wanted import Wanted, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.io.journal import Checkpoint
@@ -33,6 +33,7 @@ from squeal.sparse.reduction import (
 METHODS = ("full", "reduced", "modal")
 REAL_MODES = 200  # of a modal reduction
 NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
+SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
 
 NO_BAND = (
@@ -96,7 +97,7 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
         far = AROUND * float(sizes[: wanted.modes][-1]) or 1.0
     else:
-        found = lowest_modes(scaled.at(changes), wanted.modes, left=False, certify=False)
+        found = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
         assert isinstance(found.region, Disc)
         far = AROUND * found.region.radius
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
