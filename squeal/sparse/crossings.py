@@ -3,9 +3,10 @@
 At values of the parameter the reduced system gives roots in a region and their derivatives. They
 are matched from one value to the next by where their slopes point; what is in doubt halves the
 step, and where two roots are predicted to come close (`near_coalescences`), that place is looked
-at. Newton's method on the full system has the last word: with right and left vectors x, y of a
-root, y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, and a factorisation of P
-there improves the vectors (two-sided inverse iteration, as Newton's method on the bordered system).
+at. Newton's method on the full system has the last word: bordered by left and right vectors y, x of
+a mode, P(lambda, p) stays regular where it is singular. In [[P, y], [x^H, 0]] [v; -g] = [0; 1] the
+number g vanishes exactly at the roots; g(i omega, p) = 0 is a complex equation for two real
+unknowns.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ class AlongOptions:
 
     Parameters
     ----------
-    depth : int
-        How often a step may be halved.
+    least : float
+        Shortest step, of the range.
     states : int
         Values at which roots are computed; beyond, no step is halved.
     doubt : float
@@ -49,10 +50,10 @@ class AlongOptions:
     steps : int
         Of Newton's method.
     converged : float
-        Residual of the vectors, and step relative to p and omega, with which it ends.
+        Step relative to p and omega with which it ends; its error is the square.
     """
 
-    depth: int = 36
+    least: float = 2.0**-40
     states: int = 600
     doubt: float = 0.25
     near: float = 1e-4
@@ -102,19 +103,25 @@ class Along:
             self._states[value] = State(value, z, X, found.left, coupling, noise)
         return self._states[value]
 
-    def crossings(
-        self, a: float, b: float, depth: int = OPTIONS.depth
-    ) -> Iterator[tuple[State, int]]:
-        """States next to the axis from a to b with the index of the root that crosses it there."""
+    def crossings(self, a: float, b: float, least: float) -> Iterator[tuple[State, int]]:
+        """States next to the axis from a to b with the index of the root that crosses it there;
+        steps are divided down to the width `least`."""
         before, after = self.at(a), self.at(b)
-        cut = self._doubt(before, after)
-        if cut is not None and depth > 0 and len(self._states) < OPTIONS.states:
-            cut = min(max(cut, a + (b - a) / 8), b - (b - a) / 8)
-            yield from self.crossings(a, cut, depth - 1)
-            yield from self.crossings(cut, b, depth - 1)
-            return
-        for i, j in self._pairs(before, after):
-            yield from self._on_axis(before, after, i, j)
+        cut, found = self._doubt(before, after), []
+        if cut is None:
+            each = [self._on_axis(before, after, i, j) for i, j in self._pairs(before, after)]
+            cut = (a + b) / 2 if None in each else None
+            found = [one for some in each if some for one in some]
+        if cut is None:
+            yield from found
+        elif b - a > least and len(self._states) < OPTIONS.states:
+            yield from self.crossings(a, cut, least)
+            yield from self.crossings(cut, b, least)
+        else:  # as near as values of the parameter are told apart
+            for i, j in self._pairs(before, after):
+                if _changes_sign(before.roots[i], after.roots[j]):
+                    first = abs(before.roots[i].real) < abs(after.roots[j].real)
+                    yield (before, i) if first else (after, j)
 
     def _pairs(self, before: State, after: State) -> list[tuple[int, int]]:
         from scipy.optimize import linear_sum_assignment
@@ -152,37 +159,37 @@ class Along:
                     return place
         return None
 
-    def _on_axis(self, before: State, after: State, i: int, j: int) -> Iterator[tuple[State, int]]:
+    def _on_axis(
+        self, before: State, after: State, i: int, j: int
+    ) -> list[tuple[State, int]] | None:
         """Where the cubic through the real parts of one root, and their derivatives, vanishes
-        between two values, refined on the reduced system."""
+        between two values, refined on the reduced system; None if a change of sign shows none."""
         h, a, b = after.value - before.value, before.roots[i], after.roots[j]
         slopes = h * before.slopes[i].real, h * after.slopes[j].real
         zeros = zeros_between(hermite_cubic(a.real, slopes[0], b.real, slopes[1]))
-        found = [
-            one
-            for t in zeros
-            if (one := self._refined(before.value + t * h, complex(a + t * (b - a)), h))
-        ]
-        yield from found
-        if not found and _changes_sign(a, b):  # as near as values of the parameter are told apart
-            yield (before, i) if abs(a.real) < abs(b.real) else (after, j)
+        guesses = [(before.value + t * h, complex(a + t * (b - a))) for t in zeros]
+        found = [one for guess in guesses if (one := self._refined(*guess, before.value, h))]
+        return None if not found and _changes_sign(a, b) else found
 
-    def _refined(self, value: float, root: complex, width: float) -> tuple[State, int] | None:
-        """The zero of the real part of the root next to a guess; None if there is none."""
-        start, move = value, math.inf
-        for _ in range(4):
+    def _refined(
+        self, value: float, root: complex, low: float, width: float
+    ) -> tuple[State, int] | None:
+        """The zero of the real part of the root next to a guess in a step; None without one."""
+        for _ in range(5):
             state = self.at(value)
-            if not len(state.roots) or abs(value - start) > width:
+            if not len(state.roots):
                 return None
             k = int(np.argmin(np.abs(state.roots - root)))
             slope = state.slopes[k]
             move = -state.roots[k].real / slope.real if slope.real else math.inf
+            near = abs(move) <= width / 20  # rounding may move a weak crossing this far
             if abs(move) <= OPTIONS.same * width:
                 break
-            step = float(np.clip(move, -width / 2, width / 2))
-            value, root = value + step, complex(state.roots[k] + step * slope)
-        # rounding may move a weak crossing this far
-        return (state, k) if abs(move) <= width / 20 else None
+            move = float(np.clip(move, -width / 2, width / 2))
+            value, root = value + move, complex(state.roots[k] + move * slope)
+            if not low - width / 4 <= value <= low + 5 * width / 4:
+                return None
+        return (state, k) if near else None
 
 
 def _changes_sign(one: complex, other: complex) -> bool:
@@ -212,8 +219,9 @@ def crossings_along(
     scaled, basis = reduction.basis.scaled, reduction.basis.vectors
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
+    least = OPTIONS.least * (values[-1] - values[0])
     for a, b in itertools.pairwise(values):
-        for state, k in along.crossings(a, b):
+        for state, k in along.crossings(a, b, least):
             omega = abs(state.roots[k].imag)
             omega = 0.0 if omega <= along.real else omega
             pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
@@ -292,49 +300,59 @@ def axis_crossing(
     p, w, real = float(value), float(omega), omega == 0.0
     x, y = right / np.linalg.norm(right), left / np.linalg.norm(left)
     unit = abs(p) or 1.0
-    for _ in range(OPTIONS.steps):
+    for step in range(OPTIONS.steps):
         problem, root = scaled.at({name: p}), complex(0.0, w)
-        images = problem.apply(np.array([root]), x[:, None])[:, 0]
-        others = problem.transposed().apply(np.array([root]), y.conj()[:, None])[:, 0]
-        size = float(problem.size(np.array([root]))[0])
-        slope_root = y.conj() @ (problem.slope(root) @ x)
-        slope_p = y.conj() @ (scaled.slope(name, {name: p}, root) @ x)
-        g = y.conj() @ images
-        jacobian = np.array(
-            [[(1j * slope_root).real, slope_p.real], [(1j * slope_root).imag, slope_p.imag]]
-        )
+        size = float(problem.size(np.array(root)))
+        free = step < 2  # without a factorisation, from vectors that are nearly right
+        g, u, v = _functional(problem, root, x, y) if free else _bordered(problem, root, x, y)
+        slope_root = u @ (problem.slope(root) @ v)
+        slope_p = u @ (scaled.slope(name, {name: p}, root) @ v)
+        columns, goal = [1j * slope_root, slope_p], g
         if real:  # omega stays zero
-            jacobian = np.array([[1.0, 0.0], [0.0, slope_p.real]])
-            g = complex(0.0, g.real)
+            columns, goal = [1.0, 1j * slope_p.real], complex(0.0, g.real)
+        jacobian = np.array([np.real(columns), np.imag(columns)])
         sizes = np.abs(jacobian).max(axis=0)
-        if not sizes.all() or np.linalg.cond(jacobian / sizes) > 1e12:
+        if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
+            if free:
+                continue
             break
         inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
-        moves = -inverse @ [g.real, g.imag]
-        if not np.isfinite(moves).all():
-            break
-        residual, other = (float(np.linalg.norm(rest)) / size for rest in (images, others))
-        uncertain = size * 2 * EPS * float(np.abs(inverse[1]).sum())  # by rounding of P x
+        moves = -inverse @ [goal.real, goal.imag]
+        if free and abs(moves[1]) > 1e-3 * unit:
+            continue
+        # by rounding of P x
+        noise = size * 2 * EPS * float(np.linalg.norm(u) * np.linalg.norm(v))
+        uncertain = noise * float(np.abs(inverse[1]).sum())
         w, p = w + float(moves[0]), p + float(moves[1])
         small = abs(moves[1]) <= OPTIONS.converged * max(abs(p), unit)
         small &= abs(moves[0]) <= OPTIONS.converged * max(abs(w), 1.0)
-        if max(residual, other) <= OPTIONS.converged and (small or abs(moves[1]) <= uncertain):
+        x, y = v / np.linalg.norm(v), u.conj() / np.linalg.norm(u)
+        if not free and (small or abs(moves[1]) <= uncertain):
             slope = -float((slope_p / slope_root).real)
+            residual = problem.backward_errors(np.array([root]), x[:, None])[0]
             half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
             way = "up" if slope > 0 else "down"
-            return AxisCrossing(p, abs(w), way, slope, (p - half, p + half), residual, x)
-        x, y = _improved(scaled.at({name: p}), complex(0.0, w), x, y)
+            return AxisCrossing(p, abs(w), way, slope, (p - half, p + half), float(residual), x)
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
         f"{omega / (2 * math.pi):.6g} Hz"
     )
 
 
-def _improved(
+def _functional(
     problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Right and left vectors after a step of inverse iteration."""
-    _, factor = factorise_at(problem, root)
-    slope = problem.slope(root)
-    x, y = factor.solve(slope @ x), factor.solve(slope.T @ y.conj(), transposed=True).conj()
-    return x / np.linalg.norm(x), y / np.linalg.norm(y)
+) -> tuple[complex, ComplexArray, ComplexArray]:
+    """y^H P x, which vanishes at a root with these vectors, with u, v of its slopes u' dP v."""
+    return complex(y.conj() @ (problem.at(root) @ x)), y.conj(), x
+
+
+def _bordered(
+    problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
+) -> tuple[complex, ComplexArray, ComplexArray]:
+    """g of [[P, y], [x^H, 0]] [v; -g] = [0; 1], which vanishes at roots and is smooth where they
+    coalesce, with u, v of its slopes u' dP v. Raises ComputationError."""
+    place, factor = factorise_at(problem, root)
+    v, u = factor.solve(y), factor.solve(x.conj(), transposed=True)
+    g = 1.0 / complex(x.conj() @ v)
+    v, u = g * v, g * u
+    return g - complex(u @ (problem.slope(place) @ v)) * (place - root), u, v

@@ -153,7 +153,7 @@ class Krylov:
         distance = self.radius / size
         reach = float(np.min(distance[~good], initial=np.inf))
         order = np.flatnonzero(good)[np.argsort(distance[good])]
-        values = self.shift + self.radius / theta[order]
+        values = np.asarray(self.shift + self.radius / theta[order], dtype=complex)
         if not vectors:
             return Near(self.shift, values, np.zeros((n, 0), dtype=complex), reach)
         Y = Y[:, order].astype(np.result_type(self._kind, np.complex64))
@@ -393,24 +393,22 @@ class _Pieces:
         aside = abs(shift - region.centre)
         best: tuple[Roots, int | None] | None = None
         for attempt in range(options.attempts):
-            wanted = (options.beyond + 0.3 * attempt) * region.radius
+            wanted = aside + (options.beyond + 0.3 * attempt) * region.radius
+
+            def enough(near: Near, wanted: float = wanted) -> bool:
+                return near.reach >= wanted
+
             near, factor = near_roots(
-                problem,
-                shift,
-                region.radius,
-                lambda near, wanted=wanted: near.reach - aside >= wanted,
-                attempt,
-                not attempt,
-                options,
-                self.progress,
+                problem, shift, region.radius, enough, attempt, not attempt, options, self.progress
             )
             self.shifts += 1
-            if near.reach - aside < 1.02 * region.radius:
-                if attempt:
+            reach = near.reach - aside
+            if reach < 1.02 * region.radius:
+                if attempt or reach > 0.3 * region.radius:
                     return near
                 continue  # single precision may be what hides them
             V = enlarged(V, near.vectors, 1e-6) if near.vectors.size else V
-            disc = disc_around(region, near.values, near.reach - aside)
+            disc = disc_around(region, near.values, reach)
             within: Region = disc if self.certify else region.widened(1e-6)
             roots = self._roots(factor, V, within, near)
             if roots is None:

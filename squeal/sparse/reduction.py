@@ -75,14 +75,14 @@ class Basis:
     def system(self) -> TermSystem:
         """The reduced system: the full one's factors, matrices (d, d)."""
         given, V = self.scaled.system, self.vectors
-        parts = {
-            part: tuple(
+        M, C, K = (
+            tuple(
                 Term(V.T @ (A @ V), t.factor)
                 for A, t in zip(self._matrices[part], getattr(given, part), strict=True)
             )
             for part in PARTS
-        }
-        return replace(given, **parts)
+        )
+        return replace(given, M=M, C=C, K=K)
 
     def stiffness(self, changes: Changes) -> float:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
@@ -193,7 +193,7 @@ def reduce_system(
     """
     if not values:
         raise InputError("at least one value of the parameters is required")
-    basis, wide = Basis(scaled, begun and begun.vectors), region.widened(0.04)
+    basis, wide = Basis(scaled, begun.vectors if begun else None), region.widened(0.04)
     samples = list(begun.samples) if begun else []
     where, proved = len(values) // 2, set[int]()
     while True:
@@ -261,7 +261,7 @@ def reduce_to_real_modes(
     except (ArpackError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found: {error}") from None
     basis = Basis(scaled)
-    basis.extend(vectors + 0j)
+    basis.extend(vectors.astype(complex))
     system = basis.system()
     errors = [basis.residuals(basis.roots(system, region, p), p) for p in values]
     worst = max(float(np.max(e, initial=0.0)) for e in errors)

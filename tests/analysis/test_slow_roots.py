@@ -152,8 +152,10 @@ def test_a_damped_pad_beside_a_stiff_spring(decades):
         assert analyse(scene).judgement.verdict == "stable"
         assert critical_friction(scene, 0.5).at_zero == "stable"
         return
-    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
-        analyse(scene)
+    found = analyse(scene)
+    exact = np.array([complex(z) for z in exact_damped(*found.matrices)])
+    for e in found.spectrum.eigenvalues:
+        assert np.abs(exact - e.value).min() <= 0.03 * abs(e.value)
     with pytest.raises(ComputationError, match="can be given: one stiffness"):
         critical_friction(scene, 0.5)
 

@@ -89,12 +89,12 @@ def system_roots(
         found = modes_in(problem, rectangle, progress=progress)
     else:
         found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
-    upper, region, count = found.eigenvalues, found.region, found.count
-    if isinstance(region, Disc):
-        upper, region, count = _upper(upper, count, problem.real, region)
+    upper, count, disc = found.eigenvalues, found.count, isinstance(found.region, Disc)
+    if disc:
+        upper, count = _upper(upper, count, problem.real)
     words = judged(upper, complete=False)
-    roots = SystemRoots(upper, region, count, *words, growth_limit=limit)
-    return roots.lowest(wanted.modes or MODES) if isinstance(region, Disc) else roots
+    roots = SystemRoots(upper, found.region, count, *words, growth_limit=limit)
+    return roots.lowest(wanted.modes or MODES) if disc else roots
 
 
 def _band_modes(
@@ -166,7 +166,8 @@ def _of_all(
         if wanted.modes is None:
             count = None if count is None else count - len(every) + len(values)
             return SystemRoots(values, None, count, *words)
-        return SystemRoots(*_upper(every, count, real), *words).lowest(wanted.modes)
+        values, count = _upper(every, count, real)
+        return SystemRoots(values, None, count, *words).lowest(wanted.modes)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)
     kept = tuple(e for e in values if rectangle.contains(np.array(e.value)))
@@ -185,20 +186,20 @@ def _of_all(
 
 
 def _upper(
-    every: tuple[Eigenvalue, ...], count: int | None, real: bool, region: Disc | None = None
-) -> tuple[tuple[Eigenvalue, ...], Disc | None, int | None]:
-    """The roots with Im >= 0, the region, and how many there are if `count` is that of all.
+    every: tuple[Eigenvalue, ...], count: int | None, real: bool
+) -> tuple[tuple[Eigenvalue, ...], int | None]:
+    """The roots with Im >= 0, and how many there are if `count` is that of all.
 
     Of real matrices they come in pairs but for those that are real; of complex ones as many lie
     below as were found there.
     """
     upper = tuple(e for e in every if e.value.imag >= 0.0)
     if count is None:
-        return upper, region, None
+        return upper, None
     if not real:
-        return upper, region, count - len(every) + len(upper)
+        return upper, count - len(every) + len(upper)
     reals = sum(e.value.imag == 0.0 for e in upper)
-    return upper, region, None if (count + reals) % 2 else (count + reals) // 2
+    return upper, None if (count + reals) % 2 else (count + reals) // 2
 
 
 def _degree(problem: Quadratic, known: np.ndarray) -> int | None:
