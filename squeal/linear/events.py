@@ -72,11 +72,8 @@ class Event:
 
 
 def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
-    """Where roots may cross the line within a step, and the share of the step at which it has to be
-    divided first, None if all roots are matched well enough to tell.
-
-    `ends`: whether the step begins and ends at an end of the range.
-    """
+    """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
+    share at which it has to be divided first, None if the matches are good enough to tell."""
     za, da, zb, db = step.ends
     on_a, on_b = step.a.on_line, step.b.on_line[step.order]
     # what lies on the line at one end alone has met another one, unless the range ends there
@@ -120,11 +117,8 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
 
 
 def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
-    """Where a root turns back so close to the line that its cubic does not tell if it passes.
-
-    The cubic's error is t^2 (1 - t)^2 times a constant: none is left next to where it turns.
-    """
-    c = step.cubic
+    """Where a root turns back so close to the line that its cubic does not tell if it passes."""
+    c = step.cubic  # its error is t^2 (1 - t)^2 times a constant: none is left where it turns
     with np.errstate(all="ignore"):  # where c' = 0
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
@@ -195,12 +189,8 @@ class Smooth(NamedTuple):
 
 
 class Near(NamedTuple):
-    """One root (then d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the
-    parameter, with slopes.
-
-    `d_bend` is half of d'', which holds where two are close, where it is used; the noises are the
-    errors by rounding and by what the subspaces are off.
-    """
+    """One root (d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the parameter,
+    with slopes, half of d'' where they are close, and errors by rounding and of the subspaces."""
 
     value: float
     mean: complex
@@ -304,11 +294,9 @@ def _vectors(
 
 
 def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
-    """The invariant subspace (N, 2) that inverse iteration turns `start` to.
-
-    Next to a coalescence both columns become one vector but for half the digits; what these leave
-    is lessened by Newton's steps.
-    """
+    """The invariant subspace (N, 2) that inverse iteration turns `start` to."""
+    # next to a coalescence both columns become one vector but for half the digits; what these
+    # leave is lessened by Newton's steps
     X, before, step = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf, False
     for _ in range(2 * ROUNDS):
         image = A @ X
@@ -356,16 +344,7 @@ class _Search:
 
 
 def located(along: Continuation, guess: Guess) -> Event | None:
-    """The event next to a guess, None if there is none that is known to within its width.
-
-    Parameters
-    ----------
-    along : Continuation
-        The parametrised eigenproblem.
-    guess : Guess
-        One root that may cross the line (vectors (N, 1)), two that may meet on it, or two of which
-        one may cross (vectors (N, 2)).
-    """
+    """The event next to a guess, None if there is none that is known to within its width."""
     guess = replace(guess, value=min(max(guess.value, along.low), along.high))
     try:
         found = _located(along, guess)
@@ -490,17 +469,7 @@ def certain(
 
 
 def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float) -> Iterator[Guess]:
-    """Where two roots that are predicted to meet within a step cross the line.
-
-    Parameters
-    ----------
-    along : Continuation
-        The parametrised eigenproblem.
-    met : list of (State, Meeting)
-        What `near_coalescences` predicts for the step.
-    width : float
-        Of the step.
-    """
+    """Where two roots that are predicted to meet within a step of that width cross the line."""
     seen: list[tuple[float, complex]] = []
     for state, one in met:
         both, p = [one.first, one.second], state.value + one.step

@@ -12,9 +12,8 @@ frequencies, so that such margins are rounding noise there.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +23,7 @@ from squeal.linear.crossing import Crossing
 from squeal.linear.matrices import Array
 from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
 from squeal.linear.thresholds import crossings
-from squeal.linear.verdict import verdict
+from squeal.linear.verdict import GROWING, verdict
 from squeal.numerics.formula import Formula
 
 if TYPE_CHECKING:
@@ -35,11 +34,9 @@ RANK_TOLERANCE = 1e-10  # second over first singular value of the friction term
 
 def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
-    eye, zero = np.eye(len(M)), np.zeros_like(M, dtype=float)
+    n, eye, zero = len(M), np.eye(len(M)), np.zeros(np.shape(M))
     lower = np.linalg.solve(M, np.hstack([-K, -C, eye]))
-    return np.vstack([np.hstack([zero, eye]), lower[:, : -len(M)]]), np.vstack(
-        [zero, lower[:, -len(M) :]]
-    )
+    return np.block([[zero, eye], [lower[:, : 2 * n]]]), np.vstack([zero, lower[:, 2 * n :]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +65,6 @@ class FrictionLoop:
 
         return control.feedback(self.plant, mu)
 
-    def root_locus(self, mus: Iterable[float]) -> Any:
-        """control.root_locus_map of the plant over the gains `mus` (`.loci`, `.gains`)."""
-        import control
-
-        return control.root_locus_map(self.plant, gains=np.array(list(mus), dtype=float))
-
     def thresholds(self, mu_max: float) -> list[Crossing]:
         """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
         terms = (Term(self.K0), Term(np.outer(self.b, self.c), Formula("mu")))
@@ -81,23 +72,20 @@ class FrictionLoop:
         found = crossings(TermSystem((Term(self.M),), damping, terms), mu_max)
         return [c for c in found if c.mu]
 
-    def verdict_at_start(self, mu_max: float) -> str:
-        """The verdict between mu = 0 and the first threshold."""
-        first = next((point.mu for point in self.thresholds(mu_max)), mu_max)
-        return verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
-
     def critical_friction(self, mu_max: float = 2.0) -> Crossing | None:
         """The gain margin: the first threshold in (0, mu_max] at which a pole starts to grow.
 
         None if there is none. Raises ComputationError where the loop grows from mu = 0 on, so
         that it has no gain margin.
         """
-        start = self.verdict_at_start(mu_max)
-        if start in ("flutter", "divergence"):
+        found = self.thresholds(mu_max)
+        first = found[0].mu if found else mu_max
+        start = verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
+        if start in GROWING:
             raise ComputationError(
                 f"the loop has no gain margin: it grows from mu = 0 on ({start})"
             )
-        return next((point for point in self.thresholds(mu_max) if point.direction == "up"), None)
+        return next((point for point in found if point.direction == "up"), None)
 
 
 @dataclass(frozen=True)
@@ -117,15 +105,22 @@ def friction_loop(
     at a few values up to `mu_max`. `reaction` (n,) is the known gradient of the normal reaction
     by the coordinates; without it c has unit length and the plant's output is the reaction but
     for a factor.
+
+    Examples
+    --------
+    >>> K = lambda mu: np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
+    >>> loop = friction_loop(lambda mu: (np.eye(2), None, K(mu))).loop
+    >>> print(loop.critical_friction())
+    flutter up at mu = 0.75, 0.225079 Hz
     """
     check_system(system, "friction_loop")
     check_range("friction_loop", 0.0, mu_max)
     M, C, K0 = _arrays(system, 0.0)
     at = [_arrays(system, x * mu_max) for x in (1.0, 0.37)]
     K1 = (at[0][2] - K0) / mu_max
-    if not (_same(M, at[0][0]) and _same(M, at[1][0])):
+    if not all(_same(M, other[0]) for other in at):
         return LoopAnswer(None, "the mass matrix depends on mu")
-    if not (_same(C, at[0][1]) and _same(C, at[1][1])):
+    if not all(_same(C, other[1]) for other in at):
         return LoopAnswer(None, "the damping matrix depends on mu")
     if not _same(K0 + 0.37 * mu_max * K1, at[1][2]):
         return LoopAnswer(None, "the stiffness matrix is not linear in mu")

@@ -96,11 +96,9 @@ Place = tuple[Continuation, float]
 
 
 def difference(below: Place, above: Place) -> Iterator[tuple[float, int]]:
-    """Frequency (0 of a real root) and direction of what has to cross between two values.
-
-    Of the pairs those that are farthest from any that grows on the other side. Of two divergent
-    roots that join to a growing pair, or come from one, nothing crosses.
-    """
+    """Frequency (0 of a real root) and direction of what has to cross between two values: of the
+    pairs those that are farthest from any that grows on the other side."""
+    # of two divergent roots that join to a growing pair, or come from one, nothing crosses
     a, b = growth_at(*below), growth_at(*above)
     pairs, reals = b.pairs - a.pairs, b.reals - a.reals
     joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
@@ -150,24 +148,7 @@ def search(
     options: ContinuationOptions | None = None,
     counter: Counter | None = None,
 ) -> Searched:
-    """All events for low <= p <= high.
-
-    Parameters
-    ----------
-    system : System
-        M regular.
-    low, high : float
-        The range.
-    options : ContinuationOptions
-        Steps, budget and tolerances.
-    counter : Counter
-        The second count of a certificate; the sign function of A(p) if none is given.
-
-    Raises
-    ------
-    InputError
-        For a singular M, and whatever `system` raises.
-    """
+    """All events for low <= p <= high; `counter` counts again, `sign_count` if none is given."""
     options = options or ContinuationOptions()
     along = Continuation(system, low, high, options)
     by_terms = isinstance(system, TermSystem)
@@ -198,10 +179,8 @@ def search(
 
 
 class _Walk:
-    """Steps along a continuation with a budget of values, and the events `found` so far.
-
-    `unresolved` are steps at whose end the budget left roots unmatched or a factor too bent.
-    """
+    """Steps along a continuation with a budget of values, the events `found` so far, and steps
+    that the budget left `unresolved`: with roots unmatched or a factor too bent."""
 
     def __init__(self, along: Continuation, budget: int) -> None:
         self.along, self.budget = along, budget
@@ -271,8 +250,7 @@ class _Walk:
         return [tuple(group) for group in (start, *rest) if group]
 
     def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
-        """Events from a to b that add up to the change of what grows; `ends` are those of the
-        range in which their intervals may lie."""
+        """Events from a to b that add up to the change of what grows, intervals within `ends`."""
         along, wide = self.along, self.wide
         inside = [one for one in self.found if a <= one.value <= b]
         before, after = growth_at(along, a), growth_at(along, b)
@@ -459,11 +437,8 @@ def _agrees(
 
 
 def _undecided(along: Continuation, places: Sequence[tuple[Event, ...]]) -> bool:
-    """True if away from all events rounding does not tell on which side of the axis a root is.
-
-    A spectrum that is symmetric about the axis has roots on it; and zero may be one by rank.
-    """
-    if along.form != "damped":
+    """True if away from all events rounding does not tell on which side of the axis a root is."""
+    if along.form != "damped":  # a spectrum that is symmetric about the axis has roots on it
         return False
     margin = 1e-6 * (along.high - along.low)
     taken = [(c.interval[0] - margin, c.interval[1] + margin) for p in places for c in p]

@@ -6,6 +6,7 @@ import pytest
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
+from tests.known import coupled
 
 RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]
 
@@ -190,3 +191,18 @@ def test_a_real_root_overtakes_a_pair_just_after_another_pair_has_met(high, gap,
     assert point.mu == pytest.approx(hands, rel=1e-11 if leads else 1e-9)
     assert point.interval[0] <= hands * (1 + 1e-15)
     assert point.interval[1] >= hands * (1 - 1e-15)
+
+
+@pytest.mark.parametrize("high", [10.0, 1e4, 1e9, 1e12])
+@pytest.mark.parametrize("damping", [0.0, 0.02])
+def test_thresholds_of_small_systems_are_told_to_rounding_on_every_range(high, damping):
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3); with damping c flutter where Im lambda^2 = c omega."""
+
+    def system(mu):
+        return np.eye(2), damping * np.eye(2), coupled(mu)[2]
+
+    (crossing,) = thresholds(system, high).crossings
+    at = 0.75 * (1 + 2 * damping**2)
+    assert crossing.mu == pytest.approx(at, rel=1e-9)
+    assert crossing.interval[0] <= at * (1 + 1e-15)
+    assert at * (1 - 1e-15) <= crossing.interval[1] <= crossing.interval[0] + 1e-9

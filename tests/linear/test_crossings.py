@@ -41,37 +41,6 @@ def assert_crossings(found, expected, rel=1e-8):
         assert c.frequency_hz == pytest.approx(frequency, rel=1e-5, abs=1e-9)
 
 
-def random_blocks(rng, n, damped):
-    """Blocks of coupled modes with random thresholds, one falling stiffness if n is odd."""
-    pairs = n // 2
-    at, w = rng.uniform(0.05, 0.95, pairs), rng.uniform(1, 30, pairs)
-    blocks = [coupled(w[k], at[k], 0.05 * w[k] ** 2) for k in range(pairs)]
-    c = 2 * rng.uniform(0.002, 0.05, pairs) * w if damped else np.zeros(pairs)
-    # damped: lambda^2 + c lambda + w^2 +- i e sqrt(mu/at - 1) = 0 with lambda = i w
-    mu = at * (1 + (c / (0.05 * w)) ** 2)
-    expected = [(mu[k], "flutter", "up", w[k] / (2 * np.pi)) for k in range(pairs) if mu[k] < 1]
-    if n % 2:
-        blocks.append(lambda mu: np.array([[50 - 100 * mu]]))
-        expected.append((0.5, "divergence", "up", 0.0))
-    damping = [*c, 0.1][: len(blocks)] if damped else None
-    T = rng.normal(size=(n, n)) + 2 * np.eye(n)
-    return assembled(blocks, T, damping), sorted(expected)
-
-
-@pytest.mark.parametrize("n", [4, 5, 6, 7, 9, 12, 17, 30])
-def test_random_blocks_without_damping(n):
-    for seed in range(2):
-        system, expected = random_blocks(np.random.default_rng([n, seed]), n, False)
-        assert_crossings(crossings(system, 1.0), expected)
-
-
-@pytest.mark.parametrize("n", [4, 5, 6, 7, 9, 16])
-def test_random_blocks_with_damping(n):
-    for seed in range(2):
-        system, expected = random_blocks(np.random.default_rng([n, seed]), n, True)
-        assert_crossings(crossings(system, 1.0), expected)
-
-
 def test_what_happens_while_other_modes_grow_is_listed():
     blocks = [coupled(1.5, 0.25, 0.4), coupled(5.0, 0.5, 3.0), lambda mu: np.array([[1 - mu]])]
     found = crossings(assembled(blocks, np.eye(5)), 1.2)
@@ -190,16 +159,3 @@ def test_divergent_roots_that_join_cross_nothing():
         found = thresholds(system, 2.0)
         assert found.crossings == []
         assert [(p.kind, round(p.mu, 9)) for p in found.points] == [("flutter", 1.0)]
-
-
-def test_jump_at_a_breakpoint(mode_coupling):
-    found = crossings(lambda mu: mode_coupling(mu if mu < 0.5 else 2 * mu), 2.0, [0.5])
-    assert [(c.mu, c.kind, c.direction, c.interval) for c in found] == [
-        (0.5, "flutter", "up", (0.5, 0.5))
-    ]
-
-
-def test_records_read_like_sentences(mode_coupling):
-    found = thresholds(mode_coupling, 2.0)
-    assert str(found.crossings[0]) == "flutter up at mu = 0.75, 0.225079 Hz"
-    assert str(found.points[0]) == "flutter at mu = 0.75, 0.225079 Hz"

@@ -1,10 +1,11 @@
-"""Thresholds of random damped systems: intervals hold the place that 40 digits give."""
+"""Intervals hold the threshold of closed forms and 40 digits; nothing is certified away."""
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 from squeal.linear import Crossing, thresholds
+from squeal.linear.matrices import EPS
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
@@ -75,3 +76,69 @@ def test_intervals_hold_a_threshold_of_no_slope(kind, n, power, mixed):
     assert low <= 0.45 <= high
     assert low <= one.mu <= high
     assert high - low < 0.02 or power == 5
+
+
+def unimodular(n, rng):
+    """An integer matrix of determinant one."""
+    X = np.eye(n)
+    for _ in range(3):
+        for triangle in (np.tril, np.triu):
+            entries = rng.integers(-1, 2, (n, n)) * (rng.random((n, n)) < 0.08)
+            X = X @ (np.eye(n) + triangle(entries, -1 if triangle is np.tril else 1))
+    return X
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_intervals_hold_the_thresholds_of_systems_mixed_by_integers(seed):
+    """Oscillators that lose their damping or stiffness, of numbers with so few bits that mixing
+    rounds nothing: their closed forms are exact."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(20, 26))
+    L, R = unimodular(n, rng), unimodular(n, rng)
+    k, c, slope = np.round(rng.uniform((16, 0.1, 4), (100, 0.4, 60), (n, 3)).T * 256) / 256
+    damped = rng.random(n) < 0.5
+    moved = np.where(damped, np.round(slope) / 256, slope)
+    diagonals = (np.ones(n), c, -moved * damped, k, -moved * ~damped)
+    M, C0, C1, K0, K1 = (L @ np.diag(d) @ R for d in diagonals)
+    whole = L.astype(int).astype(object) @ np.diag((256 * k).astype(int)) @ R.astype(int)
+    assert np.array_equal(256 * K0, whole.astype(float))
+    mu = Formula("mu")
+    C, K = (Term(C0), Term(C1, mu)), (Term(K0), Term(K1, mu))
+    found = thresholds(TermSystem((Term(M),), C, K), 2.0)
+    expected = np.sort(np.where(damped, c, k) / moved)
+    expected = expected[expected < 2.0]
+    assert len(found.crossings) == len(expected) > 0
+    for one, at in zip(found.crossings, expected, strict=True):
+        assert one.interval[0] <= at * (1 + EPS)
+        assert at * (1 - EPS) <= one.interval[1] <= one.interval[0] + 1e-5
+
+
+@pytest.mark.parametrize("tiny", [1e-8, 1e-10, 1e-12, 1e-13, 1e-14, 1e-16])
+def test_growth_that_rounding_hides_is_not_certified_away(tiny):
+    """Damping 2 tiny (0.7 - mu) of the first of three mixed modes."""
+    T = np.eye(3) + 0.3 * np.random.default_rng(1).normal(size=(3, 3))
+    diagonals = [1.0, 1, 1], [1.4 * tiny, 0.1, 0.2], [-2 * tiny, 0, 0], [1.0, 4, 9]
+    M, C0, C1, K = (Term(T.T @ np.diag(d) @ T) for d in diagonals)
+    found = thresholds(TermSystem((M,), (C0, Term(C1.matrix, Formula("mu"))), (K,)), 2.0)
+    if found.certified or tiny > 1e-13:
+        (one,) = found.crossings
+        assert one.direction == "up"
+        assert one.interval[0] <= 0.7 <= one.interval[1]
+    assert found.certified == (tiny > 1e-11)
+
+
+@pytest.mark.parametrize("free", [1, 3])
+def test_free_motions_cost_no_further_eigensolutions(free):
+    """Modes that flutter in windows, beside motions that nothing acts on."""
+    rng = np.random.default_rng(1)
+    k, T = rng.uniform(1, 100, 14), np.eye(14) + 0.3 * rng.normal(size=(14, 14))
+    K1 = 0.3 * rng.normal(size=(14, 14)) + np.diag(15 * rng.normal(size=14))
+    states = []
+    for n in (14 - free, 14):
+        some = np.arange(14) < 14 - free
+        M, K0, K = np.eye(14), np.diag(k * some), K1 * np.outer(some, some)
+        M, K0, K = ((T.T @ X @ T)[:n, :n] if n == 14 else X[:n, :n] for X in (M, K0, K))
+        found = thresholds(TermSystem((Term(M),), (), (Term(K0), Term(K, Formula("mu")))), 1.0)
+        assert found.certified
+        states.append(len(found.searched[0].line.states))
+    assert states[1] <= 1.2 * states[0]

@@ -25,35 +25,6 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
         assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-7, abs=1e-7)
 
 
-def rotor(discs, speed):
-    """A flexible shaft with internal damping: it whirls from a known speed on.
-
-    In complex coordinates r = x + i y: m r'' + (c_e + c_i) r' + (k - i speed c_i) r = 0 with the
-    chain's modes, so that each is lost at speed = w (1 + c_e / c_i), Jeffcott's formula.
-    """
-    k = 1e6 * (2 * np.eye(discs) - np.eye(discs, k=1) - np.eye(discs, k=-1))
-    internal, external = 1e-4 * k, 3.0 * np.eye(discs)
-    zero = np.zeros((discs, discs))
-    C = np.block([[internal + external, zero], [zero, internal + external]])
-    K = np.block([[k, speed * internal], [-speed * internal, k]])
-    return np.eye(2 * discs), C, K
-
-
-def test_a_rotor_is_lost_at_the_speeds_of_jeffcotts_formula():
-    n = 15
-    found = thresholds(lambda speed: rotor(n, speed), 1500.0)
-    squares = 1e6 * (2 - 2 * np.cos(np.pi * np.arange(1, n + 1) / (n + 1)))
-    lost = np.sqrt(squares) * (1 + 3.0 / (1e-4 * squares))
-    lost = np.sort(lost[lost < 1500.0])
-    assert len(lost) > 5
-    assert [c.mu for c in found.crossings] == pytest.approx(lost, rel=1e-11)
-    assert all(c.direction == "up" for c in found.crossings)
-    assert found.certified is not False
-    (first,) = found.points
-    assert first.converged
-    assert first.mu == pytest.approx(lost[0], rel=1e-11)
-
-
 @pytest.mark.parametrize("order", [1, 2, 3])
 @pytest.mark.parametrize(("sign", "ends"), [(1.0, None), (1.0, 0.7), (-1.0, 0.7)])
 def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sign, ends, rng):
@@ -112,21 +83,3 @@ def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
     mixed[3] = mixed[2]
     with pytest.raises(InputError, match="regular"):
         thresholds(lambda mu: (mixed, None, K0 + mu * K1), 2.0)
-
-
-@pytest.mark.parametrize("jump", [None, 0.5])
-@pytest.mark.parametrize("high", [1.0, 3.0])
-def test_a_growing_pair_that_becomes_two_real_roots_is_flutter_before(jump, high):
-    # x'' - 2 (p - 0.2) x' + (1 - 0.3 p) x = 0: a pair until (p - 0.2)^2 = 1 - 0.3 p
-    def system(p):
-        damping = 0.4 if jump is not None and p < jump else -2 * (p - 0.2)
-        return np.eye(1), np.array([[damping]]), np.array([[1 - 0.3 * p]])
-
-    found = thresholds(system, high, [] if jump is None else [jump])
-    expected = [("flutter", jump or 0.2)]
-    if high > 1.1:
-        expected.append(("divergence", (0.1 + np.sqrt(3.85)) / 2))
-    assert [p.kind for p in found.points] == [kind for kind, _ in expected]
-    for point, (_, mu) in zip(found.points, expected, strict=True):
-        assert point.mu == pytest.approx(mu, rel=1e-9)
-    assert [(c.kind, c.direction) for c in found.crossings] == [("flutter", "up")]

@@ -75,7 +75,6 @@ def test_divergence_that_friction_ends_is_no_gain_margin():
         (one,) = loop.thresholds(2.0)
         assert (one.kind, one.direction, one.frequency_hz) == ("divergence", "down", 0.0)
         assert one.mu == pytest.approx(0.5, rel=1e-14)
-        assert loop.verdict_at_start(2.0) == "divergence"
         with pytest.raises(ComputationError, match="grows from mu = 0 on"):
             loop.critical_friction(2.0)
 
@@ -86,19 +85,6 @@ def test_divergence_that_friction_starts():
         one = loop.critical_friction(2.0)
         assert (one.kind, one.direction) == ("divergence", "up")
         assert one.mu == pytest.approx(0.5, rel=1e-14)
-
-
-def test_flutter_that_starts_and_ends(mode_coupling):
-    # half difference squared of the roots: (1 - mu)^2 - 1/4 with a friction term of rank one
-    K1 = np.array([[1.0, -1.0], [1.0, -1.0]])
-    K0 = np.array([[1.0, 1.0], [-1.0, 3.0]]) + 2 * np.eye(2)
-    system = lambda mu: (np.eye(2), None, K0 - 0.5 * np.diag([1, -1]) + mu * K1)  # noqa: E731
-    squares = lambda mu: np.linalg.eigvals(system(mu)[2])  # noqa: E731
-    loop = _loop(system)
-    for one in loop.thresholds(4.0):
-        assert np.abs(np.diff(squares(one.mu))) < 1e-6
-        beside = [np.iscomplexobj(squares(one.mu + d)) for d in (-1e-6, 1e-6)]
-        assert beside == ([False, True] if one.direction == "up" else [True, False])
 
 
 def test_a_rigid_body_beside_the_loop(mode_coupling):
@@ -120,25 +106,12 @@ def test_python_control_finds_the_same_margin_with_damping(mode_coupling):
         assert loop.critical_friction(2.0).mu == pytest.approx(margin, rel=1e-9)
 
 
-def test_undamped_margin_comes_from_the_breakaway_point(mode_coupling):
-    loop = _loop(mode_coupling)
-    assert loop.critical_friction(2.0).mu == pytest.approx(0.75, rel=1e-12)
-    assert loop.critical_friction(0.7) is None
-
-
-def test_poles_and_root_locus_are_the_eigenvalues(rng):
+def test_poles_of_the_closed_loop_are_the_eigenvalues(rng):
     system = _random(rng, 3, 0.3)
-    loop = _loop(system)
-    mus = [0.0, 0.3, 1.1]
-    locus = loop.root_locus(mus)
-    assert locus.gains == pytest.approx(mus)
-    for k, mu in enumerate(mus):
-        expected = complex_eigenvalues(*system(mu)).values
-        size = np.abs(expected).max()
-        for poles in (locus.loci[k], loop.closed(mu).poles()):
-            distance = np.abs(np.asarray(poles)[:, None] - expected[None, :])
-            assert distance.min(axis=0).max() < 1e-9 * size
-            assert distance.min(axis=1).max() < 1e-9 * size
+    for mu in (0.0, 0.3, 1.1):
+        expected, poles = complex_eigenvalues(*system(mu)).values, _loop(system).closed(mu).poles()
+        distance = np.abs(np.asarray(poles)[:, None] - expected)
+        assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 1e-8
 
 
 def test_static_gain_of_the_plant(mode_coupling):

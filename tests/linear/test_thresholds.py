@@ -71,13 +71,6 @@ def test_random_pads_to_nine_digits(rng):
     assert checked > 20
 
 
-def test_mode_coupling(mode_coupling):
-    (point,) = critical_points(mode_coupling, 2.0)
-    assert point.kind == "flutter"
-    assert point.mu == pytest.approx(0.75, rel=1e-14)
-    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-14)
-
-
 @pytest.mark.parametrize("n", [2, 3, 5])
 @pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-5])
 def test_narrow_windows_are_found(n, width):
@@ -103,11 +96,6 @@ def test_divergence_window():
     assert _kinds(points) == ["divergence", "restabilised"]
     assert [p.mu for p in points] == pytest.approx([1.0, 1.5], rel=1e-14)
     assert [p.frequency_hz for p in points] == [0.0, 0.0]
-
-
-def test_flutter_that_starts_at_once():
-    points = critical_points(lambda mu: (I2, None, [[2, mu], [-mu, 2]]), 1.0)
-    assert [(p.mu, p.kind) for p in points] == [(0.0, "flutter")]
 
 
 def test_exchange_of_growth_rates():
