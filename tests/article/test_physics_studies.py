@@ -8,7 +8,6 @@ import pytest
 from squeal.article.figures import accuracy as accuracy_figure
 from squeal.article.figures import energy as energy_figure
 from squeal.article.figures import line_springs as springs_figure
-from squeal.article.findings.work import contact_work
 from squeal.article.studies import accuracy as accuracy_study
 from squeal.article.studies import energy as energy_study
 from squeal.article.studies import extreme as extreme_study
@@ -17,7 +16,7 @@ from squeal.article.studies.__main__ import main
 from squeal.article.studies.accuracy import Accuracy, compare_times
 from squeal.article.studies.energy import Stay
 from squeal.article.studies.extreme import Case, Extreme, Outcome
-from squeal.simulation import Simulation, simulate
+from squeal.simulation import Simulation
 from squeal.simulation.reference import reference
 from tests.conftest import HAMMERING as SCENES
 from tests.conftest import hammering_scene, needs_heyoka
@@ -48,18 +47,6 @@ def test_a_law_with_a_potential_that_feeds_energy_in_stops_the_build(energy):
     assert "open" in dataclasses.replace(energy, motions={"b1-c": opened}).wrong
 
 
-def test_spans_are_those_of_a_simulation():
-    """Second method: peak, changes of contact and time apart from the run of the longer scene."""
-    own = hammering_scene("b2-c")
-    (one,) = energy_study.spans(own, contact_work(own), (3,))
-    wanted = ("events", "shares", "extrema")
-    run = simulate(dataclasses.replace(own, stop=3 * own.stop, outputs=wanted))
-    changes = np.array([event.t for event in run.events])
-    assert one.pause * own.stop == pytest.approx(np.diff(changes).max(), rel=1e-6)
-    assert one.apart == pytest.approx(run.shares["SS"], rel=1e-6)
-    assert one.peak == pytest.approx(run.extrema["Rn"][1], rel=1e-6)
-
-
 def test_many_springs_move_as_the_line_does_ever_nearer():
     """A motion in partial contact: springs are a midpoint rule, whose error falls as 1/N^2."""
     own = hammering_scene("b2-b")
@@ -75,7 +62,7 @@ def test_many_springs_move_as_the_line_does_ever_nearer():
 
 def test_the_springs_figure_draws_every_number_of_springs(monkeypatch):
     monkeypatch.setattr(springs_study, "COUNTS", (2, 4))
-    found = springs_study.LineSprings({"b": springs_study.case(hammering_scene("b2-b"))}, 1.0, 2.0)
+    found = springs_study.LineSprings({"b": springs_study.case(hammering_scene("b2-b"))}, 1.0)
     lost = springs_figure.springs_figure(found).axes[0].get_lines()[0]
     springs = [one for one in found.cases["b"].springs if isinstance(one, springs_study.Contact)]
     assert np.array_equal(lost.get_ydata(), [one.lost for one in springs])

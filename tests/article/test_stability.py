@@ -10,20 +10,20 @@ from squeal.article.figures import angle_maps, coupling, modes
 from squeal.article.records import Missing
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.quasi_static import quasi_static
-from squeal.article.studies.stability import Branch, Stability, branch, examined, fit, frozen
+from squeal.article.studies.stability import Branch, Stability, branch, examined
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.io.scene import Scene
-from squeal.linear import verdict
 from squeal.plots.parts import LARGEST
 from tests import naive
 from tests.conftest import SCENES, random_pad, scene_of
+from tests.simulation.growth import fit
 
 STEMS = ("b1-a", "b2-c", "b2-d")
 
 
 @pytest.fixture(scope="module")
 def found():
-    return Stability(tuple(examined(name, scene_of(name)) for name in STEMS), {})
+    return Stability(tuple(examined(name, scene_of(name)) for name in STEMS))
 
 
 def exact_stiffness(scene, mu, at):
@@ -67,20 +67,6 @@ def test_a_branch_is_followed_up_to_its_fold():
     assert one.thresholds[-1].kind == "fold"
     assert one.fold * (1 - 2e-9) < one.mu[-1] < one.fold
     assert isinstance(branch(Scene("B2", random_pad(1, "B2", k1=0.0, k2=0.0))), Missing)
-
-
-@pytest.mark.parametrize("rows", [3, 2])
-def test_verdicts_of_a_frozen_equilibrium_change_at_its_thresholds(rows):
-    scene = Scene("B2", random_pad(10, "B2"))
-    at, _ = sliding_equilibrium(scene.pad_model)
-    for one in frozen(scene, at, rows):
-        sides = []
-        for mu in (one.mu * (1 - 1e-6), one.mu * (1 + 1e-6)):
-            masses, K = exact_stiffness(scene, mu, at)
-            K = np.array(K.tolist(), dtype=float)[:rows, :rows]
-            sides.append(verdict(np.diag(masses[:rows]), None, K))
-        assert one.kind in sides
-        assert (sides[1] == one.kind) == (one.direction == "up")
 
 
 def test_mode_shapes_solve_the_eigenvalue_problem(found):

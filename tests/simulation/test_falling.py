@@ -9,7 +9,6 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.sensitivity import eigenvalue_sensitivities
-from squeal.article.studies.stability import fit
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
@@ -21,6 +20,7 @@ from squeal.simulation.hybrid import LIMITS
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
 from tests.simulation.closed import assert_moves_so
+from tests.simulation.growth import fit
 
 LAW = {"mu_s": 0.9, "mu_k": 0.3, "v_ref": 4.0}
 

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from squeal.article.cases import CASES
 from squeal.article.studies.map_ranges import MapRanges
 from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
@@ -23,19 +24,19 @@ def map_ranges_figure(found: MapRanges) -> Figure:
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"
-            parts.mark(shape, {c: (m.alpha1, m.alpha2) for c, m in found.members.items()}, np.pi)
+            parts.mark(shape, CASES, np.pi)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
             parts.angle_axes_of_pi(shape)
             if column:
                 shape.set_ylabel("")
-            shape.legend(loc="lower left", fontsize=7)
+            shape.legend(loc="lower left", fontsize=8)
             share.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
             share.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
-            share.plot(sweep.values, sweep.signs, "k--", label="signs followed")
+            share.plot(sweep.values, sweep.signs, "k--", label="correct signs")
             label = "equilibrium on the branch"
             share.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
             share.plot(
-                sweep.sparse, sweep.kept, "s-", color="#6A1B7B", ms=3, label="kept equilibrium"
+                sweep.sparse, sweep.stable, "s-", color="#6A1B7B", ms=3, label="stable equilibrium"
             )
             share.axvline(sweep.own, color="0.5", lw=0.6, zorder=0)
             share.set_title(f"({'def'[column]})", loc="left", pad=3.0)
@@ -54,12 +55,10 @@ def map_ranges_figure(found: MapRanges) -> Figure:
 def draw(found: MapRanges) -> Drawing:
     """The figure, ready to be saved."""
     low, high = (100 * v for v in (found.printed.low, found.printed.high))
-    lies = ", ".join(f"({case}) {member.own}" for case, member in found.members.items())
     text = (
         "Upper row: outlines over the two spring angles of the area in which the conditions "
         "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
-        "marked: "
-        f"{lies}. Lower row: shares of the map over the same parameters. Over all {found.pads} "
+        f"marked. Lower row: shares of the map over the same parameters. Over all {found.pads} "
         f"pads the printed conditions hold on {low:.1f} to {high:.1f} % of the map; grey bands "
         "show that range at each value."
     )

@@ -133,9 +133,6 @@ def fed_by_the_law(study: Study) -> Measured:
             f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
             f"{case.second.high:.2f} and changes sides {case.swings} times"
         )
-        if len(works.cycles):
-            mean = np.mean(works.cycles)
-            text += f"; {mean:+.2g} J from one loss of contact to the next, on average"
         text += "."
     return Measured(numbers, text)
 

@@ -1,6 +1,5 @@
 """Complex eigenvalues of the article's four cases by python-control, for the report's table."""
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Annotated
 import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import critical_friction
 from squeal.article.records import Missing, Record, Result
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
@@ -17,9 +15,6 @@ from squeal.linear.loop import state_matrices
 from squeal.model.equations import Linearisation
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
-
-FACTORS = (0.5, 1.0, 2.0)  # of k_c: softer and stiffer contact
-MU_MAX = 1.0
 
 
 class Pole(Record):
@@ -34,10 +29,8 @@ class Pole(Record):
 class EquilibriumPoles(Record):
     """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
 
-    free: the reaction (N) without friction; flutter: by factors of k_c, the least friction
-    up to `mu_max` at which the equilibrium begins to flutter, None if it does not.
-    apart: greatest distance of an own eigenvalue from the nearest of python-control's, over the
-    greatest magnitude.
+    free: the reaction (N) without friction; apart: greatest distance of an own eigenvalue from the
+    nearest of python-control's, over the greatest magnitude.
     """
 
     contact: str
@@ -46,7 +39,6 @@ class EquilibriumPoles(Record):
     theta: float
     poles: tuple[Pole, ...]
     verdict: str
-    flutter: dict[str, float | None]
     apart: Annotated[float, ".2g"]
 
 
@@ -54,7 +46,6 @@ class Eigenvalues(Result):
     """By name of the scene; a scene without steady sliding has the reason."""
 
     scenes: dict[str, EquilibriumPoles | Missing]
-    mu_max: float
 
 
 def poles(system: Linearisation) -> tuple[Pole, ...]:
@@ -85,23 +76,10 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     return tuple(sorted(found, key=lambda p: (p.imag, p.real)))
 
 
-def _with(scene: Scene, **changes: float) -> Scene:
-    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
-
-
-def flutter(scene: Scene) -> float | None:
-    """The least friction up to `MU_MAX` at which the equilibrium begins to flutter, or None."""
-    try:
-        found = critical_friction(scene, MU_MAX).points
-    except ComputationError:
-        return None
-    return next((point.mu for point in found if point.kind == "flutter"), None)
-
-
 def examined(scene: Scene) -> EquilibriumPoles | Missing:
     """Equilibrium, poles and verdict of a scene, or the reason why there is none."""
     try:
-        found, still = analyse(scene), analyse(_with(scene, mu=0.0))
+        found, still = analyse(scene), analyse(scene.replace(mu=0.0))
     except ComputationError as error:
         return Missing(str(error))
     rows = poles(found.matrices)
@@ -109,13 +87,12 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
     both = np.concatenate([upper, upper.conj()])
     own = np.array([e.value for e in found.spectrum.eigenvalues])
     apart = max(float(np.abs(both - s).min()) for s in own) / float(np.abs(own).max())
-    onset = {f"{by:g}": flutter(_with(scene, k_c=by * scene.pad.k_c)) for by in FACTORS}
     assert found.R_n is not None
     assert still.R_n is not None  # of the line that all these scenes have
     rest = (found.contact, found.R_n, still.R_n, found.q[2])
-    return EquilibriumPoles(*rest, rows, found.judgement.verdict, onset, apart)
+    return EquilibriumPoles(*rest, rows, found.judgement.verdict, apart)
 
 
 def study(files: Sequence[Path]) -> Eigenvalues:
     """The poles of each scene given."""
-    return Eigenvalues({file.stem: examined(read_scene(file)) for file in files}, MU_MAX)
+    return Eigenvalues({file.stem: examined(read_scene(file)) for file in files})

@@ -4,24 +4,21 @@ Those of line contact run under both laws, the printed one and the integral one.
 """
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.claims import measure
-from squeal.article.findings.work import Works, contact_work
+from squeal.article.findings.work import contact_work
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.model.states import NONE
 
 SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")
 MOST = 800  # points of a curve
-WINDOWS, LONG = (1, 3), 10  # times in that of the scene; the last of motions that are drawn
 
 
 LineForce = Literal["integral", "mean"]
@@ -45,34 +42,13 @@ class Stay(Record):
     fed: float
 
 
-class Span(Record):
-    """A motion from its start over so many times the time of its scene.
-
-    friction, law: works at the end; most: the greatest of friction so far; kinetic: the greatest;
-    peak: of the first signal over F_n (F3 or Rn); apart: share of the time without any contact;
-    calm: greatest late acceleration over the greatest; pause: longest time between two changes of
-    contact, over that of the scene.
-    """
-
-    windows: int
-    friction: float
-    most: float
-    law: float
-    kinetic: float
-    peak: float
-    apart: float
-    calm: float
-    pause: float
-
-
 class Motion(Record):
     """A motion under one contact law.
 
     friction, load, law: works at the end, that of the law beyond what its potential gives back;
     kinetic: the greatest kinetic energy; residue: how far the balance of all works is from closing,
     over it; stays: all in partial contact; curves: t (ms) and kinetic and elastic energy (of
-    springs and contact) and works so far, for the motions that are drawn; spans: the motion over
-    the time of the scene and longer.
+    springs and contact) and works so far, for the motions that are drawn.
     """
 
     friction: float
@@ -82,7 +58,6 @@ class Motion(Record):
     residue: Annotated[float, ".1g"]
     stays: tuple[Stay, ...]
     curves: dict[str, tuple[float, ...]]
-    spans: tuple[Span, ...]
 
     def fed(self, sign: int) -> list[float]:
         """What was fed in during the stays that gain (sign 1) or lose (-1), without rounding."""
@@ -91,13 +66,9 @@ class Motion(Record):
 
 
 class Energy(Result):
-    """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral.
-
-    own: the names of those under the scenes' own laws.
-    """
+    """By name of the scene, that of line contact with its law: b1-c, b2-c-mean, b2-c-integral."""
 
     motions: dict[str, Motion | Missing]
-    own: tuple[str, ...]
 
     @property
     def wrong(self) -> str:
@@ -118,39 +89,12 @@ def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
     return {key: tuple(values[chosen].tolist()) for key, values in course.items()}
 
 
-def spans(scene: Scene, own: Works, windows: Sequence[int]) -> Iterator[Span]:
-    """A motion over some times in that of its scene, up to that in which the model ends.
-
-    own: its works over the time of the scene.
-    """
-    assert scene.stop is not None
-    for count in windows:
-        longer = dataclasses.replace(scene, stop=count * scene.stop)
-        try:
-            works, case = own if count == 1 else contact_work(longer), measure(longer)
-        except ComputationError:
-            return
-        changes = np.unique([t for stay in works.excursions for t in (stay.start, stay.stop)])
-        yield Span(
-            windows=count,
-            friction=works.friction,
-            most=float(works.course.friction.max()),
-            law=works.fed,
-            kinetic=works.kinetic,
-            peak=case.first.high,
-            apart=case.shares.get(NONE, 0.0),
-            calm=case.calm,
-            pause=float(np.diff(changes).max(initial=0.0)) / scene.stop,
-        )
-
-
 def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
     """The energies of a scene's motion; the reason where the model ends."""
     try:
         works = contact_work(scene)
     except ComputationError as error:
         return Missing(str(error))
-    windows = (*WINDOWS, LONG) if shown and scene.model == "B2" else WINDOWS
     c = works.course
     rest = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
     curves = {"t": 1e3 * c.t, "kinetic": c.kinetic, "elastic": c.springs + c.contact}
@@ -163,7 +107,6 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         residue=float(np.ptp(rest)) / works.kinetic,
         stays=tuple(Stay(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
         curves=_curves(curves) if shown else {},
-        spans=tuple(spans(scene, works, windows)),
     )
 
 
@@ -182,12 +125,5 @@ def under_both_laws(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 def study(files: Sequence[Path]) -> Energy:
     """The motions of the eight scenes of models B1 and B2."""
-    given = read_scenes(files, HISTORY_FIGURES, "simulate")
-    scenes = under_both_laws(given)
-    return Energy(
-        motions={name: motion(scene, name in SHOWN) for name, scene in scenes.items()},
-        own=tuple(
-            name if one.model == "B1" else f"{name}-{one.formulation.line_force}"
-            for name, one in given.items()
-        ),
-    )
+    scenes = under_both_laws(read_scenes(files, HISTORY_FIGURES, "simulate"))
+    return Energy({name: motion(scene, name in SHOWN) for name, scene in scenes.items()})

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import branch_system
-from squeal.analysis.thresholds import critical_friction
 from squeal.article.records import Missing, Record, Result, Share
 from squeal.article.studies._scenes import read_cases
 from squeal.errors import ComputationError
@@ -20,9 +18,7 @@ from squeal.model.contact import Formulation
 from squeal.simulation import Simulation, simulate
 
 COUNTS = (2, 3, 4, 6, 8, 16, 32)
-FEW = (2, 8)  # springs whose thresholds are sought
 SAMPLES = 401
-MU_MAX = 2.0
 
 
 class Contact(Record):
@@ -41,32 +37,18 @@ class Contact(Record):
     off: float
 
 
-class Threshold(Record):
-    """A change of verdict along the branch from mu = 0."""
-
-    mu: float
-    kind: str
-
-
 class Case(Record):
-    """A case of the angles. partial: some equilibrium of its branch is in partial contact.
-
-    thresholds: of the line ("0") and of some numbers of springs, which all are the line's where
-    the branch stays in full contact.
-    """
+    """A case of the angles: the motion on the line, and on each number of springs."""
 
     line: Contact | Missing
     springs: tuple[Contact | Missing, ...]
-    partial: bool
-    thresholds: dict[str, tuple[Threshold, ...]]
 
 
 class LineSprings(Result):
-    """By case; stop: of the motions (ms), mu_max: of the branches."""
+    """By case; stop: of the motions (ms)."""
 
     cases: dict[str, Case]
     stop: float
-    mu_max: float
 
 
 def on_springs(scene: Scene, count: int) -> Scene:
@@ -106,13 +88,8 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     return Contact(count, *told, apart)
 
 
-def _thresholds(scene: Scene) -> tuple[Threshold, ...]:
-    points = critical_friction(scene, MU_MAX).points
-    return tuple(Threshold(point.mu, point.kind) for point in points)
-
-
 def case(scene: Scene) -> Case:
-    """Motions and thresholds on springs and on the line."""
+    """Motions on springs and on the line."""
     line = _run(scene, 0)
     runs = {count: _run(scene, count) for count in COUNTS}
     found = {
@@ -121,13 +98,9 @@ def case(scene: Scene) -> Case:
         else run
         for count, run in runs.items()
     }
-    _, path = branch_system(on_springs(scene, 0), MU_MAX)
-    partial = path is not None and not all(map(all, path.states))
     return Case(
         _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
         tuple(one for one in found.values() if not isinstance(one, Simulation)),
-        partial,
-        {str(n): _thresholds(on_springs(scene, n)) for n in (0, *(FEW if partial else ()))},
     )
 
 
@@ -138,5 +111,4 @@ def study(files: Sequence[Path]) -> LineSprings:
     return LineSprings(
         cases={name: case(scene) for name, scene in scenes.items()},
         stop=1e3 * stop,
-        mu_max=MU_MAX,
     )

@@ -1,10 +1,5 @@
-"""Stability over friction: along the branch of equilibria, with it frozen, with rotation locked.
+"""Eigenvalues along the branch of equilibria, and mode shapes at the scenes' friction."""
 
-Beside the thresholds stand the mode shapes at the scenes' friction, and growth rates fitted to
-simulations.
-"""
-
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,28 +7,18 @@ from typing import Any
 import numpy as np
 
 from squeal import linear
-from squeal.analysis.eigenvalues import analyse, at_equilibrium, branch_system, held_system
+from squeal.analysis.eigenvalues import analyse, branch_system
 from squeal.analysis.modes import shapes_of_pad, values_of_mu
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
-from squeal.equilibrium import Path as Equilibria
-from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.simulation.hybrid import integrate
-from squeal.simulation.observers import Samples
-from squeal.simulation.run import in_natural_units, make_integrator
 
 MU_MAX = 1.0
-HELD_MAX = 2.0  # of thresholds about the frozen equilibrium
 SWEEP = 101
-FITTED = ("b1-a", "b2-c")  # a pad that never grows, and one that flutters
-FITS = 12  # values of friction at which growth is fitted
-DISPLACEMENT = 1e-6  # of a fitted motion's natural length: small enough to be linear
-PERIODS, SAMPLES = 8, 400  # of a fitted motion
 ROUNDING = 1e-9  # of the greatest imaginary part: real parts below are none
 
 Row = tuple[float, ...]
@@ -75,14 +60,6 @@ class Branch(Record):
         return bool(np.abs(self.real).max() > ROUNDING * np.abs(self.imag).max())
 
 
-class Crossing(Record):
-    """Where a pair (flutter) or real root (divergence) starts (up) or ceases (down) to grow."""
-
-    mu: float
-    kind: str
-    direction: str
-
-
 class ModeShape(Record):
     """Shape (x, y, w theta), its largest part 1, of one pair of eigenvalues."""
 
@@ -106,11 +83,7 @@ class Modes(Record):
 
 
 class SceneStability(Record):
-    """All of one scene; w, h in m. What does not exist without steady sliding has the reason.
-
-    frozen: thresholds of the equilibrium of the scene's friction; locked: with the rotation locked
-    as well.
-    """
+    """All of one scene; w, h in m. What does not exist without steady sliding has the reason."""
 
     name: str
     model: str
@@ -118,27 +91,14 @@ class SceneStability(Record):
     w: float
     h: float
     branch: Branch | Missing
-    frozen: tuple[Crossing, ...] | Missing
-    locked: tuple[Crossing, ...] | Missing
     equilibrium: Modes | Missing
 
 
-class Growth(Record):
-    """Eigenvalues fitted to simulations: at how many frictions, and their greatest relative
-    difference from those predicted."""
-
-    count: int
-    apart: float
-
-
 class Stability(Result):
-    """The scenes; mu_max: where branches end; held_max: up to which thresholds of frozen equilibria
-    are sought."""
+    """The scenes; mu_max: where branches end."""
 
     scenes: tuple[SceneStability, ...]
-    growth: dict[str, Growth]
     mu_max: float = MU_MAX
-    held_max: float = HELD_MAX
 
 
 def _nested(values: np.ndarray) -> Any:
@@ -171,18 +131,6 @@ def branch(scene: Scene) -> Branch | Missing:
     )
 
 
-def frozen(scene: Scene, at: Equilibrium, rows: int) -> tuple[Crossing, ...]:
-    """Thresholds over 0 < mu <= HELD_MAX about one equilibrium; two rows: without rotation."""
-    free = held_system(scene, at)
-
-    def system(mu: float) -> linear.Matrices:
-        M, C, K = (np.asarray(matrix)[:rows, :rows] for matrix in free(mu))
-        return M, C, K
-
-    found = linear.crossings(free if rows == 3 else system, HELD_MAX)
-    return tuple(Crossing.of(one) for one in found if one.mu > 0.0)
-
-
 def modes(scene: Scene, at: Equilibrium) -> Modes:
     """Pose and mode shapes at the scene's equilibrium."""
     found, pad = analyse(scene), scene.pad
@@ -199,68 +147,12 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
 def examined(name: str, scene: Scene) -> SceneStability:
     """All of one scene."""
     at, how = sliding_equilibrium(scene.pad_model)
-    held: Any = dict.fromkeys(("frozen", "locked", "equilibrium"), Missing(how))
-    if at is not None:
-        held = {"frozen": frozen(scene, at, 3), "locked": frozen(scene, at, 2)}
-        held["equilibrium"] = modes(scene, at)
-    return SceneStability.of(scene, scene.pad, name=name, branch=branch(scene), **held)
-
-
-class _Motion(Samples):
-    """The motion at equally spaced natural times; `changed` tells that a contact changed."""
-
-    changed = False
-
-    def change(self, *_: object) -> None:
-        self.changed = True
-
-
-def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
-    """The eigenvalue (rad/s) of the fastest growing mode about an equilibrium, and what the start
-    of a simulation in this mode shows in its place.
-
-    With y the left vector of lambda, a(t) = y' (M u' + (lambda M + C) u) obeys a' = lambda a for
-    the linear motion u, so log a is fitted by a line. None if a contact change ends the motion
-    too early or no mode vibrates.
-    """
-    model = damped_model(scene).replace(mu=at.mu)
-    matrices = at_equilibrium(model, at)
-    mode = linear.complex_eigenvalues(*matrices).dominant
-    if mode.value.imag == 0.0:
-        return None
-    period = 2 * np.pi / abs(mode.value.imag)
-    way: Any = {"initial": (*at.q, 0.0, 0.0, 0.0), "start": "origin"}
-    way |= {"stop": PERIODS * period, "samples": 2}
-    task = dataclasses.replace(scene, pad=model.pad, **way)
-    units, scaled, start, stop = in_natural_units(task)
-    shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))
-    size = DISPLACEMENT * np.max(np.abs(start[:3])) / np.max(np.abs(shape[:3]))
-    motion = _Motion(np.linspace(0.0, stop, SAMPLES))
-    integrator = make_integrator(scaled, 1e-15, "auto")
-    integrate(scaled, integrator, units, start + size * shape, stop, [motion])
-    if motion.changed:
-        return None
-    u = units.to_si(motion.states - start)
-    lam, M, C, y = mode.value, matrices.M, matrices.C, mode.left
-    a = (u[:, 3:] @ M.T + u[:, :3] @ (lam * M + C).T) @ y.conj()
-    t = motion.times * units.time
-    slopes = [np.polyfit(t, part, 1)[0] for part in (np.log(np.abs(a)), np.unwrap(np.angle(a)))]
-    return lam, complex(slopes[0], slopes[1])
-
-
-def growth(scene: Scene) -> Growth:
-    """Fits along the branch from mu = 0, where it reaches and no contact change interferes."""
-    path = Equilibria.of(scene.pad_model, MU_MAX)
-    places = map(path.equilibrium, np.linspace(0.02, MU_MAX, FITS).tolist())
-    fits = [one for at in places if at is not None and (one := fit(scene, at)) is not None]
-    apart = [abs(fitted - predicted) / abs(predicted) for predicted, fitted in fits]
-    return Growth(len(fits), max(apart, default=0.0))
+    equilibrium = Missing(how) if at is None else modes(scene, at)
+    own: Any = {"branch": branch(scene), "equilibrium": equilibrium}
+    return SceneStability.of(scene, scene.pad, name=name, **own)
 
 
 def study(files: Sequence[Path]) -> Stability:
     """The eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES)
-    return Stability(
-        scenes=tuple(examined(name, scene) for name, scene in scenes.items()),
-        growth={name: growth(scenes[name]) for name in FITTED},
-    )
+    return Stability(tuple(examined(name, scene) for name, scene in scenes.items()))
