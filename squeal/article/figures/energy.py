@@ -41,7 +41,7 @@ def energy_figure(found: Energy) -> Figure:
             for key, (label, colour, look) in CURVES.items():
                 axes = grid[int(key not in ("kinetic", "elastic")), column]
                 values = [unit * v for v in motion.curves[key]]
-                axes.plot(t, values, look, color=colour, label=label, lw=0.8)
+                axes.plot(t, values, look, color=colour, label=label, lw=0.9)
             _stays(grid[1, column], motion)
             grid[0, column].set_title(
                 f"({'abc'[column]}) {motion_title(name)}", loc="left", pad=3.0
@@ -52,7 +52,8 @@ def energy_figure(found: Energy) -> Figure:
             grid[1, column].set_xlim(0.0, t[-1])
         figure.align_ylabels(grid)
         handles: list[Artist] = [line for row in grid[:, 0] for line in row.get_lines()]
-        handles += [Patch(color=GAIN, label="the law gives"), Patch(color=LOSS, label="it takes")]
+        handles += [Patch(color=GAIN, label="positive work of the law")]
+        handles += [Patch(color=LOSS, label="negative work of the law")]
         figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
 

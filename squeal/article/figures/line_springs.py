@@ -29,8 +29,8 @@ def springs_figure(found: LineSprings) -> Figure:
         guide = np.array([8.0, 32.0])
         off.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
         off.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
-        lost.set_ylabel("share of time, contact lost")
-        apart.set_ylabel("share of time, surfaces apart")
+        lost.set_ylabel("share of time, an edge separated")
+        apart.set_ylabel("share of time, surfaces separated")
         off.set_ylabel("distance from the line's motion")
         off.set_yscale("log")
         for axes, letter in zip((lost, apart, off), "abc", strict=True):

@@ -38,7 +38,7 @@ def map_ranges_figure(found: MapRanges) -> Figure:
             share.plot(
                 sweep.sparse, sweep.stable, "s-", color="#6A1B7B", ms=3, label="stable equilibrium"
             )
-            share.axvline(sweep.own, color="0.5", lw=0.6, zorder=0)
+            share.axvline(sweep.own, color="0.4", lw=0.7, zorder=1.5)
             share.set_title(f"({'def'[column]})", loc="left", pad=3.0)
             share.set_xlabel(SYMBOLS[name])
             share.set_xlim(sweep.values[0], sweep.values[-1])
