@@ -1,7 +1,8 @@
-"""Formulas of parameters: values, exact derivatives, and nothing but arithmetic."""
+"""Formulas of parameters: values, exact derivatives and bounds, and nothing but arithmetic."""
 
 import math
 
+import numpy as np
 import pytest
 
 from squeal.errors import InputError
@@ -27,11 +28,28 @@ def test_value_and_slope(text, value, slope):
     formula = Formula(text)
     assert formula.value(AT) == pytest.approx(value, rel=1e-15, abs=1e-15)
     assert formula.slope(AT, "Omega") == pytest.approx(slope, rel=1e-14, abs=1e-15)
+    assert formula.names == {name for name in AT if name in text}
 
 
-def test_names():
-    assert Formula("1/Omega - mu").names == {"Omega", "mu"}
-    assert Formula("2*(3)").names == frozenset()
+@pytest.mark.parametrize(
+    ("text", "low", "high", "most"),
+    [
+        ("3 - 2*x", 0.0, 2.0, 0.0),
+        ("(x - 1)**2 / 2", 0.0, 2.0, 1.0),
+        ("a_1 / x", 1.0, 2.0, 4.0),
+        ("x**3 * mu", -1.0, 2.0, 3.6),
+        ("1/(1 + 1e4*(x - 1)**2)", 0.0, 2.0, 2e4),
+        ("x**0.5", 0.0, 1.0, math.inf),
+        ("1/(x - 1)", 0.0, 2.0, math.inf),
+    ],
+)
+def test_curvature_is_a_bound_of_the_second_derivative(text, low, high, most):
+    bound = Formula(text).curvature(AT, "x", low, high)
+    assert bound >= most * (1 - 1e-12)
+    if math.isfinite(most):
+        x = np.linspace(low, high, 5001)
+        values = [Formula(text).slope(AT | {"x": v}, "x") for v in x]
+        assert np.abs(np.diff(values) / np.diff(x)).max() <= bound + 1e-6
 
 
 @pytest.mark.parametrize(
@@ -40,23 +58,16 @@ def test_names():
     + ["'a'", "mu +", "", "mu**mu", "mu // 2", "mu % 2", "lambda: 1", "(mu, 1)", "mu; mu", "mu=1"],
 )
 def test_anything_else_is_refused(text):
-    with pytest.raises(InputError, match="it must be a formula"):
+    with pytest.raises(InputError):
         Formula(text)
 
 
-def test_places_without_a_value_are_refused():
-    with pytest.raises(InputError, match="not a finite number at mu = 0"):
-        Formula("1/mu").value({"mu": 0.0})
-    with pytest.raises(InputError, match="not a finite number"):
-        Formula("a_1**0.5").value(AT)
-    with pytest.raises(InputError, match="not a finite number"):
-        Formula("10.0**400").value(AT)
-    with pytest.raises(InputError, match="nu is no parameter; allowed are Omega, a_1, mu"):
-        Formula("nu").value(AT)
-    with pytest.raises(InputError, match="at most 500"):
-        Formula("+".join(["1"] * 300))
+@pytest.mark.parametrize("text", ["1/(mu - 0.3)", "a_1**0.5", "10.0**400", "nu", "9**9**9**9"])
+def test_places_without_a_value_are_refused(text):
     with pytest.raises(InputError):
-        Formula("9**" * 100 + "9").value(AT)
+        Formula(text).value(AT)
+    with pytest.raises(InputError):
+        Formula("+".join(["1"] * 300))
 
 
 def test_a_slope_without_bound_is_refused_only_where_it_is_asked_for():
