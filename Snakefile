@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS, STUDIES, scene_file
+from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES, scene_file
 from squeal.io.provenance import sources
 
 LOCK = "requirements/environment.txt"
@@ -32,8 +32,8 @@ localrules:
 
 rule all:
     input:
-        RESULTS,
-        expand("figures/{figure}.{kind}", figure=FIGURES, kind=["pdf", "txt"]),
+        "paper/report.pdf",
+        "paper/supplement.pdf",
 
 
 include: "workflow/rules/simulate.smk"

@@ -37,6 +37,8 @@ class Figure(NamedTuple):
         return tuple(word for word in self.arguments if "/" in word)
 
 
+SETS = ("set-2", "set-3", "set-4")
+"""Folders of the other parameter sets, beside the scenes of the reference."""
 _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 
@@ -48,8 +50,10 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "map_ranges": _scenes("b2-c"),
     "energy": _ALL,
     "line_springs": _B2,
+    "hammering": _ALL,
     "starts": _ALL,
     "onset": _ALL,
+    "sets": (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES))),
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
@@ -59,7 +63,10 @@ STUDIES: dict[str, tuple[str, ...]] = {
 """results/NAME.json is computed by `squeal.article.studies.NAME` from these files."""
 
 _DRAWN_FROM = {
-    **{name: (name,) for name in ("energy", "map_ranges", "line_springs", "starts", "onset")},
+    **{name: (name,) for name in ("energy", "map_ranges", "line_springs", "starts")},
+    "schematic": ("hammering", "sets", "onset"),
+    "outcomes": ("onset",),
+    "cycles": ("onset",),
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),
@@ -73,9 +80,21 @@ FIGURES: dict[str, Figure] = {
         f"fig{number:02}": Figure("histories", (result_file(name), f"results/{name}.csv"))
         for name, number in HISTORY_FIGURES.items()
     },
-    "fig13": Figure("quasi_static", (result_file("quasi_static"),)),
-    "maps": Figure("angle_maps", (result_file("angles"), result_file("quasi_static"))),
+    "fig13": Figure("quasi_static", (result_file("quasi_static"), result_file("angles"))),
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
 }
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
+TABLES = (
+    "claims",
+    "eigenvalues",
+    "extreme",
+    "findings",
+    "lasting",
+    "levels",
+    "sets",
+    "table1",
+    "table2",
+    "works",
+)
+"""paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""

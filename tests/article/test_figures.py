@@ -1,6 +1,5 @@
 """Figures draw the data that they are given, in the colours of the states, with embedded fonts."""
 
-import dataclasses
 import itertools
 import math
 import re
@@ -12,9 +11,8 @@ from matplotlib.colors import to_hex, to_rgb
 
 from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
-from squeal.article.figures import angle_maps, charts, histories, quasi_static, sketch
+from squeal.article.figures import charts, histories, sketch
 from squeal.article.runs import read_run
-from squeal.article.studies.quasi_static import quasi_static as quasi_static_study
 from squeal.article.transitions import transitions
 from squeal.cli.main import command
 from squeal.io.scene import read_scene
@@ -135,7 +133,7 @@ def test_state_colours_stand_out_on_white():
     assert len(set(style.STATE_COLOURS.values())) == 4
 
 
-@pytest.mark.parametrize("areas", [VERDICT_COLOURS, tuple(angle_maps.CONTACTS.values())])
+@pytest.mark.parametrize("areas", [VERDICT_COLOURS])
 def test_areas_of_a_map_differ_in_grey(areas):
     """By the luma of ITU-R BT.601, by which a grey print shows a colour."""
     greys = sorted(np.array([0.299, 0.587, 0.114]) @ to_rgb(colour) for colour in areas)
@@ -143,14 +141,10 @@ def test_areas_of_a_map_differ_in_grey(areas):
 
 
 def drawings(runs):
-    pad = read_scene(SCENES / "b3.yaml").pad
-    made = runs["b1-a"].summary.provenance
-    found = dataclasses.replace(quasi_static_study(pad, 20), provenance=made)
     yield histories.drawing(runs["b1-a"])
     yield histories.drawing(runs["b2-c"])
     yield charts.draw("B1")
     yield sketch.draw(SCENES / "b2-c.yaml")
-    yield quasi_static.draw(found, {"a": (1.0, 2.0)})
 
 
 def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):

@@ -6,7 +6,8 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
-from squeal.article.figures import angle_maps, coupling, modes
+from squeal.article.figures import coupling, modes
+from squeal.article.figures.quasi_static import draw as draw_map
 from squeal.article.records import Missing
 from squeal.article.studies import angles as angle_study
 from squeal.article.studies.quasi_static import quasi_static
@@ -130,4 +131,4 @@ def test_shares_of_traced_maps(monkeypatch):
     # allowed where nothing is stable + allowed where it is = allowed
     allowed = share.wrongly_allowed + share.quiet - share.denied
     assert allowed == pytest.approx(printed.share.as_printed, abs=0.01)
-    assert len(angle_maps.draw(angles, printed).alternative) > 60
+    assert "no mode grows" in draw_map(printed, angles).alternative

@@ -1,7 +1,46 @@
 DRAWN = expand("figures/{figure}.{kind}", figure=FIGURES, kind=["pdf", "txt"])
+GENERATED = "paper/generated"
+TEXTS = ["report", "supplement"]
+
+
+# numbers, captions and tables that the texts read; stops where a sentence no longer holds
+rule text:
+    input:
+        results=RESULTS,
+        texts=expand("paper/{text}.tex", text=TEXTS),
+        package=sources("squeal.article.report.__main__"),
+        own=[str(path) for folder in ("figures", "report/tables", "studies")
+             for path in sorted(Path("squeal/article", folder).glob("*.py"))],
+    output:
+        expand("{folder}/{name}.tex", folder=GENERATED, name=["values", "captions", *TABLES]),
+    log:
+        "logs/text.log",
+    shell:
+        "python -m squeal.article.report {input.results} --out paper/generated 2> {log}"
 
 
 rule everything_but_pdf:
     input:
-        RESULTS,
         DRAWN,
+        rules.text.output,
+
+
+rule paper:
+    input:
+        "squeal/article/report/references.bib",
+        "paper/preamble.tex",
+        DRAWN,
+        rules.text.output,
+        text="paper/{text}.tex",
+    output:
+        "paper/{text}.pdf",
+    wildcard_constraints:
+        text="|".join(TEXTS),
+    log:
+        "logs/{text}.log",
+    params:
+        folder="generated/tex",
+    shell:
+        "BIBINPUTS=$PWD/squeal/article/report: latexmk -cd -pdf -silent -halt-on-error "
+        "-interaction=nonstopmode -outdir={params.folder} {input.text} > {log} 2>&1 "
+        "&& cp paper/{params.folder}/{wildcards.text}.pdf {output}"

@@ -2,18 +2,42 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
-import numpy as np
-
-from squeal.article.cases import CASES, stem
+from squeal.article.cases import stem
 from squeal.article.claims.catalogue import CLAIMS
 from squeal.article.claims.measures import Case, Linear, linear_measures, measure
-from squeal.article.claims.rules import LOADS, TRIED, by_turns, hammering_margins
-from squeal.article.results.claims import Hammering, JudgedClaim, Loaded, Verdict
+from squeal.article.records import Record
 from squeal.io.scene import Scene
-from squeal.simulation import simulate
 
-SAMPLES = 100_001  # of a motion, where only what happens under load is asked for
+Kind = Literal["informative", "implied", "identity", "almost sure", "free"]
+Verdict = Literal["reproduced", "not reproduced", "contradicted"]
+
+
+class JudgedClaim(Record):
+    """A statement with what was measured, its verdict and margin (positive where it holds).
+
+    scenes: those it is about, by name; case: their letters in words; kind: "informative", or why
+    its verdict says nothing of its own ("implied" by others, "identity", "almost sure", "free"),
+    by the derivation.
+    """
+
+    id: str
+    verdict: Verdict
+    measured: str
+    where: str
+    statement: str
+    case: str
+    scenes: tuple[str, ...]
+    margin: float
+    kind: Kind
+    derivation: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the statement is reproduced."""
+        return self.verdict == "reproduced"
+
 
 Measured = Mapping[str, Case | Linear]
 """Measures by name of the scene: b1-a to b2-d, and b3 for the linear model."""
@@ -52,34 +76,3 @@ def measure_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> dict[str
         for model, scenes in (("B1", b1), ("B2", b2))
         for case, scene in scenes.items()
     }
-
-
-def hammering(cases: Mapping[str, Case], b2: Mapping[str, Scene]) -> Hammering:
-    """Which cases hammer, `cases` as measured; and under which load, from the scenes of B2."""
-    beating = {
-        model: tuple(name for name, margin in margins.items() if margin > 0.0)
-        for model, margins in hammering_margins(*cases.values()).items()
-    }
-    edges = tuple(case for case in CASES if by_turns(cases[stem("B2", case)]) > 0.0)
-    return Hammering(
-        beating, edges, {case: loaded(b2[case]) for case in beating["B2"] if case in b2}
-    )
-
-
-def loaded(scene: Scene) -> tuple[Loaded, ...]:
-    """Where the reaction of a scene of B2 acts while it exceeds each of the `LOADS`."""
-    dense = replace(scene, samples=SAMPLES, outputs=("history",))
-    history = simulate(dense).history
-    assert history is not None
-    force, place = (np.array(history[name], dtype=float) for name in ("Rn", "delta"))
-    return tuple(under_load(force, place, share) for share in LOADS)
-
-
-def under_load(force: np.ndarray, place: np.ndarray, share: float) -> Loaded:
-    """Where a reaction (n,) over F_n acts, its place (n,) over w, while it exceeds a share."""
-    there = place[force > share]
-    if not there.size:
-        return Loaded(share, None, None, dict.fromkeys(map(str, TRIED), 0))
-    far = {str(swing): np.sign(there[np.abs(there) > swing]) for swing in TRIED}
-    swings = {swing: int(np.count_nonzero(np.diff(sides))) for swing, sides in far.items()}
-    return Loaded(share, float(there.min()), float(there.max()), swings)

@@ -35,10 +35,13 @@ class Case:
     separated: time that the leading and trailing edge spend apart after first contact; losses:
     the edges in the order in which they separate; shares: share of time in each contact state
     after first contact; first, second: range of F3, F4 (B1) or Rn, delta (B2); together: range of
-    F3 + F4 (B1); tilt: range of theta0 + theta in rad; mean: time mean of the first signal; swings:
-    how often delta changes sign; calm: greatest acceleration in the last tenth of the run over
-    that of the whole run; slip, face: greatest x_dot, and greatest speed of the lower face while it
-    touches, over the speed V of the surface (NaN without V);
+    F3 + F4 (B1); tilt: range of theta0 + theta in rad; mean: time mean of the first signal; blows:
+    how often successive blows fall on different edges, for each of `LEVELS`; heaviest: impulse of
+    the heaviest blow on each edge, over F_n T_1; vanishes: share of time in which the force at each
+    edge is zero (of B2 that of the two edge forces that have the reaction's resultant and moment,
+    which vanish with the reaction alone); calm: greatest acceleration in the last tenth of the run
+    over that of the whole run; slip, face: greatest x_dot, and greatest speed of the lower face
+    while it touches, over the speed V of the surface (NaN without V);
     raised: reaction of the sliding equilibrium over that without friction, less one (NaN if one
     of them is not asked for or does not exist).
     """
@@ -52,7 +55,9 @@ class Case:
     together: Range
     tilt: Range
     mean: float
-    swings: int
+    blows: tuple[int, ...]
+    heaviest: tuple[float, float]
+    vanishes: tuple[float, float]
     calm: float
     slip: float = math.nan
     face: float = math.nan
@@ -132,7 +137,9 @@ def case_of(
         shares={state: share for state, share in shares if share > 0.0},
         **{name: span(name) for name in ("first", "second", "together", "tilt")},
         mean=float(found["mean"][pad]),
-        swings=int(found["swings"][pad]),
+        blows=tuple(found["blows"][pad].tolist()),
+        heaviest=tuple(found["heaviest"][pad].tolist()),
+        vanishes=tuple(found["vanishes"][pad].tolist()),
         calm=float(found["calm"][pad]),
         slip=math.nan if V is None else float(found["fastest"][pad]) / V,
         face=math.nan if V is None else float(found["face"][pad]) / V,

@@ -18,6 +18,8 @@ from squeal.simulation.run import in_natural_units, make_integrator
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
 PLACES, FINE = 4, 24  # in each step, at which signals are read first: of many motions, and of one
+LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
+"""Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
 # where a state stands if its number is leading + 2 trailing
 _CODES = [state.leading + 2 * state.trailing for state in STATES]
 _APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
@@ -45,7 +47,7 @@ def measures(
     shares (n, 4): of the states in the order of `STATES`; losses (n,): tuples of the edges in the
     order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
     F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
-    (n,): of the first signal; swings (n,): changes of sign of delta (B2); calm (n,): greatest
+    (n,): of the first signal; blows (n, levels), heaviest (n, 2): see `_blows`; calm (n,): greatest
     acceleration in the last tenth over that of the whole run, NaN if not wanted; fastest (n,): the
     greatest x_dot; face (n,): the greatest speed of the lower face while it touches, NaN if it
     never does. Friction never reverses if the speed V of the surface exceeds the latter. Raises
@@ -81,6 +83,8 @@ def measures(
     nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
     counts = grid.steps.t >= touched[lane]
     means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
+    load, moment = (a, a * b) if line else (a + b, b - a)
+    blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
     facing_speed = grid.ranges(face)[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
@@ -93,7 +97,9 @@ def measures(
             "together": nothing if line else span(both, a + b),
             "tilt": span(tilt, grid.read(tilt)),
             "mean": np.bincount(lane, means, n) / duration,
-            "swings": _swings(grid, b, counts, n) if line else np.zeros(n, dtype=int),
+            "blows": blows,
+            "heaviest": heaviest,
+            "vanishes": (spent[[1, 1]] if line else _APART @ spent).T / duration[:, None],
             "calm": _calm(grid, course.t1 - LATE * duration) if calm else np.full(n, np.nan),
             "fastest": grid.ranges(speed)[:, 1] * units.velocity,
             "face": np.where(np.isfinite(facing_speed), facing_speed, np.nan) * units.velocity,
@@ -153,12 +159,35 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
     return since
 
 
-def _swings(grid: Grid, delta: np.ndarray, counts: np.ndarray, n: int) -> np.ndarray:
-    """How often samples (k, s) of delta change sign, those near zero left aside, (n,)."""
-    some = ((np.abs(delta) > START) & counts).T
-    lane, positive = grid.steps.lane[np.nonzero(some)[0]], delta.T[some] > 0.0
-    changed = (positive[1:] != positive[:-1]) & (lane[1:] == lane[:-1])
-    return np.bincount(lane[1:][changed], minlength=n)
+def _blows(
+    grid: Grid, load: np.ndarray, moment: np.ndarray, n: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """How often successive blows fall on different edges, by least impulse (n, levels), and the
+    heaviest blow on the leading and the trailing edge (n, 2).
+
+    load, moment (k, s): contact force over F_n, and its moment about the centre over F_n w. A blow
+    on an edge is the time between two changes of the moment's sign, in which the resultant acts on
+    that edge's half; its impulse is that of the whole force, over F_n T_1.
+    """
+    steps = grid.steps
+    period = 2.0 * np.pi * np.sqrt(1.0 / (grid.c.k1 + 0.0 * steps.h))  # the mass is the unit
+    impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
+    side, lane = np.sign(moment).T.ravel(), np.repeat(steps.lane, len(load))
+    # without a force the side stays
+    last = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
+    side = np.where(lane[last] == lane, side[last], 0.0)
+    begin = np.flatnonzero(np.append(True, (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])))
+    total, side, lane = np.add.reduceat(impulse, begin), side[begin], lane[begin]
+    found, heaviest = np.zeros((n, len(LEVELS)), dtype=int), np.zeros((n, 2))
+    for edge, sign in enumerate((-1.0, 1.0)):
+        own = side == sign
+        np.fmax.at(heaviest[:, edge], lane[own], total[own])
+    for column, level in zip(found.T, LEVELS, strict=True):
+        hit = (total > level) & (side != 0.0)
+        of, where = lane[hit], side[hit]
+        other = (where[1:] != where[:-1]) & (of[1:] == of[:-1])
+        column[:] = np.bincount(of[1:][other], minlength=n)
+    return found, heaviest
 
 
 def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:

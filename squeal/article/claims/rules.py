@@ -7,20 +7,19 @@ the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from squeal.article.cases import SMALL_REGION
 from squeal.article.claims.measures import Case, Linear
+from squeal.article.claims.motions import LEVELS
 from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
 
 TOUCH = 1e-9
 CALM = 0.01  # accelerations below this share of the greatest count as settled
 ALTERNATE = 2 / 3  # of successive contact losses that must be at the other edge
-HAMMER = 0.1  # of w, how far delta must go to each side
-TRIED = (HAMMER, 0.25, 0.5, 0.9)  # of w: swings that are asked for under load
-LOADS = (0.05, 0.2, 0.5, 1.0)  # of F_n: reactions above which the way of delta is told apart
-SWINGS = 4  # changes of side that make a motion repeated
+LEVEL = 0.05  # of F_n T_1, the least impulse of a blow; one of `LEVELS`
+TURNS = 4  # changes of the edge that is struck which make a motion hammer
 
 
 class Outcome(NamedTuple):
@@ -144,45 +143,44 @@ def none_settles(*cases: Case) -> Outcome:
     return Outcome(calmest - CALM, f"least late acceleration {100 * calmest:.0f} % of the greatest")
 
 
-def by_turns(case: Case) -> float:
-    """Margin of hammering in model B1: each edge separates, by turns and repeatedly."""
-    share = min(case.separated) / case.duration - TOUCH
-    turns = sum(a != b for a, b in itertools.pairwise(case.losses))
-    return share if turns >= SWINGS else min(share, 0.0) - 1.0
+def hammers(case: Case, level: float = LEVEL) -> Outcome:
+    """Blows fall on the two edges in turn, repeatedly, and the force at each edge vanishes.
 
-
-def hammering_margins(*cases: Case) -> dict[str, dict[str, float]]:
-    """Margin of hammering by model and case, the cases of B1 first.
-
-    B1: each edge separates, in turn and repeatedly; B2: delta goes to each side, repeatedly.
+    The same for both models: a blow is the impulse of the contact force while its resultant stays
+    on one half of the face.
     """
-    b1, b2 = cases[:4], cases[4:]
-    return {
-        "B1": {name: by_turns(case) for name, case in zip("abcd", b1, strict=True)},
-        "B2": {name: hammers(case).margin for name, case in zip("abcd", b2, strict=True)},
-    }
+    turns, gone = case.blows[LEVELS.index(level)], min(case.vanishes)
+    beats = turns >= TURNS and gone > TOUCH
+    words = (
+        f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
+        f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
+    )
+    return Outcome(gone if beats else min(turns / TURNS - 1.0, 0.0) - max(TOUCH - gone, 0.0), words)
+
+
+def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
+    """The cases that hammer by model, from the measures by name (`b1-a` to `b2-d`)."""
+    found = [name for name, case in cases.items() if hammers(case, level).margin > 0.0]
+    return {m.upper(): tuple(n[-1] for n in found if n.startswith(m)) for m in ("b1", "b2")}
 
 
 def only_c_hammers(*cases: Case) -> Outcome:
     """Case c hammers in both models, no other case does. The cases of B1 come first."""
-    of = hammering_margins(*cases)
-    both = {name: min(margin, of["B2"][name]) for name, margin in of["B1"].items()}
+    b1, b2 = ([hammers(case).margin for case in four] for four in (cases[:4], cases[4:]))
+    both = dict(zip("abcd", map(min, b1, b2), strict=True))
     margin = min(value if name == "c" else -value for name, value in both.items())
     which = ", ".join(name for name, value in both.items() if value > 0.0)
     return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
 
 
 def more_loss_in_b1(*cases: Case) -> Outcome:
-    """Edges are apart for more of the time in B1 than in B2, on average over the cases."""
-    models = cases[:4], cases[4:]
-    b1, b2 = (1.0 - sum(_share(c, FULL) for c in four) / 4 for four in models)
-    both = [sum(_share(c, NONE) for c in four) / 4 for four in models]
-    words = (
-        f"mean over cases: an edge apart for {100 * b1:.1f} % of the time in B1, "
-        f"{100 * b2:.1f} % in B2; all contact lost for {100 * both[0]:.1f} % and "
-        f"{100 * both[1]:.1f} %"
+    """In more cases of B1 than of B2 the force at an edge vanishes."""
+    b1, b2 = (
+        [name for name, case in zip("abcd", four, strict=True) if max(case.vanishes) > TOUCH]
+        for four in (cases[:4], cases[4:])
     )
-    return Outcome(b1 - b2, words)
+    words = f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, in "
+    return Outcome((len(b1) - len(b2)) / 4, words + f"{', '.join(b2) or 'no case'} of B2")
 
 
 def keeps_sliding(*cases: Case) -> Outcome:
@@ -214,14 +212,6 @@ def within_trailing_half(case: Case) -> Outcome:
     """0 < delta < w."""
     margin = min(case.second.low, 1.0 - case.second.high)
     return Outcome(margin, f"delta/w from {case.second.low:.3f} to {case.second.high:.3f}")
-
-
-def hammers(case: Case) -> Outcome:
-    """delta goes to both edges in turn, by `HAMMER` (of w) at least and repeatedly."""
-    room = min(case.second.high, -case.second.low) - HAMMER
-    margin = room if case.swings >= SWINGS else min(room, 0.0) - 1.0
-    words = within_trailing_half(case).measured
-    return Outcome(margin, f"{words}, {case.swings} changes of side")
 
 
 def surfaces_part(case: Case) -> Outcome:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from squeal.article.claims.measures import measure
-from squeal.article.results.claims import Settled
+from squeal.article.records import Record
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene
 from squeal.model.equations import linearise
@@ -14,6 +14,19 @@ from squeal.model.equations import linearise
 SMALL = 0.05  # rise or fall at the start over the depth at rest: no contact changes
 TOLERANCE = 1e-13  # its errors grow with the mode that is the decaying one's partner
 WINDOWS = 1.5  # over the time of the scene, until the rule's limit is reached and errors are small
+
+
+class Settled(Record):
+    """A motion of a scene's pad that starts on the decaying mode of its sliding equilibrium.
+
+    real: of that mode (1/s); windows: its length in times of the scene; calm: its greatest late
+    acceleration over that of the whole motion.
+    """
+
+    scene: str
+    real: float
+    windows: float
+    calm: float
 
 
 def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:

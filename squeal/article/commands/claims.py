@@ -5,8 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.results.claims import Claims
-from squeal.article.studies.claims import study
+from squeal.article.studies.claims import Claims, study
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
 from squeal.io.answer import aligned as table

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from squeal.article.claims.judging import JudgedClaim
 from squeal.article.identify.search import Found, judged, search
 from squeal.article.identify.write import check_folder, write_scenes
-from squeal.article.results.claims import JudgedClaim
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import numbers, whole
 from squeal.cli.streams import say

@@ -110,3 +110,9 @@ def draw(model: str) -> Drawing:
         raise InputError(f"{model}: is not allowed; it must be B1 or B2")
     title = f"State flow chart of model {model}"
     return Drawing(chart(model), alternative_text(model), title, origin(__name__))
+
+
+CAPTIONS = {
+    "fig03": "Model B1: contact states and their transitions. Dashed: two conditions at once.",
+    "fig08": "Model B2: contact states. FC, full contact; PC, partial contact; SS, separation.",
+}

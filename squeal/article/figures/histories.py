@@ -8,7 +8,7 @@ from squeal.article.runs import read_run
 from squeal.model.contact import contact_law
 from squeal.plots.histories import Looks, alternative_text, strip, trace
 from squeal.plots.runs import Run
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import SINGLE, Drawing, origin, style
 
 
 def draw(summary: Path, history: Path) -> Drawing:
@@ -19,19 +19,15 @@ def draw(summary: Path, history: Path) -> Drawing:
 def history_figure(run: Run) -> Figure:
     """Two panels of normalised signals over a strip of the contact states."""
     looks = Looks.of(run)
-    states = looks.states
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.6))
-        heights = [3.0, 3.0, 0.3 + 0.36 * len(states)]
+        figure = Figure(figsize=(SINGLE, 2.65))
+        heights = [3.0, 3.0, 0.3 + 0.45 * len(looks.states)]
         plotted = contact_law(run.summary.model).plotted
         grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
         for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
             trace(axes, run, signal, letter, looks)
         strip(grid[2], looks)
         figure.align_ylabels(grid)
-        handles = grid[0].get_lines()[: len(states)]
-        names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
-        figure.legend(handles, names, loc="outside upper center", ncols=4)
     return figure
 
 
@@ -41,3 +37,16 @@ def drawing(run: Run) -> Drawing:
     name = f"Time histories of {first} and {second}, scene {run.summary.name}"
     made = origin(__name__, run.summary.provenance)
     return Drawing(history_figure(run), alternative_text(run.summary), name, made)
+
+
+CAPTIONS = {
+    "fig04": "Model B1, case (a): contact force at (a) the leading and (b) the trailing edge.",
+    "fig05": "Model B1, case (b): contact forces as in Fig.~4.",
+    "fig06": "Model B1, case (c): contact forces as in Fig.~4.",
+    "fig07": "Model B1, case (d): contact forces as in Fig.~4.",
+    "fig09": "Model B2, case (a): (a) normal reaction and (b) its position, negative towards the "
+    "leading edge.",
+    "fig10": "Model B2, case (b): reaction and position as in Fig.~9.",
+    "fig11": "Model B2, case (c): reaction and position as in Fig.~9.",
+    "fig12": "Model B2, case (d): reaction and position as in Fig.~9.",
+}

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from squeal.article.cases import CASES
+from squeal.article.studies.angles import Angles
 from squeal.article.studies.quasi_static import QuasiStatic
 from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
@@ -15,43 +15,59 @@ Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
 
-def quasi_static_figure(found: QuasiStatic, marks: Marks) -> Figure:
-    """Fig. 13 as the article reads Eqs. (23a, b), and beside it with the signs followed.
+def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Figure:
+    """Fig. 13 as printed, beside it with the correct signs and what equilibria of B2 there are.
 
     The regions are black as in the article, within their traced boundaries.
     """
-    told = ("(a) as printed", "(b) signs followed")
-    ring = {"boxstyle": "circle,pad=0.2", "ec": "#C8380E", "lw": 1.0}
+    quiet = np.isin(np.array(angles.verdicts)[angles.coding.verdict_of], ("stable", "marginal"))
+    panels = {
+        f"(a) as printed: {100 * found.share.as_printed:.1f} %": found.as_printed,
+        f"(b) correct signs: {100 * found.share.sign_aware:.1f} %": found.sign_aware,
+        f"(c) no growing mode: {100 * angles.share.quiet:.1f} %": angles.b2.regrouped(
+            quiet.astype(int)
+        ),
+    }
+    ring = {"boxstyle": "circle,pad=0.15", "ec": "#C8380E", "lw": 1.0}
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.75), layout=ConstrainedLayoutEngine(w_pad=0.1))
-        panels = figure.subplots(1, 2)
-        for axes, name, title in zip(panels, ("as_printed", "sign_aware"), told, strict=True):
-            parts.draw(axes, getattr(found, name), ("white", "black"), np.pi)
-            parts.mark(axes, marks, np.pi, 8, **ring)
-            share = f"{100 * getattr(found.share, name):.1f} % of the map"
-            axes.set_title(f"{title}: {share}", pad=9.0)
-            parts.angle_axes_of_pi(axes)
-        panels[1].set_ylabel("")
+        figure = Figure(figsize=(DOUBLE, 2.75))
+        axes = figure.subplots(1, 3, sharey=True)
+        for one, (title, outline) in zip(axes, panels.items(), strict=True):
+            parts.draw(one, outline, ("white", "black"), np.pi)
+            parts.mark(one, marks, np.pi, 7, **ring)
+            one.set_title(title, pad=8.0)
+            parts.angle_axes_of_pi(one)
+        for one in axes[1:]:
+            one.set_ylabel("")
     return figure
 
 
-def alternative_text(found: QuasiStatic) -> str:
-    """The two maps in words."""
-    printed, followed = (
+def alternative_text(found: QuasiStatic, angles: Angles) -> str:
+    """The maps in words."""
+    printed, signs, quiet = (
         f"{100 * share:.1f} % of the map"
-        for share in (found.share.as_printed, found.share.sign_aware)
+        for share in (found.share.as_printed, found.share.sign_aware, angles.share.quiet)
     )
     return (
-        "Two maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
-        f"coefficient {found.mu:g}. (a) The conditions (23a) and (23b) as printed hold in the "
-        f"black region, {printed}. (b) With the signs of the "
-        f"stiffness entries followed, they hold on {followed}. "
-        "Letters mark the article's cases."
+        "Three maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
+        f"coefficient {found.mu:g}, black where: (a) the conditions (23a) and (23b) hold as "
+        f"printed, {printed}; (b) they hold with the correct signs of the divisors, {signs}; (c) "
+        f"model B2 has a sliding equilibrium about which no mode grows, {quiet}. Letters mark the "
+        "cases."
     )
 
 
-def draw(found: QuasiStatic, marks: Marks = CASES) -> Drawing:
+def draw(found: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
     """The figure, ready to be saved."""
-    title = "Map of the quasi-static sliding motion, model B3"
-    made = origin(__name__, found.provenance)
-    return Drawing(quasi_static_figure(found, marks), alternative_text(found), title, made)
+    title = "Map of the quasi-static sliding motion"
+    made = origin(__name__, found.provenance, angles.provenance)
+    figure = quasi_static_figure(found, angles, marks)
+    return Drawing(figure, alternative_text(found, angles), title, made)
+
+
+CAPTIONS = {
+    "fig13": r"""Where \aeqs{23a}{23b} hold (black) at $\mu = \val{quasi_static.mu}$: (a)~as
+printed, as in the article; (b)~with the correct signs of the divisors $K_{21}$ and $K_{31}$.
+(c)~Where model B2 has a sliding equilibrium about which no mode grows. Letters mark the four
+cases."""
+}

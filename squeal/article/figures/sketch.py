@@ -13,7 +13,7 @@ from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.laws import LineContact
 from squeal.model.mechanics import Coefficients
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import SINGLE, Drawing, origin, style
 
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
 FOOT = 0.42  # drawn length of the contact springs
@@ -168,7 +168,7 @@ def sketch(scene: Scene) -> Figure:
     at, ways = corners(c), towards_ground(c)
     level = -c.h / c.w - FOOT
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.3))
+        figure = Figure(figsize=(SINGLE, 2.75))
         axes = figure.add_subplot()
         axes.set_axis_off()
         axes.set_aspect("equal")
@@ -207,3 +207,11 @@ def draw(file: Path) -> Drawing:
     scene, made = read_scene(file), provenance([file], "squeal.model.mechanics")
     title = f"Model {scene.model}"
     return Drawing(sketch(scene), alternative_text(scene), title, origin(__name__, made))
+
+
+CAPTIONS = {
+    "fig01": r"Model B1: point contacts at the two edges. Pad and directions of springs "
+    r"\name{1} and \name{2} to scale, springs shortened.",
+    "fig02": r"Model B2: line contact of stiffness $k_c$, with the reaction $R_n$ and friction "
+    r"force $R_f$ at the distance $\delta$ from the centre.",
+}

@@ -1,4 +1,4 @@
-"""What the start decides, from the study of the same name: a column a scene, a row a time."""
+"""What becomes of other initial conditions, from the study of the same name: a map a case."""
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -6,67 +6,65 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squeal.article.records import Missing
-from squeal.article.results.starts import KINDS, SceneStarts, Starts
+from squeal.article.studies.starts import KINDS, WINDOWS, Map, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
-COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#FFFFFF", "#4D4D4D")
+COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#4D4D4D")
+CAPTION = r"""What becomes of initial conditions at rest after ten observation times without
+damping, over their height above the sliding equilibrium and their tilt (equilibrium: cross;
+reference initial conditions: ring). A height of one is the reference's, a tilt of one lifts an
+edge by the static compression of the contact."""
 
 
-def starts_figure(found: Starts) -> Figure:
-    """Maps of the kinds of motion; a cross at the equilibrium, a ring at the scene's own start."""
-    colours, norm = (
-        ListedColormap(list(COLOURS)),
-        BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS)),
-    )
-    scenes = {n: one for n, one in found.scenes.items() if isinstance(one, SceneStarts)}
-    rows = max(len(one.maps) for one in scenes.values())
+def starts_figure(maps: dict[str, Map], reach: float) -> Figure:
+    """Maps of the kinds of motion, B1 above B2."""
+    palette = ListedColormap(list(COLOURS))
+    norm = BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS))
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.9 * rows + 1.0))
-        grid = figure.subplots(rows, len(scenes), sharex=True, sharey=True, squeeze=False)
-        for column, (name, one) in enumerate(scenes.items()):
-            model, _, case = name.partition("-")
-            grid[0, column].set_title(f"{model.upper()} ({case})", pad=3.0)
-            for axes, part in zip(grid[:, column], one.maps, strict=True):
-                codes = np.array([[int(digit) for digit in row] for row in part.rows])
-                edges = np.linspace(-found.reach, found.reach, len(codes) + 1)
-                axes.pcolormesh(
-                    edges, edges, codes, cmap=colours, norm=norm, edgecolors="face", linewidth=0.4
-                )
-                axes.plot(0.0, 0.0, "+", color="k", ms=4, mew=0.8)
-                axes.plot(1.0, 0.0, "o", mfc=COLOURS[part.own], mec="k", ms=4, mew=0.8)
-                axes.set_aspect("equal")
-                axes.set_xticks([-1, 0, 1])
-                axes.set_yticks([-1, 0, 1])
-        for axes, part in zip(grid[:, 0], next(iter(scenes.values())).maps, strict=True):
-            axes.set_ylabel(f"{part.windows} window{'s'[: part.windows > 1]}\ntilt")
-        words = "height of the start over the equilibrium, over that of the scene's start"
-        figure.supxlabel(words, fontsize=8)
+        figure = Figure(figsize=(DOUBLE, 3.9))
+        grid = figure.subplots(2, 4, sharex=True, sharey=True)
+        for axes, (name, one) in zip(grid.flat, maps.items(), strict=False):
+            codes = np.array([[int(digit) for digit in row] for row in one.rows])
+            edges = np.linspace(-reach, reach, len(codes) + 1)
+            axes.pcolormesh(
+                edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
+            )
+            axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9)
+            axes.plot(1.0, 0.0, "o", mfc=COLOURS[one.own], mec="k", ms=5, mew=0.9)
+            axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
+            axes.set_aspect("equal")
+            axes.set_xticks([-1, 0, 1])
+            axes.set_yticks([-1, 0, 1])
+        figure.supxlabel("height of the initial condition", fontsize=8)
+        figure.supylabel("tilt", fontsize=8)
+        found = {int(digit) for one in maps.values() for row in one.rows for digit in row}
         handles = [
-            Patch(facecolor=c, edgecolor="k", linewidth=0.5, label=kind)
-            for c, kind in zip(COLOURS, KINDS, strict=True)
+            Patch(facecolor=COLOURS[k], edgecolor="k", linewidth=0.5, label=KINDS[k])
+            for k in sorted(found)
         ]
-        figure.legend(handles=handles, loc="outside upper center", ncols=3)
+        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
     return figure
 
 
 def draw(found: Starts) -> Drawing:
     """The figure, ready to be saved."""
-    reasons = {one.reason for one in found.scenes.values() if isinstance(one, Missing)}
-    if len(reasons) == 1 and not any(isinstance(o, SceneStarts) for o in found.scenes.values()):
-        return blank("What the start decides", reasons.pop(), __name__, found.provenance)
-    parts = []
-    for name, one in found.scenes.items():
-        if isinstance(one, SceneStarts):
-            shares = ", ".join(
-                f"{100 * part.share[KINDS[0]]:.0f} and {100 * part.share[KINDS[3]]:.0f} % after "
-                f"{part.windows}"
-                for part in one.maps
-            )
-            parts.append(f"{name} {shares}")
+    title, longest = "What the initial conditions decide", WINDOWS[-1]
+    maps = {
+        name: next(part for part in one if part.windows == longest)
+        for name, one in found.cases.items()
+        if not isinstance(one, Missing)
+    }
+    if not maps:
+        reason = next(one.reason for one in found.cases.values() if isinstance(one, Missing))
+        return blank(title, reason, __name__, found.provenance)
+    shares = "; ".join(
+        f"{name} {100 * one.share[KINDS[0]]:.0f} % permanent contact, "
+        f"{100 * one.share[KINDS[3]]:.0f} % hammering"
+        for name, one in maps.items()
+    )
     text = (
-        "Maps over height and tilt of the start about the equilibrium of each scene, coloured by "
-        "what becomes of the motion. Shares without a loss of contact and with alternate losses, "
-        f"and windows: {'; '.join(parts)}."
+        "Maps over height and tilt of initial conditions about the equilibrium of each case, "
+        f"coloured by what becomes of the motion. Shares: {shares}."
     )
     made = origin(__name__, found.provenance)
-    return Drawing(starts_figure(found), text, "What the start decides", made)
+    return Drawing(starts_figure(maps, found.reach), text, title, made)

@@ -127,11 +127,11 @@ def fed_by_the_law(study: Study) -> Measured:
             text += f" In case c under {words} the model ends: {error}."
             continue
         fed = works.fed / works.kinetic
-        numbers |= {f"fed_{law}": fed, f"swings_{law}": float(case.swings)}
+        numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
         text += (
             f" In case c {words} feeds in {works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic "
             f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
-            f"{case.second.high:.2f} and changes sides {case.swings} times"
+            f"{case.second.high:.2f}, and the edge struck changes {case.blows[0]} times"
         )
         text += "."
     return Measured(numbers, text)

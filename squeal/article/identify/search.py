@@ -15,10 +15,10 @@ import numpy as np
 
 from squeal.article.cases import CASES
 from squeal.article.claims import judge_scenes
+from squeal.article.claims.judging import JudgedClaim
 from squeal.article.identify.judging import distance, margins
 from squeal.article.identify.space import DIMENSIONS, MODELS, NAMES, Numbers, decode, scenes_of
 from squeal.article.records import Record, read_json
-from squeal.article.results.claims import JudgedClaim
 from squeal.errors import InputError
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import CONSISTENT, Formulation

@@ -21,23 +21,31 @@ MILLI = 1e3
 def looked_up(results: Mapping[str, Any], key: str) -> Any:
     """The entry of a result named by study and keys, or places in lists, with dots between.
 
-    Raises KeyError.
+    None in a study that was left out. Raises KeyError.
     """
-    found: Any = results
-    for part in key.split("."):
-        if isinstance(found, list):
-            found = found[int(part)] if part.isdigit() and int(part) < len(found) else None
-        elif isinstance(found, dict):
-            found = found.get(part)
+    study, *rest = key.split(".")
+    if left_out(results.get(study)):
+        return None
+    found: Any = results[study]
+    for part in rest:
+        if isinstance(found, list) and part.isdigit() and int(part) < len(found):
+            found = found[int(part)]
+        elif isinstance(found, dict) and part in found:
+            found = found[part]
         else:
-            found = None
-        if found is None:
             raise KeyError(key)
     return found
 
 
+def left_out(result: Any) -> bool:
+    """Whether a study had to be left out on this machine."""
+    return isinstance(result, dict) and bool(result.get("left_out"))
+
+
 def shown(value: Any, form: str = "") -> str:
-    """A number in math mode or text."""
+    """A number in math mode or text; a dash for None."""
+    if value is None:
+        return "--"
     if isinstance(value, (str, bool)):
         return typeset(str(value))
     if isinstance(value, list):

@@ -4,10 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from squeal.article.cases import stem
-from squeal.article.claims import hammering, judge_claims, linear_measures, measure_scenes
-from squeal.article.claims.settling import settled
-from squeal.article.results.claims import Claims
+from squeal.article.claims import judge_claims, linear_measures, measure_scenes
+from squeal.article.claims.judging import JudgedClaim
+from squeal.article.claims.settling import Settled, settled
+from squeal.article.records import Result
 from squeal.article.studies._scenes import read_cases
+
+
+class Claims(Result):
+    """All statements in the article's order, and a motion that was searched to settle (None where
+    no mode decays)."""
+
+    claims: tuple[JudgedClaim, ...]
+    settled: Settled | None
 
 
 def study(files: Sequence[Path]) -> Claims:
@@ -17,6 +26,5 @@ def study(files: Sequence[Path]) -> Claims:
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     return Claims(
         tuple(judge_claims({**cases, "b3": linear})),
-        hammering(cases, b2),
         settled({stem("B2", case): scene for case, scene in b2.items()}),
     )

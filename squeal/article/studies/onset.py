@@ -1,116 +1,450 @@
-"""Onset of hammering and what it settles to, with modal damping."""
+"""What lasts with damping, from the reference and from other initial conditions, and its cycles.
 
-from collections.abc import Sequence
+All modes about the frictionless equilibrium get the same damping ratio; the damping matrix that
+does so acts at every friction and in every contact state.
+"""
+
+import contextlib
+import dataclasses
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import branch_system
+from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.records import Missing
-from squeal.article.results.onset import Cycles, Exponent, Late, Onset, Sweep
-from squeal.article.studies._attractors import CONFIDENCE, Beginning, cycles, exponent, exponents
-from squeal.article.studies._damped import RATIO, damped, window
-from squeal.article.studies._late import (
-    EARLY,
-    LATE,
-    LONGER,
-    MOVING,
-    RATIOS,
-    SEED,
-    SEEN,
-    WIDER,
-    Own,
-    late,
-)
-from squeal.article.studies._scenes import alike, read_scenes
-from squeal.article.studies._sweeps import MU, STEP, Begun, sweeps
+from squeal.article.claims.measures import Case, case_of
+from squeal.article.claims.motions import LEVELS, measures
+from squeal.article.claims.rules import LEVEL, hammers
+from squeal.article.records import Missing, Record, Result
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
+from squeal.article.studies.starts import compression, grid, plane
+from squeal.equilibrium import sliding_equilibrium
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
-from squeal.io.scene import Scene
-from squeal.linear import verdict
+from squeal.io.scene import Damping, Scene
+from squeal.model.equations import PadModel
+from squeal.model.units import natural_units
+from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
+from squeal.simulation.observers import Change, Events, Extrema
 
-SWEPT = (0.005, 0.01, 0.02)  # where the own start goes on losing contact; else RATIO
-_SETTINGS: dict[str, Any] = {"ratio": RATIO, "ratios": RATIOS, "confidence": CONFIDENCE}
-_SETTINGS |= {"windows": LATE, "longer": LONGER, "early": EARLY, "wider": WIDER, "moving": MOVING}
-_SETTINGS |= {"seed": SEED, "seen": SEEN, "step_windows": STEP}
+RATIOS = (0.001, 0.005, 0.01, 0.02)
+RATIO = 0.005  # of the cycles
+LATE, LONGER, SEEN = 40, 150, 2  # windows until a motion is looked at, again, and for how long
+SIDE, WIDER = 5, 3.0  # initial conditions a side of the grid, and its reach over that of the maps
+MOVING, SEED = 75, 0  # more of them, in motion, beside an equilibrium that does not flutter
+TOLERANCE = 1e-10
+CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
+STEP, MOST = 0.2, 80  # of the branch of cycles: length in state, period and mu, and how many
+GREATEST = 0.8  # largest mu on it
+NEAR = 1e-6  # of their size: returns this near are the same
+ROUNDING = 1e-4  # of a multiplier
+Share = Annotated[float, ".1%"]
 
 
-def threshold(scene: Scene) -> float | None:
-    """The friction at which the equilibrium begins to flutter with damping, None if it does not at
-    any of `MU`."""
-    asked = damped(scene, RATIO)
+class Settled(Record):
+    """What a motion does after a long time, over `SEEN` windows.
+
+    lost: share of the time in which some edge is separated, 0 where contact does not change; peak:
+    of the first signal over F_n; hammers: by the definition; turns: changes of the edge struck;
+    low, high: range of delta/w, None with B1; face: greatest speed of the lower face while it
+    touches over that of the surface.
+    """
+
+    lost: Share
+    peak: float
+    hammers: bool
+    turns: int
+    low: float | None
+    high: float | None
+    face: float | None
+
+    @property
+    def goes_on(self) -> bool:
+        """Contact goes on changing, while what rubs stays slower than the surface."""
+        return 0.0 < self.lost < 1.0 and (self.face is None or self.face < 1.0)
+
+
+class After(Record):
+    """A motion at one damping ratio.
+
+    own: from the reference initial conditions, None where the model ends; starts: how many others;
+    lasting: of these lose contact on and on, hammering: and hammer; liveliest: of all that go on
+    the one that hammers, or has most turns; growth: greatest real part of the eigenvalues about the
+    equilibrium, 1/ms, None without one.
+    """
+
+    ratio: Share
+    own: Settled | None
+    starts: int
+    lasting: int
+    hammering: int
+    liveliest: Settled | None
+    growth: float | None
+
+
+class CyclePoint(Record):
+    """A periodic motion: period in ms, contact changes in it, the first signal's peak over F_n, the
+    greatest of the absolute values of its Floquet multipliers beside 1."""
+
+    mu: float
+    period: float
+    changes: int
+    peak: float
+    multiplier: float
+
+    @property
+    def stable(self) -> bool:
+        """Small deviations decay."""
+        return self.multiplier < 1.0 - ROUNDING
+
+
+class Cycles(Record):
+    """A branch of periodic motions by falling mu from the greatest one that was followed.
+
+    own: the one at the case's friction; decay: its greatest multiplier, from the decay of a
+    disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
+    the least friction of the branch; threshold: friction at which the equilibrium begins to flutter
+    at the same damping, None if it does not up to `GREATEST`; sliding: whether it is stable at the
+    case's friction; unstable: intervals of mu in which it is not, up to `GREATEST`.
+    """
+
+    own: CyclePoint
+    decay: float
+    shift: float
+    branch: tuple[CyclePoint, ...]
+    fold: float
+    threshold: float | None
+    sliding: bool
+    unstable: tuple[tuple[float, float], ...]
+
+
+class Onset(Result):
+    """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; cycles: by motion;
+    other_damping: by motion and kind of damping, what the lively motion comes to."""
+
+    after: dict[str, tuple[After, ...]]
+    cycles: dict[str, Cycles | Missing]
+    other_damping: dict[str, dict[str, Settled | None]]
+    ratio: Share = RATIO
+    ratios: tuple[float, ...] = RATIOS
+    windows: int = LATE
+    longer: int = LONGER
+    seen: int = SEEN
+    starts: int = SIDE**2
+    moving: int = MOVING
+    left_out: str = ""
+
+
+class Begun(NamedTuple):
+    """A damped pad and the state (6,) that it starts from, in SI units."""
+
+    model: PadModel
+    state: np.ndarray
+
+
+def damped(scene: Scene, ratio: float) -> Scene:
+    """The scene with all modal damping ratios alike."""
+    return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3) if ratio else None)
+
+
+def run(begun: Sequence[Begun], stop: float, measured: bool) -> Arrays:
+    """Motions of one model and formulation."""
+    one, C = begun[0].model, [np.array(each.model.damping) for each in begun]
+    return simulate_many(
+        one.name,
+        stack([each.model.pad for each in begun]),
+        np.array([each.state for each in begun]),
+        stop,
+        TOLERANCE,
+        one.formulation,
+        measure=measures if measured else None,
+        damping=np.array(C),
+    )
+
+
+def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
+    off = np.isnan(case.first.high)  # off the surface all the time
+    return Settled(
+        lost=1.0 if off else 1.0 - full if changes else 0.0,
+        peak=0.0 if off else case.first.high,
+        hammers=changes > 0 and hammers(case).margin > 0.0,
+        turns=case.blows[LEVELS.index(LEVEL)] if changes else 0,
+        low=case.second.low if line and not off else None,
+        high=case.second.high if line and not off else None,
+        face=None if np.isnan(case.face) else case.face,
+    )
+
+
+def settle(
+    begun: Sequence[Begun], before: float, seen: float
+) -> tuple[np.ndarray, list[Settled | None]]:
+    """States (n, 6) after a time `before`, and what the motions do for a time `seen` from then on;
+    None where the model ends."""
+    line = not begun[0].model.law.plotted[1].is_force
+    first = run(begun, before, False)
+    ends = first["final"]
+    there = np.flatnonzero(first["outcome"] == DONE).tolist()
+    found: list[Settled | None] = [None] * len(begun)
+    if there:
+        late = run([Begun(begun[i].model, ends[i]) for i in there], seen, True)
+        for k, i in enumerate(there):
+            if late["outcome"][k] == DONE:
+                case, full = case_of(late, k, begun[i].model.pad.V), float(late["shares"][k, 0])
+                found[i] = _settled(case, int(late["changes"][k]), full, line)
+    return ends, found
+
+
+def initial_states(scene: Scene) -> np.ndarray:
+    """The reference initial state, others at rest on a grid, and others in motion, (n, 6).
+
+    Those in motion are drawn about the equilibrium: along each axis, and by the tilt at an edge, up
+    to `WIDER` static compressions off and as fast as a mass on spring 1 that swings so far.
+    """
+    own = np.array([scene.initial])
+    rest, _ = sliding_equilibrium(scene.pad_model)
+    if rest is None:
+        return own
+    s, t = grid(SIDE)
+    reach = WIDER * compression(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
+    reach = np.append(reach, reach * np.sqrt(scene.pad.k1 / scene.pad.m))
+    drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (MOVING, 6))
+    at = np.array(rest.q)
+    return np.concatenate(
+        [own, plane(scene, at, WIDER * s, WIDER * t), np.append(at, np.zeros(3)) + reach * drawn]
+    )
+
+
+def growth(scene: Scene, ratio: float) -> float | None:
+    """Greatest real part of the eigenvalues about the equilibrium, 1/ms."""
     try:
-        system, path = branch_system(asked, MU[-1])
-        reached = [mu for mu in MU if path is None or mu <= path.mu_end]
-        # to look first saves most searches
-        if all(verdict(*system(mu)) == "stable" for mu in reached):
-            return None
-        points = critical_friction(asked, MU[-1]).points
+        return analyse(damped(scene, ratio)).spectrum.dominant.value.real / 1e3
     except ComputationError:
         return None
-    return next((point.mu for point in points if point.kind == "flutter"), None)
 
 
-def without(why: str) -> Onset:
-    """The record of a study that had to be left out."""
-    return Onset({}, {}, MU, {}, {}, {}, Missing(why), left_out=why, **_SETTINGS)
+def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
+    """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion."""
+    assert scene.stop is not None
+    model, rate = damped_model(damped(scene, ratio)), growth(scene, ratio)
+    states = initial_states(scene)
+    if (rate or 0.0) > 0.0:  # every start leaves the equilibrium
+        states = states[: len(states) - MOVING]
+    begun = [Begun(model, state) for state in states]
+    ends, found = settle(begun, LATE * scene.stop, SEEN * scene.stop)
+    # those that go on are looked at again much later
+    on = [i for i, one in enumerate(found) if one and one.goes_on]
+    if on:
+        again = [Begun(model, ends[i]) for i in on]
+        last, later = settle(again, (LONGER - LATE) * scene.stop, SEEN * scene.stop)
+        for i, end, one in zip(on, last, later, strict=True):
+            ends[i], found[i] = end, one
+    lasting = [i for i, one in enumerate(found) if one and one.goes_on]
+    best = max(lasting, key=lambda i: (found[i].hammers, found[i].turns), default=None)  # type: ignore[union-attr]
+    others = [one for i in lasting if i and (one := found[i])]
+    row = After(
+        ratio=ratio,
+        own=found[0],
+        starts=len(found) - 1,
+        lasting=len(others),
+        hammering=sum(one.hammers for one in others),
+        liveliest=None if best is None else found[best],
+        growth=rate,
+    )
+    return row, np.full(6, np.nan) if best is None else ends[best]
+
+
+def _returns(pad: Shooting, state: np.ndarray, time: float, mu: float) -> list[Change]:
+    """The separations of the leading edge of a motion from a natural state, while it lasts."""
+    watch = Events()
+    with contextlib.suppress(ComputationError):
+        pad.motion(state, time, mu, [watch])
+    return [c for c in watch.changes if c.source.leading and not c.target.leading] or [
+        c for c in watch.changes if c.source.trailing and not c.target.trailing
+    ]
+
+
+def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
+    watch, changes = Extrema(pad.model.replace(mu=cycle.mu)), Events()
+    pad.motion(cycle.state, cycle.period, cycle.mu, [watch, changes])
+    peak = watch.result()["extrema"][pad.model.law.plotted[0].name]
+    period, multiplier = 1e3 * cycle.period * pad.units.time, np.abs(cycle.multipliers[0])
+    seen = (len(changes.changes), peak[1] if peak else 0.0)
+    return CyclePoint(float(cycle.mu), float(period), *seen, float(multiplier))
+
+
+def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
+    """The greatest multiplier of a stable cycle, from the decay of a small disturbance.
+
+    The linear map from the disturbance of each period to that of the next, by least squares from a
+    simulation; without its multiplier 1, of a shift in time.
+    """
+    random = np.random.default_rng(0).normal(size=6)
+    state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
+    off = [state - cycle.state]
+    for _ in range(turns):
+        state = pad.motion(state, cycle.period, cycle.mu)
+        off.append(state - cycle.state)
+    values = np.linalg.eigvals(np.linalg.lstsq(off[:-1], off[1:])[0])
+    return float(np.abs(np.delete(values, np.argmin(np.abs(values - 1.0)))).max())
+
+
+def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
+    """The periodic motion that a state (SI) has settled to, followed in mu both ways."""
+    assert scene.stop is not None
+    units = natural_units(scene.pad_model, scene.initial)
+    pad = Shooting(units.scaled(damped_model(damped(scene, RATIO))), units)
+    mu = scene.pad.mu
+    passed = _returns(pad, units.to_scaled(state), SEEN * scene.stop / units.time, mu)
+    states = np.array([change.state for change in passed])
+    size = np.abs(states).max(initial=0.0)
+    for turn in range(1, min(9, len(states))):
+        if np.abs(states[turn] - states[0]).max() < NEAR * size:
+            break
+    else:
+        return Missing("the motion does not return to itself")
+    period = passed[turn].t - passed[0].t
+    try:
+        # from between two changes, so that none falls on an end
+        begin = pad.motion(states[0], 0.01 * period, mu)
+        own, _ = pad.solve(np.concatenate([begin, [period, mu]]))
+        ways = [_followed(pad, own, 1.0, MOST), [_point(pad, own)], _followed(pad, own, -1.0, MOST)]
+        slower = decay(pad, own)
+    except ComputationError as error:
+        return Missing(str(error))
+    points = critical_friction(damped(scene, RATIO), GREATEST).points
+    branch = (*reversed(ways[0]), *ways[1], *ways[2])
+    return Cycles(
+        own=ways[1][0],
+        decay=slower,
+        shift=float(abs(own.trivial - 1.0)),
+        branch=branch,
+        fold=min(point.mu for point in branch),
+        threshold=next((p.mu for p in points if p.kind == "flutter"), None),
+        sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
+        unstable=_unstable([(p.mu, p.kind) for p in points]),
+    )
+
+
+def _unstable(points: Sequence[tuple[float, str]]) -> tuple[tuple[float, float], ...]:
+    """Intervals in which the equilibrium grows, from where it begins and ceases to."""
+    found: list[tuple[float, float]] = []
+    since: float | None = None
+    for mu, kind in points:
+        if kind in ("flutter", "divergence"):
+            since = mu if since is None else since
+        elif since is not None:
+            found.append((since, mu))
+            since = None
+    return (*found, *([] if since is None else [(since, GREATEST)]))
+
+
+def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[CyclePoint]:
+    points: list[CyclePoint] = []
+    for one in pad.branch(own, towards, STEP, most):
+        if one.mu > GREATEST:
+            break
+        points.append(_point(pad, one))
+        if not points[-1].changes:
+            break
+    return points
+
+
+def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
+    """What a motion comes to where damping grows with the mass or with the stiffness instead.
+
+    The factors give `RATIO` at the frequency of a mass on spring 1.
+    """
+    assert scene.stop is not None
+    rate = np.sqrt(scene.pad.k1 / scene.pad.m)
+    kinds = {"mass": (2 * RATIO * rate, 0.0), "stiffness": (0.0, 2 * RATIO / rate)}
+    found = {}
+    for name, factors in kinds.items():
+        model = damped_model(dataclasses.replace(scene, damping=Damping(rayleigh=factors)))
+        _, (one,) = settle([Begun(model, state)], LONGER * scene.stop, SEEN * scene.stop)
+        found[name] = one
+    return found
 
 
 def study(files: Sequence[Path]) -> Onset:
-    """Onset and attractors of the eight scenes of models B1 and B2."""
+    """What lasts of the eight scenes of models B1 and B2, line contact under both laws."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates batches of pads."
-        return without(why)
+        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+        return Onset(after={}, cycles={}, other_damping={}, left_out=why)
     motions = under_both_laws(scenes)
-    came: dict[str, Own] = {}
-    for some in alike(motions):
-        came |= late(some)
-    came = {name: came[name] for name in motions}
-    own = {n: m for n, m in motions.items() if m.formulation == scenes[n[:4]].formulation}
-    at = RATIOS.index(RATIO)
-    lasts = {n for n in own if any(isinstance(o, Late) and o.goes_on for o in came[n].rows)}
-    swept: dict[str, tuple[Sweep, ...]] = {}
-    found: dict[str, Exponent | Missing] = {}
-    last = {
-        name: came[name].states[at]
-        for name in own
-        if isinstance(one := came[name].rows[at], Late) and one.goes_on
-    }
-    lively = {
-        (name, one.ratio): Begun(scene.pad.mu, state, one.liveliest)
-        for name, scene in own.items()
-        for one, state in zip(came[name].others, came[name].liveliest, strict=False)
-        if one.ratio in SWEPT and one.liveliest and one.beside
-    }
-    limits = {name: threshold(one) for name, one in own.items()}
-    for some in alike(own):
-        ratios = {
-            name: [
-                ratio
-                for ratio in SWEPT
-                if name in lasts or (name, ratio) in lively or (limits[name] and ratio == RATIO)
-            ]
-            for name in some
-        }
-        swept |= sweeps(some, ratios, lively)
-        begin = {n: Beginning(m, RATIO, last[n]) for n, m in some.items() if n in last}
-        begin |= {
-            f"{n[:4]}, undamped": Beginning(m, 0.0, np.array(m.initial)) for n, m in some.items()
-        }
-        found |= {
-            name: exponent(logs, window(some), begin[name].ratio)
-            for name, logs in exponents(begin).items()
-        }
-    tried = (cycles(name, own[name], last[name]) for name in last)
-    periodic = next(
-        (one for one in tried if isinstance(one, Cycles)),
-        Missing("no motion that lasts is periodic"),
+    rows: dict[str, list[After]] = {}
+    states: dict[str, np.ndarray] = {}
+    for name, scene in motions.items():
+        for ratio in RATIOS:
+            row, state = after(scene, ratio)
+            rows.setdefault(name, []).append(row)
+            if ratio == RATIO:
+                states[name] = state
+    lasting = [name for name in CYCLES if np.isfinite(states[name]).all()]
+    return Onset(
+        after={name: tuple(row) for name, row in rows.items()},
+        cycles={
+            name: cycles(motions[name], states[name])
+            if name in lasting
+            else Missing("no motion goes on losing contact")
+            for name in CYCLES
+        },
+        other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
     )
-    late_rows = {name: one.rows for name, one in came.items()}
-    others = {name: one.others for name, one in came.items()}
-    return Onset(late_rows, others, MU, swept, limits, found, periodic, **_SETTINGS)
+
+
+def sentences(found: Onset) -> Mapping[str, bool]:
+    """What the paper says of what lasts."""
+    if found.left_out:
+        return {}
+    of = {name: one for name, one in found.cycles.items() if isinstance(one, Cycles)}
+    d = [of.get("b1-d"), of.get("b2-d-integral")]
+
+    def lasts(name: str) -> list[float]:
+        rows = found.after[name]
+        return [row.ratio for row in rows if row.lasting or (row.own and row.own.goes_on)]
+
+    def hammering(name: str) -> list[float]:
+        return [row.ratio for row in found.after[name] if row.own and row.own.hammers]
+
+    rests = [
+        name
+        for name, rows in found.after.items()
+        if not name.endswith("mean") and not any(row.own and row.own.goes_on for row in rows)
+    ]
+    beside = [
+        row for name in ("b1-d", "b2-d-integral") for row in found.after[name] if row.ratio == RATIO
+    ]
+    others = [
+        one for name in ("b1-d", "b2-d-integral") for one in found.other_damping[name].values()
+    ]
+    return {
+        "d-cycles-beside-stable-sliding": all(
+            one is not None and one.sliding and one.own.stable for one in d
+        ),
+        "b2-c-cycle-is-stable": "b2-c-integral" in of and of["b2-c-integral"].own.stable,
+        "b2-d-cycle-begins-below-its-threshold": d[1] is not None
+        and d[1].threshold is not None
+        and d[1].fold < 0.5 * d[1].threshold,
+        "b1-d-never-flutters": d[0] is not None and d[0].threshold is None,
+        "multipliers-agree-with-decay": all(
+            abs(one.decay - one.own.multiplier) < 1e-4 for one in of.values()
+        ),
+        "b2-c-goes-on-at-every-damping": lasts("b2-c-integral") == list(RATIOS),
+        "all-others-come-to-rest": len(rests) == 7 and "b2-c-integral" not in rests,
+        "c-hammers-at-high-damping-alone": hammering("b2-c-integral") == [0.01, 0.02],
+        "d-goes-on-beside-stable-sliding": all(
+            row.lasting > 0.5 * row.starts and (row.growth or 0.0) < 0.0 for row in beside
+        ),
+        "d-hammers-on-points-alone": [
+            bool(row.liveliest and row.liveliest.hammers) for row in beside
+        ]
+        == [True, False],
+        "d-survives-other-damping": all(one is not None and one.goes_on for one in others),
+    }

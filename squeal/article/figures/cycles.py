@@ -1,0 +1,60 @@
+"""Periodic motions over friction beside the sliding equilibrium, from the study `onset`."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.article.records import Missing
+from squeal.article.studies.onset import GREATEST, Cycles, Onset
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
+
+TITLES = {"b1-d": "B1 (d)", "b2-d-integral": "B2 (d)", "b2-c-integral": "B2 (c)"}
+STABLE, UNSTABLE = "#C8380E", "#3498DB"
+CAPTION = r"""Periodic motions at $\zeta = \val[p1]{onset.ratio}$ over friction: peak of the
+contact force (B1: at the leading edge). Red: stable; blue, dashed: unstable. Bar below: the
+sliding equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference
+set."""
+
+
+def _panel(axes: Axes, found: Cycles) -> None:
+    mu, peak = (np.array([getattr(p, key) for p in found.branch]) for key in ("mu", "peak"))
+    stable = np.array([point.stable for point in found.branch])
+    for i in range(len(mu) - 1):
+        both = stable[i] or stable[i + 1]
+        look = {"color": STABLE} if both else {"color": UNSTABLE, "ls": (0, (3, 1.5))}
+        axes.plot(mu[i : i + 2], peak[i : i + 2], lw=1.3, **look)
+    axes.plot(found.own.mu, found.own.peak, "o", mfc="none", mec="k", ms=5)
+    high = 1.15 * peak.max()
+    axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)
+    for interval in found.unstable:
+        axes.fill_between(interval, -0.07 * high, 0.0, color="k", lw=0.0)
+    axes.set_xlim(0.0, GREATEST)
+    axes.set_ylim(-0.07 * high, high)
+    axes.set_xlabel(r"friction $\mu$")
+
+
+def draw(found: Onset) -> Drawing:
+    """The figure, ready to be saved."""
+    title = "Periodic motions over friction"
+    there = {
+        name: one
+        for name in TITLES
+        if not isinstance(one := found.cycles.get(name, Missing("")), Missing)
+    }
+    if not there:
+        why = found.left_out or "No motion that lasts is periodic."
+        return blank(title, why, __name__, found.provenance)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.2))
+        panels = figure.subplots(1, len(there), squeeze=False)[0]
+        for axes, letter, (name, one) in zip(panels, "abc", there.items(), strict=False):
+            _panel(axes, one)
+            axes.set_title(f"({letter}) {TITLES[name]}", loc="left", pad=3.0)
+        panels[0].set_ylabel("peak force over $F_n$")
+    parts = "; ".join(
+        f"{TITLES[name]} from {one.fold:.3g}, flutter of the equilibrium "
+        f"{'nowhere' if one.threshold is None else f'from {one.threshold:.3g}'}"
+        for name, one in there.items()
+    )
+    text = f"Peak force of periodic motions over the friction coefficient. {parts}."
+    return Drawing(figure, text, title, origin(__name__, found.provenance))

@@ -1,0 +1,106 @@
+r"""`python -m squeal.article.report RESULT ... --out FOLDER`: what the texts of the paper read.
+
+values.tex: each \val that a text asks for; NAME.tex: each table of `report.tables`; captions.tex:
+each caption of a figure or table. Where the study of a result says that a sentence does not hold,
+nothing is written and the sentence is named.
+"""
+
+import argparse
+import inspect
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from squeal.article.report import values
+from squeal.article.report.captions import captions, modules
+from squeal.cli.streams import exit_code
+from squeal.errors import ComputationError, InputError
+from squeal.io.writing import write_text
+
+SAYS = re.compile(r"\\says\{([^{}]+)\}")
+TEXTS = ("report.tex", "supplement.tex")
+
+
+def records(files: Mapping[str, Path]) -> Iterator[tuple[Any, Any]]:
+    """The modules of the studies that say something, and their results."""
+    for name, file in files.items():
+        path = Path(__file__).parent.parent / "studies" / f"{name}.py"
+        if path.exists():
+            module = import_module(f"squeal.article.studies.{name}")
+            if hasattr(module, "sentences"):
+                kind = inspect.signature(module.study, eval_str=True).return_annotation
+                yield module, kind.read(file)
+
+
+def checked(files: Mapping[str, Path]) -> dict[str, bool]:
+    """The sentences that the studies check, by name. Raises ComputationError if one is wrong."""
+    found: dict[str, bool] = {}
+    for module, record in records(files):
+        found |= module.sentences(record)
+    wrong = [name for name, holds in found.items() if not holds]
+    if wrong:
+        raise ComputationError(
+            f"sentences of the paper that no longer hold: {', '.join(wrong)}; each stands in "
+            r"paper/*.tex as \says{name} and must be written anew"
+        )
+    return found
+
+
+def table(module: Any, files: Mapping[str, Path]) -> str:
+    """A table from the results that its parameters name."""
+    wanted = inspect.signature(module.table, eval_str=True).parameters
+    return str(module.table(*(p.annotation.read(files[name]) for name, p in wanted.items())))
+
+
+def where(citation: Path) -> dict[str, str]:
+    """Repository and archive as the citation file names them, or that it does not."""
+    lines = citation.read_text(encoding="utf-8").splitlines() if citation.exists() else []
+    known = dict(line.split(": ", 1) for line in lines if ": " in line and line[0].isalpha())
+    keys = {"repository": "repository-code", "archive": "doi"}
+    return {name: known.get(key, "to be announced").strip('"') for name, key in keys.items()}
+
+
+def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
+    """Generated files by name."""
+    holding = checked(files)
+    told = captions()
+    results = values.read(files.values()) | {"where": where(Path("CITATION.cff"))}
+    complete = not any(values.left_out(result) for result in results.values())
+    for name, text in texts.items():
+        for sentence in SAYS.findall(text):
+            if complete and sentence not in holding:
+                raise InputError(f"{name}: \\says{{{sentence}}}: no study checks this sentence")
+    made = {
+        name: table(module, files)
+        for name, module in modules("squeal.article.report.tables").items()
+    }
+    lines = (f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in told.items())
+    made["captions"] = "".join(lines)
+    made["values"] = values.definitions({**texts, **told}, results)
+    return made
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Write the generated files; 1 where a sentence does not hold, 2 for bad input."""
+    parser = argparse.ArgumentParser(description="Write what the texts of the paper read.")
+    parser.add_argument("results", nargs="+", type=Path, metavar="RESULT")
+    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument("--texts", type=Path, default=Path("paper"), metavar="FOLDER")
+    chosen = parser.parse_args(given)
+    return exit_code("report", lambda: _run(chosen))
+
+
+def _run(chosen: argparse.Namespace) -> int:
+    texts = {n: (chosen.texts / n).read_text(encoding="utf-8") for n in TEXTS}
+    made = written({file.stem: file for file in chosen.results}, texts)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    for name, text in made.items():
+        write_text(chosen.out / f"{name}.tex", text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

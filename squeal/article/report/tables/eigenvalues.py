@@ -1,0 +1,28 @@
+"""Complex eigenvalues about the sliding equilibrium of model B2."""
+
+from squeal.article.records import Missing
+from squeal.article.report.latex import number, tabular, typeset
+from squeal.article.studies.eigenvalues import Eigenvalues
+
+CAPTION = r"""Complex eigenvalues about the sliding equilibrium of model B2 without damping,
+computed with python-control from the same matrices as \texttt{squeal eigenvalues}. Real parts of
+rounding size are set to zero."""
+
+
+def table(eigenvalues: Eigenvalues) -> str:
+    """A group of rows a case, a row for a pair or a real eigenvalue."""
+    groups = []
+    for scene, found in eigenvalues.scenes.items():
+        case = f"({scene[-1]})"
+        if isinstance(found, Missing):
+            groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(found.reason)}}}"]])
+            continue
+        rows: list[list[str]] = []
+        for pole in found.poles:
+            first = ["", "", ""] if rows else [case, found.contact, found.verdict]
+            sign = r"\pm" if pole.imag else ""
+            cells = [number(pole.real, 4), f"${sign}{pole.imag:.0f}$", f"{pole.frequency_hz:.1f}"]
+            rows.append([*first[:2], *cells, number(pole.damping_ratio, 3), first[2]])
+        groups.append(rows)
+    head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
+    return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)

@@ -1,0 +1,57 @@
+"""The parameter sets with their verdicts."""
+
+from squeal.article.cases import CASES
+from squeal.article.report.latex import number, percent, tabular
+from squeal.article.studies.sets import ParameterSet, Sets
+
+CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed) and verdicts
+under each. Ratios on an edge of the searched range are marked $\dagger$. Lost: mean share of
+time in which an edge is separated that touches at rest. Lasting: share of initial conditions
+from which case (d) loses contact on and on, at $\zeta = \val[p1]{onset.ratio}$."""
+NAMES = {
+    "h": "$h/w$", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$", "k4": "$k_4/k_1$", "k_c": "$k_c/k_1$",
+    "L": "$L/w$", "mu": r"$\mu$", "F_n": "$F_n/(k_1 w)$",
+}  # fmt: skip
+EDGES = {"L": (0.5, 1.0, 10.0), "mu": (0.1, 0.6), "F_n": (1e-4, 2e-4, 3e-2)}
+"""Ends of the searched ranges, of both searches."""
+
+
+def _cases(cases: tuple[str, ...]) -> str:
+    return ", ".join(cases) if cases else "none"
+
+
+def _ratio(key: str, value: float) -> str:
+    near = any(abs(value / edge - 1.0) < 0.01 for edge in EDGES.get(key, ()))
+    return number(value, 3) + (r"$^\dagger$" if near else "")
+
+
+def table(sets: Sets) -> str:
+    """A column a set."""
+    every: list[ParameterSet] = list(sets.sets.values())
+    ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
+
+    def flutter(one: ParameterSet) -> str:
+        return _cases(tuple(case for case in CASES if one.critical[case] is not None))
+
+    verdicts = [
+        [
+            "independent statements satisfied",
+            *(f"{o.satisfied} of {sets.statements}" for o in every),
+        ],
+        ["B1 hammers in", *(_cases(one.hammering["B1"]) for one in every)],
+        ["B2 hammers in", *(_cases(one.hammering["B2"]) for one in every)],
+        ["sliding of B2 flutters in", *(flutter(one) for one in every)],
+        *(
+            [f"contact lost, {model}", *(percent(one.lost[model], 0) for one in every)]
+            for model in ("B1", "B2")
+        ),
+        *(
+            [
+                f"lasting in (d), {model}",
+                *(percent(one.lasting[model], 0) if one.lasting else "--" for one in every),
+            ]
+            for model in ("B1", "B2")
+        ),
+    ]
+    head = ["", *(name.replace("-", " ") for name in sets.sets)]
+    return tabular("l" + "r" * len(every), head, [ratios, verdicts])

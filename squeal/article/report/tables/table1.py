@@ -1,0 +1,35 @@
+"""The article's Table 1, from the transition table that the integrator uses."""
+
+from squeal.article.report.latex import tabular
+from squeal.article.transitions import EDGE_NAMES, Condition, conditions
+from squeal.model.contact import contact_law
+from squeal.model.states import State
+
+CAPTION = r"""Model B1: conditions for a change of contact state, as the article's Table 1.
+Conditions \name{1--2} and \name{2--1} need both edges at once (E13)."""
+SPRINGS = ("3", "4")  # of the leading and of the trailing edge
+
+
+def _rows(condition: Condition) -> list[list[str]]:
+    name = contact_law("B1").state_name
+    rows: list[list[str]] = []
+    for edge, rising in condition.edges:
+        i = SPRINGS[edge]
+        ends = "" if rows else f"{name(condition.source)}--{name(condition.target)}"
+        gap = rf"$|\vec r_{i} - \vec r_{{f,{i}}}| = L_{i}$"
+        slope, verb = ("positive", "separates") if rising else ("negative", "touches")
+        rows.append([ends, gap, slope, f"{EDGE_NAMES[edge]} edge {verb}"])
+    return rows
+
+
+def table() -> str:
+    """The conditions for a change of state in model B1."""
+    groups: list[list[list[str]]] = []
+    pair: list[set[State]] = []
+    for condition in conditions():
+        ends = {condition.source, condition.target}
+        if not pair or pair[-1] != ends:
+            groups.append([])
+            pair.append(ends)
+        groups[-1] += _rows(condition)
+    return tabular("llll", ["condition", "expression", "slope", "meaning"], groups)

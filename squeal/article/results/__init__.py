@@ -1,1 +1,0 @@
-"""Records of results that several rooms share."""

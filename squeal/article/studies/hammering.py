@@ -1,0 +1,190 @@
+"""What hammers and what loses contact, by one definition for both models, and how sure that is.
+
+How the verdicts move with the least impulse of a blow and with the observation time; losses of
+contact relative to the state of the sliding equilibrium; both models with equal stiffness and load;
+the same motions without rotation; how far from its equilibrium a pad on points keeps contact.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from squeal.article.cases import CASES, HISTORY_FIGURES, stem
+from squeal.article.claims.measures import Case, case_of, measure
+from squeal.article.claims.motions import LEVELS, measures
+from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies.starts import TOLERANCE, compression
+from squeal.equilibrium import sliding_equilibrium
+from squeal.errors import ComputationError
+from squeal.io.provenance import NOT_INSTALLED, version
+from squeal.io.scene import Scene
+from squeal.model.states import FULL, NONE, State
+from squeal.simulation.ensemble import DONE, simulate_starts
+
+WINDOWS = (1, 3, 10)  # observation times over that of the case
+LOCKED = 1e8  # factor on the moment of inertia that stops rotation
+KICKS = np.linspace(0.02, 3.0, 150)  # heights above the equilibrium, over the static compression
+Share = Annotated[float, ".1%"]
+
+
+class Motion(Record):
+    """A case over one observation time.
+
+    hammers: by the definition; turns: changes of the edge that is struck, by least impulse of a
+    blow; leading, trailing: the heaviest blow on each edge over F_n T_1; vanishes: the lesser share
+    of time without force at an edge; lost: share of time in which an edge is separated that touches
+    in the sliding equilibrium; apart: share of time in which some edge is separated; separated:
+    share of time in which both are.
+    """
+
+    hammers: bool
+    turns: dict[str, int]
+    leading: float
+    trailing: float
+    vanishes: Share
+    lost: Share
+    apart: Share
+    separated: Share
+
+
+class Hammering(Result):
+    """motions: by case (b1-a) and observation time; hammering: the cases that hammer, by model, by
+    least impulse and observation time ("0.05, 1"); alike: as `motions`, over one observation time,
+    of B1 with k3 = k4 = k_c / 2 from the load of B2; equilibrium: the contact state of each sliding
+    equilibrium; locked: the cases by model in which an edge loses its force without rotation;
+    amplitude: by case of B1 the least height above the equilibrium, over the static compression,
+    from which an edge separates within the longest time; reference: the same of the reference
+    initial conditions; level, turns: of the definition."""
+
+    motions: dict[str, dict[str, Motion]]
+    hammering: dict[str, dict[str, tuple[str, ...]]]
+    alike: dict[str, Motion]
+    equilibrium: dict[str, str]
+    locked: dict[str, tuple[str, ...]]
+    amplitude: dict[str, float | None]
+    reference: dict[str, float]
+    mean_lost: dict[str, Share]
+    level: float = LEVEL
+    turns: int = TURNS
+
+
+def contact(scene: Scene) -> State:
+    rest, why = sliding_equilibrium(scene.pad_model)
+    if rest is None:
+        raise ComputationError(f"{scene.source}: {why}")
+    return scene.pad_model.state_at(np.array(rest.q))
+
+
+def motion(case: Case, rest: State) -> Motion:
+    def share(lost: Sequence[bool]) -> float:
+        """Of time in states where some of these edges is separated."""
+        pairs = case.shares.items()
+        return sum(t for s, t in pairs if any(w and not e for w, e in zip(lost, s, strict=True)))
+
+    return Motion(
+        hammers=hammers(case).margin > 0.0,
+        turns={str(level): n for level, n in zip(LEVELS, case.blows, strict=True)},
+        leading=case.heaviest[0],
+        trailing=case.heaviest[1],
+        vanishes=min(case.vanishes),
+        lost=share(rest),
+        apart=share(FULL),
+        separated=case.shares.get(NONE, 0.0),
+    )
+
+
+def alike(line: Scene, points: Scene) -> Scene:
+    """Model B1 with the stiffness of the line at its edges, from the load that the line carries."""
+    assert line.pad.k_c is not None
+    depth = line.initial[1] + (line.pad.y0 or 0.0)
+    half = line.pad.k_c / 2.0
+    return points.replace(k3=half, k4=half, initial=(0.0, depth, 0.0, 0.0, 0.0, 0.0))
+
+
+def _amplitude(scene: Scene) -> float | None:
+    rest, _ = sliding_equilibrium(scene.pad_model)
+    assert rest is not None
+    assert scene.stop is not None
+    starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(KICKS), 1))
+    starts[:, 1] += KICKS * compression(scene)
+    found = simulate_starts(scene, starts, WINDOWS[-1] * scene.stop, TOLERANCE, measure=measures)
+    lost = [
+        found["outcome"][i] != DONE or len(case_of(found, i).losses) > 0 for i in range(len(KICKS))
+    ]
+    return float(KICKS[lost.index(True)]) if any(lost) else None
+
+
+def study(files: Sequence[Path]) -> Hammering:
+    """The eight cases of models B1 and B2."""
+    scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    rests = {name: contact(scene) for name, scene in scenes.items()}
+    cases = {
+        windows: {
+            name: measure(dataclasses.replace(scene, stop=windows * (scene.stop or 0.0)))
+            for name, scene in scenes.items()
+        }
+        for windows in WINDOWS
+    }
+    stiff = {case: alike(scenes[stem("B2", case)], scenes[stem("B1", case)]) for case in CASES}
+    still = {
+        name: measure(scene.replace(I=LOCKED * (scene.pad.I or 0.0)))
+        for name, scene in scenes.items()
+    }
+    able = version("heyoka") != NOT_INSTALLED
+    b1 = {name: scene for name, scene in scenes.items() if scene.model == "B1"}
+    motions = {
+        name: {str(w): motion(cases[w][name], rests[name]) for w in WINDOWS} for name in scenes
+    }
+    first = {name: one["1"].lost for name, one in motions.items()}
+    return Hammering(
+        motions=motions,
+        hammering={
+            f"{level}, {windows}": hammering_cases(cases[windows], level)
+            for windows in WINDOWS
+            for level in LEVELS
+        },
+        alike={case: motion(measure(one), contact(one)) for case, one in stiff.items()},
+        equilibrium={name: scenes[name].pad_model.state_name(rest) for name, rest in rests.items()},
+        locked={
+            model: tuple(
+                name[-1]
+                for name, case in still.items()
+                if name.startswith(model.lower()) and max(case.vanishes) > TOUCH
+            )
+            for model in ("B1", "B2")
+        },
+        amplitude={name: _amplitude(scene) if able else None for name, scene in b1.items()},
+        reference={
+            name: abs(scene.initial[1] - sliding_equilibrium(scene.pad_model)[0].q[1])  # type: ignore[union-attr]
+            / compression(scene)
+            for name, scene in b1.items()
+        },
+        mean_lost={
+            model: sum(v for name, v in first.items() if name.startswith(model.lower())) / 4
+            for model in ("B1", "B2")
+        },
+    )
+
+
+def sentences(found: Hammering) -> Mapping[str, bool]:
+    """What the paper says of these motions."""
+    by = found.hammering
+    at = {w: by[f"{LEVEL}, {w}"] for w in WINDOWS}
+    return {
+        "b2-only-c-hammers": all(one["B2"] == ("c",) for one in at.values()),
+        "b1-hammers-in-c-and-d": at[1]["B1"] == ("c", "d"),
+        "b2-c-at-every-level": all("c" in one["B2"] for one in by.values()),
+        "b1-loses-more": found.mean_lost["B1"] > found.mean_lost["B2"],
+        "equal-stiffness-and-load-widen-it": all(
+            one.lost > found.motions[stem("B2", case)]["1"].lost
+            for case, one in found.alike.items()
+        ),
+        "no-separation-without-rotation": found.locked == {"B1": ("c", "d"), "B2": ()},
+        "light-blows-in-b1-a": found.motions["b1-a"]["1"].leading < found.level,
+        "b1-b-keeps-its-leading-edge": found.motions["b1-b"]["1"].vanishes == 0.0,
+    }

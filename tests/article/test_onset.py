@@ -1,0 +1,56 @@
+"""What lasts with damping, and cycles against a second method."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from squeal.article.studies import onset
+from squeal.equilibrium import sliding_equilibrium
+from squeal.io.scene import read_scene
+from tests.conftest import ROOT, needs_heyoka
+
+pytestmark = needs_heyoka
+
+
+def scene(name):
+    return read_scene(ROOT / f"workflow/scenes/{name}.yaml", "simulate")
+
+
+def test_initial_states_lie_about_the_equilibrium():
+    one = scene("b1-d")
+    states = onset.initial_states(one)
+    assert len(states) == 1 + onset.SIDE**2 + onset.MOVING
+    assert states[0] == pytest.approx(one.initial)
+    rest = np.array(sliding_equilibrium(one.pad_model)[0].q)
+    assert np.abs(states[1:, :3] - rest).min(axis=0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_strong_damping_brings_all_to_rest():
+    found, _ = onset.after(scene("b1-b"), 0.2)
+    assert found.own is not None
+    assert (found.own.lost, found.own.turns, found.lasting) == (0.0, 0, 0)
+    assert found.growth < 0.0
+
+
+def test_cycle_of_b2_c_against_a_simulation(monkeypatch):
+    """Its multiplier is the decay of a disturbance, its branch begins at the flutter threshold."""
+    monkeypatch.setattr(onset, "MOST", 40)
+    one = scene("b2-c")
+    row, state = onset.after(one, onset.RATIO)
+    assert row.own.goes_on
+    found = onset.cycles(one, state)
+    assert isinstance(found, onset.Cycles)
+    assert found.own.multiplier == pytest.approx(found.decay, abs=1e-6)
+    assert found.shift < 1e-4
+    # a supercritical branch ends where the equilibrium begins to flutter
+    assert found.fold == pytest.approx(found.threshold, rel=1e-3)
+    assert found.unstable[0][0] == found.threshold
+    # half the time of a period is no period
+    assert dataclasses.replace(found.own, multiplier=1.0).stable is False
+
+
+def test_intervals_of_growth():
+    points = [(0.2, "flutter"), (0.4, "restabilised"), (0.6, "divergence")]
+    assert onset._unstable(points) == ((0.2, 0.4), (0.6, onset.GREATEST))
+    assert onset._unstable([]) == ()
