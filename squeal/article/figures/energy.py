@@ -76,3 +76,8 @@ def draw(found: Energy) -> Drawing:
     )
     made = origin(__name__, found.provenance)
     return Drawing(energy_figure(found), text, "Energies and works in case (c)", made)
+
+
+CAPTION = r"""Energies (above) and works since the start (below) in case (c): point contact and
+both laws of line contact from the same initial conditions. Areas: episodes of partial contact with
+positive or negative work of the contact law."""

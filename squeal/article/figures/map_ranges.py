@@ -64,3 +64,9 @@ def draw(found: MapRanges) -> Drawing:
     )
     made = origin(__name__, found.provenance)
     return Drawing(map_ranges_figure(found), text, "The map of Fig. 13 over its parameters", made)
+
+
+CAPTION = r"""The map of Fig.~13 over its parameters, the others as in the reference set (grey
+verticals). Above: outlines of the region in which (23a, b) hold as printed. Below: shares of the
+map on which they hold as printed (grey: range over the other parameters) and with the correct signs, on
+which B2 has a sliding equilibrium, and on which no mode grows about it."""

@@ -155,3 +155,8 @@ def study(files: Sequence[Path]) -> Angles:
         share_b2=by_verdict(of_b2.regrouped(CODING.verdict_of)),
         share_b3=by_verdict(of_b3),
     )
+
+
+def sentences(found: Angles) -> dict[str, bool]:
+    """What the paper says of sliding equilibria."""
+    return {"sliding-on-most-of-the-map": found.share.quiet > 0.5}

@@ -43,3 +43,8 @@ def quasi_static(pad: Pad, cells: int = CELLS) -> QuasiStatic:
 def study(files: Sequence[Path]) -> QuasiStatic:
     """The map of the scene of model B3."""
     return quasi_static(read_scenes(files, ["b3"])["b3"].pad)
+
+
+def sentences(found: QuasiStatic) -> dict[str, bool]:
+    """What the paper says of the map."""
+    return {"signs-decide-the-map": found.share.as_printed < 0.1 and found.share.sign_aware > 0.9}

@@ -3,9 +3,9 @@
 from squeal.article.report.latex import long_table, number, typeset
 from squeal.article.studies.extreme import Extreme
 
-CAPTION = r"""Stiff and extreme cases: outcome, relative error (of the final place; of the contact times in
-closed forms; of the energy in long runs), contact changes, processor time, and what the error is
-measured against."""
+CAPTION = r"""Stiff and extreme cases: outcome, relative error (of the final place; of the contact
+times in closed forms; of the energy in long runs), contact changes, processor time, and what the
+error is measured against."""
 
 
 def table(extreme: Extreme) -> str:
