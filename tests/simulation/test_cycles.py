@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from squeal.article.studies._neighbours import directions, growth, neighbours
 
 from squeal.analysis.thresholds import critical_friction
-from squeal.article.studies._neighbours import directions, growth, neighbours
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError

@@ -11,7 +11,7 @@ from collections import Counter
 import pytest
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS, STUDIES
+from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES
 from tests.conftest import ROOT
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
@@ -52,6 +52,7 @@ def built(tmp_path_factory):
         os.utime(file, (past, past))
     outputs = [*RESULTS, *(f"results/{stem}.csv" for stem in HISTORY_FIGURES)]
     outputs += [f"figures/{figure}.{kind}" for figure in FIGURES for kind in ("pdf", "txt")]
+    outputs += [f"paper/generated/{name}.tex" for name in ("values", "captions", *TABLES)]
     for name in outputs:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).touch()
@@ -100,9 +101,9 @@ def pdf(*names):
     ("changed", "made", "left"),
     [
         (
-            "squeal/article/figures/sketch.py",
-            pdf("fig01", "fig02"),
-            {*RESULTS, *pdf(*(set(FIGURES) - {"fig01", "fig02"}))},
+            "squeal/article/figures/charts.py",
+            pdf("fig03", "fig08"),
+            {*RESULTS, *pdf(*(set(FIGURES) - {"fig03", "fig08"}))},
         ),
         (
             "squeal/simulation/taylor.py",

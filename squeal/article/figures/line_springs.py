@@ -65,6 +65,6 @@ def draw(found: LineSprings) -> Drawing:
     return Drawing(springs_figure(found), text, "Springs along the face against the line", made)
 
 
-CAPTION = r"""$N$ springs in place of the line: share of time in which some edge is separated (a) and
+CAPTION = r"""$N$ springs in place of the line: share of time in which an edge is separated (a) and
 in which both are (b), dashed on the line; greatest distance from the motion on the line over its
 range (c)."""

@@ -68,5 +68,5 @@ def draw(found: MapRanges) -> Drawing:
 
 CAPTION = r"""The map of Fig.~13 over its parameters, the others as in the reference set (grey
 verticals). Above: outlines of the region in which (23a, b) hold as printed. Below: shares of the
-map on which they hold as printed (grey: range over the other parameters) and with the correct signs, on
+map on which they hold as printed (grey: range over the others) and with the correct signs, on
 which B2 has a sliding equilibrium, and on which no mode grows about it."""
