@@ -17,13 +17,28 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.advice import Advice, Tolerance, advise
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sweep, Thresholds
-    from squeal.analysis.scatter import Scatter, Spread, Spreads, read_spreads, scatter
     from squeal.analysis.sensitivity import Sensitivity
     from squeal.analysis.state_space import friction_plant, state_space
-    from squeal.analysis.subject import System
-    from squeal.analysis.verbs import eigenvalues, map, reduce, sensitivity, sweep, thresholds
+    from squeal.analysis.variations import (
+        Advice,
+        Scatter,
+        Spread,
+        Spreads,
+        Tolerance,
+        advise,
+        read_spreads,
+        scatter,
+    )
+    from squeal.analysis.verbs import (
+        System,
+        eigenvalues,
+        map,
+        reduce,
+        sensitivity,
+        sweep,
+        thresholds,
+    )
     from squeal.errors import ComputationError, InputError
     from squeal.io.answer import Answer, Column, Table
     from squeal.io.scene import Damping, Scene, read_scene
@@ -35,13 +50,11 @@ if TYPE_CHECKING:
     from squeal.simulation.run import Simulation, simulate
 
 _HOMES = {
-    "analysis.advice": "Advice Tolerance advise",
     "analysis.answers": "Axis Eigenvalues Map Sweep Thresholds",
-    "analysis.scatter": "Scatter Spread Spreads read_spreads scatter",
     "analysis.sensitivity": "Sensitivity",
     "analysis.state_space": "friction_plant state_space",
-    "analysis.subject": "System",
-    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
+    "analysis.variations": "Advice Scatter Spread Spreads Tolerance advise read_spreads scatter",
+    "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
     "io.answer": "Answer Column Table",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",

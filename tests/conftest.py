@@ -12,7 +12,6 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from squeal.analysis import subject
 from squeal.io.scene import read_scene
 from squeal.model.contact import models_with
 from squeal.model.pad import Pad
@@ -92,9 +91,3 @@ def scene_of(stem, **changes):
 def hammering_scene(stem):
     """A scene of the pad that goes on hammering, with its start."""
     return read_scene(HAMMERING / f"{stem}.yaml", "simulate")
-
-
-def only_levers(patch, *names):
-    """Advice tries these parameters alone, which is quick."""
-    every = subject.named_values
-    patch.setattr(subject, "named_values", lambda one: {name: every(one)[name] for name in names})

@@ -33,11 +33,6 @@ EIGENVALUES = (
 )
 
 
-def unit_word(unit: str) -> str:
-    """A unit as columns name it, "" for a number without one."""
-    return "" if unit == "1" else unit
-
-
 def finite(value: float) -> float | None:
     """A number, None for one that JSON cannot say."""
     return float(value) if math.isfinite(value) else None

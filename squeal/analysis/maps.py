@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.sensitivity import parameters
-from squeal.analysis.stack import Names, PadStack, Places, verdicts
+from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.admissible import LIMITED
 from squeal.errors import InputError
 from squeal.io.scene import Scene, takes_scene
@@ -328,7 +327,8 @@ def field_of(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float
 def _quantity(stack: PadStack, quantity: str, mu_max: float) -> tuple[np.ndarray, np.ndarray]:
     """Values (n,) of a quantity, and where they are unknown."""
     if quantity == "critical-friction":
-        return stack.first_losses(mu_max)
+        lost = stack.first_losses(mu_max)
+        return lost.mu, lost.unknown
     fastest, unknown = stack.fastest()
     if quantity == "growth":
         return fastest.real, unknown

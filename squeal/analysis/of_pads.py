@@ -16,7 +16,6 @@ from squeal.analysis.answers import (
     Thresholds,
     root_row,
     shape_rows,
-    unit_word,
 )
 from squeal.analysis.eigenvalues import (
     Analysis,
@@ -30,12 +29,12 @@ from squeal.analysis.modes import shapes_of_pad
 from squeal.analysis.sensitivity import (
     Sensitivity,
     eigenvalue_sensitivities,
-    parameters,
     threshold_sensitivities,
 )
+from squeal.analysis.stack import parameters
 from squeal.analysis.threshold_curve import threshold_curves
 from squeal.analysis.thresholds import critical_friction
-from squeal.io.answer import number
+from squeal.io.answer import number, unit_word
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
 

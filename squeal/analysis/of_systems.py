@@ -20,7 +20,6 @@ from squeal.analysis.answers import (
     shapes_without_names,
 )
 from squeal.analysis.sensitivity import Sensitivity
-from squeal.analysis.subject import dense
 from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.chart import NAMES, Side, system_chart
 from squeal.analysis.systems.checks import matrix_list, system_checks
@@ -187,7 +186,9 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     grow = growing((*roots.eigenvalues, *roots.others))
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_ROWS):
         return tuple(grow)
-    own = dense(system)
+    own: Any = system
+    if system.sparse:
+        own = lambda p: system.arrays({system.parameter: p})  # noqa: E731
     try:
         every = unstable_modes(own, at, linear_thresholds(own, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.eigenvalues import Analysis
+from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import (
     damping_matrix,
@@ -25,10 +26,8 @@ from squeal.errors import ComputationError
 from squeal.io.answer import Answer, Column, Table
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import CriticalPoint, complex_eigenvalues, sensitivities
-from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import at_speed, coefficients, pose
-from squeal.model.pad import PARAMETERS
 from squeal.model.states import State
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step, with_derivative
@@ -129,18 +128,6 @@ class Change:
     C: np.ndarray
     K: np.ndarray
     gaps: np.ndarray
-
-
-def parameters(model: PadModel) -> tuple[str, ...]:
-    """Names of the parameters that a model's equilibria and matrices depend on."""
-    uses = contact_model(model.name).uses
-    return tuple(
-        name
-        for name in PARAMETERS
-        if uses(name)
-        and getattr(model.pad, name) is not None
-        and (name != "V" or model.pad.fall is not None)
-    )
 
 
 def change(

@@ -12,15 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.equilibrium.admissible import excursion
-from squeal.equilibrium.branch import CHANGE, NOWHERE, REACHED, UNKNOWN, Branches, follow
+from squeal.equilibrium.branch import CHANGE, NOWHERE, REACHED, TURNS, UNKNOWN, Branches, follow
 from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
-from squeal.equilibrium.find import rests
+from squeal.equilibrium.find import Rests, rests
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
 from squeal.linear.matrices import first_order
-from squeal.model.pad import Pad
+from squeal.model.contact import contact_model
+from squeal.model.equations import PadModel
+from squeal.model.pad import PARAMETERS, Pad
 from squeal.model.units import Units
 from squeal.numerics.differentiation import complex_step
 
@@ -31,6 +33,19 @@ HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 24  # of an interval in which a margin of stability has its least value
 NARROW = 0.5  # of a margin: what the least value may be below before an interval is looked into
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
+STIFF = 1e-12  # of the fastest square: a slower one may be rounding
+
+
+def parameters(model: PadModel) -> Names:
+    """Names of the parameters that a model's equilibria and matrices depend on."""
+    uses = contact_model(model.name).uses
+    return tuple(
+        name
+        for name in PARAMETERS
+        if uses(name)
+        and getattr(model.pad, name) is not None
+        and (name != "V" or model.pad.fall is not None)
+    )
 
 
 class Places(NamedTuple):
@@ -44,11 +59,17 @@ class Places(NamedTuple):
 
 
 class Losses(NamedTuple):
-    """Where n pads first lose stability or the equilibrium: mu (n,), NaN if they keep both, and
-    unknown (n,): where that could not be decided."""
+    """Where n pads first lose stability or the equilibrium: mu (n,), NaN if they keep both.
+
+    kinds, hertz (n,): of what happens there; unknown (n,): where that could not be decided;
+    nowhere (n,): pads that rest nowhere without friction, whose mu is 0.
+    """
 
     mu: np.ndarray
+    kinds: list[str]
+    hertz: np.ndarray
     unknown: np.ndarray
+    nowhere: np.ndarray
 
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
@@ -93,14 +114,20 @@ class PadStack:
         """The friction (n,) of each pad."""
         return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
 
-    def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
-        """The branches from mu = 0 to mu_max (n,), and the pads (n,) whose place of rest was
-        searched for everywhere."""
-        start = rests(self.statics, self.n)
-        found = follow(
-            self.statics, start.z, start.touching, mu_max, rising=True, there=start.there
-        )
-        return found, start.searched
+    @cached_property
+    def rest(self) -> Rests:
+        """Where the pads rest without friction."""
+        return rests(self.statics, self.n)
+
+    def branches(self, mu_max: np.ndarray) -> Branches:
+        """The branches from mu = 0 to mu_max (n,)."""
+        at = self.rest
+        return follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
+
+    def undecided(self, branches: Branches) -> np.ndarray:
+        """Pads (n,) whose branch was lost, or of which no place of rest was searched everywhere."""
+        lost = np.isin(branches.end, UNKNOWN)
+        return np.asarray(lost | (~self.rest.searched & (branches.end == NOWHERE)))
 
     def origin(self, mu: np.ndarray) -> Places:
         """Full contact about the origin at frictions mu (k,)."""
@@ -113,7 +140,7 @@ class PadStack:
         """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
         if self.linear:
             return self.origin(self.mu), np.zeros(self.n, dtype=bool)
-        found, searched = self.branches(self.mu)
+        found = self.branches(self.mu)
         there = found.end == REACHED
         node = np.minimum(found.first[1:] - 1, max(found.z.shape[1] - 1, 0))
         z, on = np.zeros((4, self.n)), np.zeros((found.touching.shape[0], self.n), dtype=bool)
@@ -122,8 +149,9 @@ class PadStack:
         hidden = np.zeros(self.n, dtype=bool)
         hidden[there] = self.statics.pick(there).hidden(z[:, there])
         sides = np.where(there, found.sides, 0.0)
-        unknown = np.isin(found.end, UNKNOWN) | hidden | (~searched & (found.end == NOWHERE))
-        return Places(z, on, sides, there & on.any(axis=0) & ~hidden), unknown
+        return Places(z, on, sides, there & on.any(axis=0) & ~hidden), self.undecided(
+            found
+        ) | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -140,17 +168,13 @@ class PadStack:
             turn = np.array([1.0, 1.0, 1.0 / units.length])
             C = np.array(damping.matrix) * np.outer(turn, turn) * units.time / units.mass
             return normalised(pad, np.broadcast_to(C[:, :, None], (3, 3, self.n)))
-        z, on = np.zeros((4, self.n)), self.origin(np.zeros(self.n)).touching
-        if not self.linear:
-            start = rests(self.statics, self.n)
-            z, on = start.z, start.touching | ~start.there
-        A, _ = self._matrices(np.arange(self.n), z, on)
+        A = self._at_rest
         if damping.ratios is None:
             assert damping.rayleigh is not None
             alpha, beta = damping.rayleigh
             return rayleigh_damping(A, (alpha * units.time, beta / units.time))
         B, stable = modal_damping(A, damping.ratios)
-        stable |= False if self.linear else ~start.there
+        stable |= False if self.linear else ~self.rest.there
         if not stable.all():
             i = int(np.argmin(stable))
             at = ", ".join(
@@ -159,6 +183,23 @@ class PadStack:
             )
             raise ComputationError(f"{UNSTABLE} at {at}")
         return B
+
+    @cached_property
+    def _at_rest(self) -> np.ndarray:
+        """Mass-normalised stiffness (n, 3, 3) without friction."""
+        z, on = np.zeros((4, self.n)), self.origin(np.zeros(self.n)).touching
+        if not self.linear:
+            z, on = self.rest.z, self.rest.touching | ~self.rest.there
+        return self._matrices(np.arange(self.n), z, on)[0]
+
+    @cached_property
+    def stiff(self) -> np.ndarray:
+        """Pads (n,) in which rounding of one stiffness or damping may hide the slow modes."""
+        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
+        squares = sizes[:, 0]
+        if self.damping is not None:
+            squares = np.maximum(squares, np.linalg.norm(self.damping, 2, axis=(1, 2)) ** 2)
+        return np.asarray(sizes[:, -1] <= STIFF * squares)
 
     def _matrices(
         self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray
@@ -208,40 +249,22 @@ class PadStack:
         which a margin of stability comes close to zero is looked into; narrower windows may be
         missed.
         """
-        every = np.arange(self.n)
-        branches, at = None, self._held
-        starts = np.tile([0.0], self.n)
-        stops, owner, jumps = np.full(self.n, mu_max), every, np.zeros(self.n, dtype=bool)
-        end = np.full(self.n, np.nan)
-        unknown = np.zeros(self.n, dtype=bool)
+        owner = every = np.arange(self.n)
+        starts, stops = np.zeros(self.n), np.full(self.n, mu_max)
+        jumps = unknown = nowhere = np.zeros(self.n, dtype=bool)
+        found, kinds = np.full(self.n, np.nan), [""] * self.n
+        at: Callable[[np.ndarray, np.ndarray], Places] = self._held
         if not self.linear:
-            branches, searched = self.branches(np.full(self.n, mu_max))
-            nowhere = branches.end == NOWHERE
-            unknown = np.isin(branches.end, UNKNOWN) | (~searched & nowhere)
-            end = np.where(nowhere, 0.0, branches.mu_end)
-            end = np.where(branches.end == REACHED, np.nan, end)
+            branches = self.branches(np.full(self.n, mu_max))
+            nowhere, unknown = branches.end == NOWHERE, self.undecided(branches)
+            found = np.where(nowhere, 0.0, branches.mu_end)
+            found[branches.end == REACHED] = np.nan
+            kinds = ["fold" if end == TURNS else "end of the branch" for end in branches.end]
             j = np.arange(len(branches.owner))
             j = j[j < branches.last[branches.owner]]
             owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
             jumps = branches.kind[j] == CHANGE
             at = partial(_on_branch, branches)
-        return self._lost(owner, starts, stops, jumps, mu_max, at, end, unknown)
-
-    def _held(self, pad: np.ndarray, mu: np.ndarray) -> Places:
-        return self.origin(mu)
-
-    def _lost(
-        self,
-        owner: np.ndarray,
-        starts: np.ndarray,
-        stops: np.ndarray,
-        jumps: np.ndarray,
-        mu_max: float,
-        at: Callable[[np.ndarray, np.ndarray], Places],
-        end: np.ndarray,
-        unknown: np.ndarray,
-    ) -> Losses:
-        """`first_losses` over intervals of mu that belong to pads `owner`."""
         parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
         piece = np.repeat(np.arange(len(parts)), parts)
         k = np.arange(piece.size) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -250,7 +273,7 @@ class PadStack:
         mu = starts[piece] + share * (stops - starts)[piece]
 
         def looked(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            """Where nothing grows, and the least of the margins of stability."""
+            """Where nothing grows, and the margins of stability."""
             places = at(pad, mu)
             A, B = self.matrices(pad, places.z, places.touching)
             return np.isin(verdicts(A, B), QUIET) & places.there, margins(A, B)
@@ -259,14 +282,12 @@ class PadStack:
         for first in range(0, pad.size, 50_000):
             own = slice(first, first + 50_000)
             calm[own], margin[:, own] = looked(pad[own], mu[own])
-        self._look_into(pad, mu, piece, calm, margin, looked)
+        _look_into(pad, mu, piece, calm, margin, looked)
         lost = np.flatnonzero(~calm)
         who, index = np.unique(pad[lost], return_index=True)
-        high_at = lost[index]
-        found = end.copy()
-        low, high = mu[np.maximum(high_at - 1, 0)], mu[high_at]
-        fresh = k[high_at] == 0
-        exact = fresh & (jumps[piece[high_at]] | (high == 0.0))
+        last = lost[index]
+        low, high = mu[np.maximum(last - 1, 0)], mu[last]
+        exact = (k[last] == 0) & (jumps[piece[last]] | (high == 0.0))
         low = np.where(exact, high, low)
         for _ in range(HALVINGS):
             i = np.flatnonzero(high - low > 4e-16 * mu_max)
@@ -275,48 +296,71 @@ class PadStack:
             middle = (low[i] + high[i]) / 2
             quiet = looked(who[i], middle)[0]
             low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
-        found[who] = high
-        unknown = unknown.copy()
-        unknown[who] = False
-        return Losses(np.where(unknown, np.nan, found), unknown)
+        found[who], unknown = high, unknown & ~np.isin(every, who)
+        hertz = np.full(self.n, np.nan)
+        places = at(who, high)
+        A, B = self.matrices(who, places.z, places.touching)
+        codes = np.where(places.there, verdicts(A, B), QUIET[0])
+        for i, code, frequency in zip(who, codes, self.meeting(A, B), strict=True):
+            if code not in QUIET:
+                kinds[i] = VERDICTS[code]
+                hertz[i] = frequency if kinds[i] == "flutter" else 0.0
+            elif kinds[i] == "fold":
+                hertz[i] = 0.0
+        return Losses(np.where(unknown, np.nan, found), kinds, hertz, unknown, nowhere)
 
-    def _look_into(
-        self,
-        pad: np.ndarray,
-        mu: np.ndarray,
-        piece: np.ndarray,
-        calm: np.ndarray,
-        margin: np.ndarray,
-        looked: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
-    ) -> None:
-        """Move values of mu (m,) between which a margin (2, m) has a low least value there, and
-        tell whether it is calm."""
-        i = np.arange(1, pad.size - 1)
-        same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
-        quiet = same & calm[i - 1] & calm[i] & calm[i + 1]
-        for which in range(2):
-            before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
-            bend = before - 2 * here + after
-            with np.errstate(all="ignore"):
-                least = here - (after - before) ** 2 / (8 * bend)
-            dips = quiet & (here < before) & (here < after) & (least < NARROW * here)
-            j = i[dips]
-            low, high = mu[j - 1].copy(), mu[j + 1].copy()
-            if not j.size:
-                continue
-            c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
-            (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
-            for _ in range(SHRINKS):
-                left = np.where(~cc | ~cd, ~cc, fc[which] < fd[which])
-                low, high = np.where(left, low, c), np.where(left, d, high)
-                c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
-                (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
-            grows = ~cc | ~cd
-            mu[j[grows]], calm[j[grows]] = np.where(~cc, c, d)[grows], False
+    def _held(self, pad: np.ndarray, mu: np.ndarray) -> Places:
+        return self.origin(mu)
+
+    def meeting(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+        """Frequencies (k,) in Hz of the pairs that are next to growth: of the two nearest modes
+        without damping, else of the pair that grows most."""
+        rows = np.arange(len(A))
+        if B is None or not B.any():
+            s = np.linalg.eigvals(A)
+            i, j = np.triu_indices(3, 1)
+            pair = np.argmin(np.abs((s[:, i] - s[:, j]).real), axis=1)
+            mean = (s[rows, i[pair]] + s[rows, j[pair]]).real / 2
+            rate = np.sqrt(np.maximum(mean, 0.0))
+        else:
+            roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
+            growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
+            rate = roots.imag[rows, np.argmax(growth, axis=1)]
+        return np.asarray(rate / self.statics.units.time / (2 * np.pi))
 
 
 def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
     return Places(*branches.at(pad, mu))
+
+
+def _look_into(
+    pad: np.ndarray,
+    mu: np.ndarray,
+    piece: np.ndarray,
+    calm: np.ndarray,
+    margin: np.ndarray,
+    looked: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+) -> None:
+    """Move values of mu (m,) between which a margin (2, m) has a low least value there, and tell
+    whether it is calm."""
+    i = np.arange(1, pad.size - 1)
+    same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
+    quiet = same & calm[i - 1] & calm[i] & calm[i + 1]
+    for which in range(2):
+        before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
+        with np.errstate(all="ignore"):
+            least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
+        j = i[quiet & (here < before) & (here < after) & (least < NARROW * here)]
+        if not j.size:
+            continue
+        low, high = mu[j - 1], mu[j + 1]
+        for _ in range(SHRINKS + 1):
+            c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+            (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
+            left = np.where(~cc | ~cd, ~cc, fc[which] < fd[which])
+            low, high = np.where(left, low, c), np.where(left, d, high)
+        grows = ~cc | ~cd
+        mu[j[grows]], calm[j[grows]] = np.where(~cc, c, d)[grows], False
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:

@@ -14,7 +14,6 @@ from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, Axis, Found, codes_
 from squeal.analysis.stack import QUIET, PadStack
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS
-from squeal.linear.matrices import first_order
 from squeal.schema.arguments import takes
 
 Kind = Literal["flutter", "divergence", "fold", "contact"]
@@ -100,22 +99,11 @@ def _kinds(one: Found, other: Found) -> np.ndarray:
 
 
 def _frequencies(stack: PadStack, found: Found) -> np.ndarray:
-    """Frequencies (k,) in Hz of the pairs that are next to growth: of the two nearest modes
-    without damping, else of the pair of least decay."""
+    """Frequencies (k,) in Hz of the pairs that are next to growth."""
     states = np.array(stack.scene.pad_model.states, dtype=bool)
     z = found.places.copy()
     z[3] = stack.mu
-    A, B = stack.matrices(np.arange(stack.n), z, states[found.contact].T)
-    rows = np.arange(stack.n)
-    if B is None or not B.any():
-        s = np.linalg.eigvals(A)
-        i, j = np.triu_indices(3, 1)
-        pair = np.argmin(np.abs(s[:, i] - s[:, j]), axis=1)
-        rate = np.sqrt(np.maximum((s[rows, i[pair]] + s[rows, j[pair]]).real / 2, 0.0))
-    else:
-        roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
-        rate = roots.imag[rows, np.argmax(np.where(roots.imag > 0.0, roots.real, -np.inf), axis=1)]
-    return np.asarray(rate / stack.statics.units.time / (2 * np.pi))
+    return stack.meeting(*stack.matrices(np.arange(stack.n), z, states[found.contact].T))
 
 
 def _chains(lines: np.ndarray, kinds: np.ndarray, shape: tuple[int, ...]) -> list[list[int]]:

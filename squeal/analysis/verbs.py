@@ -7,20 +7,23 @@ of pads and of systems are loaded by the first question about one.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.formula import Formula
 from squeal.schema.arguments import Several
 from squeal.schema.place import Place
 from squeal.schema.values import Number
 
 if TYPE_CHECKING:
     from squeal.analysis.sensitivity import Sensitivity
-    from squeal.linear.system import TermSystem
 
 Progress = Callable[[str], None]
 Band = tuple[float, float]
@@ -54,6 +57,55 @@ def _system(
     """The room of systems, the system with what is known of its files, and what is wanted of it."""
     room = importlib.import_module("squeal.analysis.of_systems")
     return room, room.file_of(subject), room.wanted(band, region, modes)
+
+
+def System(
+    M: Any,
+    C: Any = None,
+    K: Any = None,
+    parameters: Mapping[str, float] | None = None,
+    parameter: str = "mu",
+    name: str = "system",
+) -> TermSystem:
+    """A system M q'' + C q' + K q = 0 from arrays in memory.
+
+    Parameters
+    ----------
+    M, C, K : array_like (n, n), SciPy sparse array, or mapping of formulas to such
+        A mapping holds terms by their factors, formulas of the parameters, such as
+        ``{"1": K0, "mu": K1}``. C may be left out.
+    parameters : mapping of str to float
+        Named numbers; the free parameter is 0 if it is not among them.
+    parameter : str
+        The free parameter, in which thresholds are sought.
+    name : str
+        What the system is called.
+
+    Raises
+    ------
+    InputError
+        For a matrix that is not square or finite, and a formula with unknown names.
+
+    Examples
+    --------
+    >>> K0, K1 = [[2, -1], [-1, 2]], [[0, 4 / 3], [0, 0]]
+    >>> coupled = System([[1, 0], [0, 1]], K={"1": K0, "mu": K1})
+    >>> coupled.n, coupled.parameter
+    (2, 'mu')
+    """
+
+    def terms(given: Any) -> tuple[Term, ...]:
+        if given is None:
+            return ()
+        each = given.items() if isinstance(given, Mapping) else [("1", given)]
+        arrays = ((text, X if hasattr(X, "tocsc") else np.asarray(X)) for text, X in each)
+        return tuple(
+            Term(X if np.iscomplexobj(X) else X.astype(float), Formula(text)) for text, X in arrays
+        )
+
+    if K is None:
+        raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
+    return TermSystem(terms(M), terms(C), terms(K), dict(parameters or {}), parameter, name)
 
 
 def eigenvalues(

@@ -102,6 +102,8 @@ class Branches:
     def mu_end(self) -> np.ndarray:
         """The largest mu (n,) of the part that rises from 0; NaN without a place of rest."""
         there = self.first[1:] > self.first[:-1]
+        if not self.z.size:
+            return np.full(len(self.end), np.nan)
         return np.where(there, self.z[3][np.minimum(self.last, self.z.shape[1] - 1)], np.nan)
 
     @cached_property

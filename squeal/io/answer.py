@@ -84,6 +84,11 @@ class Column:
         return f"{words}, {unit}" if unit else words
 
 
+def unit_word(unit: str) -> str:
+    """A unit as columns name it, "" for a number without one."""
+    return "" if unit == "1" else unit
+
+
 def columns(names: str) -> tuple[Column, ...]:
     """Columns without a unit that are attributes of a row."""
     return tuple(map(Column, names.split()))

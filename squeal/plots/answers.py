@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.modes import shapes_of_pad, sweep_modes
-from squeal.analysis.scatter import Scatter
+from squeal.analysis.variations import Scatter
 from squeal.errors import InputError
 from squeal.io.answer import Answer, number
 from squeal.io.provenance import provenance

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.scatter import CONFIDENCE, Scatter
+from squeal.analysis.variations import CONFIDENCE, Scatter
 from squeal.plots.coupling import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
 

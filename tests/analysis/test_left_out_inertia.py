@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.advice import Tolerance, advise
 from squeal.analysis.maps import Axis, field_of
-from squeal.analysis.scatter import Spread, Spreads, scatter
 from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.variations import Spread, Spreads, Tolerance, advise, scatter
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from tests.conftest import only_levers
 
 PAD = {
     "m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6,
@@ -34,8 +32,7 @@ def held(**changes):
 
 
 @pytest.mark.parametrize("name", ["w", "h"])
-def test_contours_and_levers(name, monkeypatch):
-    only_levers(monkeypatch, name)
+def test_contours_and_levers(name):
     low, high = 0.9 * PAD[name], 1.1 * PAD[name]
     shown = field_of(
         SCENE, (Axis(name, low, high, 3), Axis("F_n", 4000.0, 5000.0, 1)), "critical-friction"

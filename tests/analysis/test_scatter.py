@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from squeal.analysis import subject as subjects
-from squeal.analysis.scatter import Spread, Spreads, read_spreads, scatter
 from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.variations import Outcome, Spread, Spreads, Varied, read_spreads, scatter
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad
@@ -82,15 +81,13 @@ def test_samples_that_are_no_pads_are_counted_and_left_out(scene):
 
 def test_samples_that_cannot_be_computed_are_counted_apart(scene, found, monkeypatch):
     """They were dropped as "no such pads", and the quantiles were those of the survivors."""
-    critical_of, asked = subjects.critical_of, []
+    outcomes = Varied.outcomes
 
-    def failing(subject, high):
-        asked.append(subject)
-        if len(asked) % 4 == 0:
-            raise ComputationError("one stiffness hides the slow modes")
-        return critical_of(subject, high)
+    def failing(varied, names, values, high):
+        known = outcomes(varied, names, values, high)
+        return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
 
-    monkeypatch.setattr(subjects, "critical_of", failing)
+    monkeypatch.setattr(Varied, "outcomes", failing)
     some = scatter(scene, found.drawn, mu_max=MU_MAX)
     assert (some.failed, some.no_pad, len(some.critical)) == (COUNT // 4, 0, COUNT - COUNT // 4)
     assert some.warnings
@@ -100,6 +97,15 @@ def test_samples_that_cannot_be_computed_are_counted_apart(scene, found, monkeyp
         assert whole.mu is not None
         assert (one.low or 0.0) <= whole.mu <= (one.high or np.inf)
     assert some.interval[0] <= found.stable <= some.interval[1]
+
+
+def test_what_a_stack_cannot_decide_is_a_query_of_its_own(scene):
+    """Stiffnesses 14 decades apart: no sample is decided in vain, each is counted as failed."""
+    stiff = scene.replace(k3=8.7e20, k4=8.7e20)
+    with pytest.raises(ComputationError):
+        critical_friction(stiff)
+    with pytest.raises(ComputationError, match="no sample"):
+        scatter(stiff, Spreads((Spread("k2", "relative", 0.01),), 10))
 
 
 @pytest.mark.parametrize(

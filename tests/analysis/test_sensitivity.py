@@ -9,9 +9,9 @@ import pytest
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
-    parameters,
     threshold_sensitivities,
 )
+from squeal.analysis.stack import parameters
 from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.damping import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError

@@ -45,7 +45,7 @@ if __name__ == "__main__":
 COMMANDS = {
     "tasks": ("", "", "stopped\n"),
     "squeal.cli.main": (
-        "squeal.analysis.scatter._work",
+        "squeal.analysis.variations._work",
         f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2",
         "squeal: stopped\n",
     ),
