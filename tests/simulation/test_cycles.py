@@ -4,15 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from squeal.article.studies._neighbours import directions, growth, neighbours
 
 from squeal.analysis.thresholds import critical_friction
-from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.model.equations import linearise
-from squeal.simulation.cycles import Cycle, Shooting, variations
+from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 from tests.conftest import hammering_scene, needs_heyoka
@@ -79,40 +75,3 @@ def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
     away = np.concatenate([3.0 * cycle.state, [2.7 * cycle.period, cycle.mu]])
     with pytest.raises(ComputationError, match="no periodic motion"):
         shooting.solve(away)
-
-
-@needs_heyoka
-def test_neighbours_of_an_unstable_equilibrium_part_at_the_rate_of_its_eigenvalue():
-    scene = hammering_scene("b1-a")
-    rest, _ = sliding_equilibrium(scene.pad_model)
-    assert rest is not None
-    matrices = linearise(scene.pad_model, rest.q, rest.state)
-    squares = np.linalg.eigvals(np.linalg.solve(matrices.M, matrices.K))
-    rate = np.abs(np.sqrt(-squares.astype(complex)).real).max()
-    stretch = 1.0 / rate
-    states = np.tile(np.append(rest.q, np.zeros(3)), (2, 1))
-    # few enough stretches that the motion itself does not leave the equilibrium by rounding
-    logs = neighbours([scene.pad_model] * 2, states, stretch, 20)
-    assert growth(logs, stretch)[0].mean() == pytest.approx(rate, rel=0.02)
-
-
-@needs_heyoka
-def test_neighbours_grow_as_the_variational_equations_say():
-    scene = hammering_scene("b1-c")
-    assert scene.stop is not None
-    logs = neighbours([damped_model(scene)], np.array([scene.initial]), scene.stop / 2, 20)
-    found = variations(scene, 10.0)
-    total = found.logarithm + np.log(np.linalg.norm(found.matrix @ directions(1)[0]))
-    assert logs.sum() == pytest.approx(total, abs=0.05)
-    assert total > 10.0
-
-
-def test_a_rate_is_the_slope_of_the_logarithm_whatever_oscillates():
-    t = 0.5 * np.arange(1.0, 41.0)
-    logs = np.diff(np.array([2.0 * t, np.log(t)]), prepend=0.0).T
-    rates, least = growth(logs, 0.5)
-    assert rates[0] == pytest.approx(2.0)
-    assert rates[1] == pytest.approx(least)
-    size = np.diff(3.0 * np.sin(7.0 * t), prepend=0.0)[:, None]
-    (disturbed,), _ = growth(logs[:, :1] + size, 0.5)
-    assert disturbed == pytest.approx(2.0, abs=0.1)
