@@ -22,7 +22,10 @@ HEAD = """\
 def text() -> str:
     """The file: the manifest of outputs, and what they belong to."""
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    entries = [{"file": "paper/report.pdf", "comment": "The report"}]
+    entries = [
+        {"file": "paper/report.pdf", "comment": "The paper"},
+        {"file": "paper/supplement.pdf", "comment": "Its supplement"},
+    ]
     for name, text in captions().items():
         file = f"figures/{name}.pdf" if name in FIGURES else f"paper/generated/{name}.tex"
         entries.append({"file": file, "comment": title(text)})

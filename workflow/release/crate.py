@@ -28,7 +28,11 @@ FORMATS = {
     ".tex": "application/x-tex",
 }
 CC_BY, MIT = "https://creativecommons.org/licenses/by/4.0/", "https://spdx.org/licenses/MIT"
-NAMES = {"paper/report.pdf": "The report", "squeal.html": "The live page"}
+NAMES = {
+    "paper/report.pdf": "The paper",
+    "paper/supplement.pdf": "Its supplement",
+    "squeal.html": "The live page",
+}
 
 
 def described(folder: Path) -> dict[str, Any]:
@@ -75,10 +79,11 @@ def described(folder: Path) -> dict[str, Any]:
     )
     workflow["name"], workflow["author"] = "From the scenes to the report", maker
     workflow["license"], workflow["creator"] = mit, maker
-    given = [add_file(path, cc_by) for path in files("workflow/scenes/*.yaml")]
+    given = [add_file(path, cc_by) for path in files("workflow/scenes/**/*.yaml")]
     made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
     made += files("paper/generated/*.tex")
-    results = [add_file(path, cc_by) for path in [*made, folder / "paper" / "report.pdf"]]
+    made += files("paper/*.pdf")
+    results = [add_file(path, cc_by) for path in made]
     for place in ("CITATION.cff", "codemeta.json", "codecheck.yml", "README.md", "LICENSE"):
         add_file(folder / place, mit)
     for place, name, licence in (
