@@ -19,7 +19,7 @@ from squeal.linear import (
     System,
     thresholds,
 )
-from squeal.linear.crossing import TIGHT
+from squeal.linear.changes import TIGHT
 from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
 from squeal.linear.matrices import checked, reduce
 from squeal.schema.arguments import takes

@@ -4,8 +4,9 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
 """
 
-from squeal.linear.crossing import CriticalPoint, Crossing
+from squeal.linear.changes import CriticalPoint
 from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sensitivities
+from squeal.linear.events import Crossing
 from squeal.linear.invariants import VERDICTS
 from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes

@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.linear.continuation import hermite_cubic
+from squeal.linear.events import hertz_of
 from squeal.linear.verdict import UnstableCount
 
+TIGHT = 1e-9  # of mu: an interval shorter than this has converged
 HALVINGS = 5  # of a step in which growth may change hands twice
 COARSE = 8  # halvings before a meeting of two roots is looked for
 
@@ -19,6 +21,26 @@ Lead = Callable[[float], tuple[float, float, float] | None]
 """p -> by how much the fastest pair outgrows the fastest real root (1/s), slope and rounding."""
 Meeting = Callable[[float, float], tuple[float, float] | None]
 """(low, high) -> where a growing pair meets on the real axis, and half its interval."""
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """A change of verdict on the way up in mu.
+
+    `converged`: the interval is no wider than 1e-9 of mu, and a root was seen to make the change.
+    Where it is not the interval holds the change all the same: rounding leaves it more where growth
+    hardly changes with mu, as at a window that almost closes.
+    """
+
+    mu: float
+    kind: str  # flutter, divergence: what follows; restabilised: neither follows any more
+    frequency_hz: float  # of the mode concerned, at mu; 0 where a real root is
+    interval: tuple[float, float]  # bracket of mu; the point itself at a breakpoint
+    converged: bool
+    residual: float | None = None  # backward error of the root there, if it is known
+
+    def __str__(self) -> str:
+        return f"{self.kind} at mu = {self.mu:.9g}{hertz_of(self.frequency_hz)}"
 
 
 @dataclass(frozen=True)

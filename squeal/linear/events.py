@@ -28,7 +28,6 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.crossing import Crossing
 from squeal.linear.matrices import EPS, Array, norm_of
 
 ASIDE = 0.4837  # of a step: where it is divided
@@ -36,6 +35,28 @@ FINE = 101  # points at which a pair's roots are looked at
 ROUNDS = 25  # of Newton's method, and of inverse iteration
 SMALL = 40  # rows up to which loading SciPy costs more than it saves
 NUDGE = 1e-7  # of a shift, so that the matrix is regular
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A pair or a real root that crosses the imaginary axis on the way up in mu."""
+
+    mu: float
+    kind: str  # flutter: a pair; divergence: a real root
+    direction: str  # up: it starts to grow; down: it ceases
+    frequency_hz: float  # at mu; 0 for divergence
+    interval: tuple[float, float]  # bracket of mu, rounding included; the point itself at a jump
+    mode: int  # by rising frequency at mu, from 1; of a coalescing pair the first
+    changes_verdict: bool  # false where other modes grow all the same, and faster
+    residual: float | None = None  # backward error of the root there, if it is known
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.direction} at mu = {self.mu:.9g}{hertz_of(self.frequency_hz)}"
+
+
+def hertz_of(frequency: float) -> str:
+    """A frequency in words, nothing for 0."""
+    return f", {frequency:.6g} Hz" if frequency else ""
 
 
 @dataclass(frozen=True)

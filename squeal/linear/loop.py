@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
-from squeal.linear.crossing import Crossing
+from squeal.linear.events import Crossing
 from squeal.linear.matrices import Array
 from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
 from squeal.linear.thresholds import crossings

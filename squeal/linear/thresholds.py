@@ -13,15 +13,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.linear.changes import Place, VerdictChange, Verdicts
+from squeal.linear.changes import TIGHT, CriticalPoint, Place, VerdictChange, Verdicts
 from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
     divided,
 )
-from squeal.linear.crossing import TIGHT, CriticalPoint, Crossing
-from squeal.linear.events import Event, located
+from squeal.linear.events import Crossing, Event, located
 from squeal.linear.light import Slow
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import (

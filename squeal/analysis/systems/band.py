@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from squeal.linear import CriticalPoint, Crossing
-from squeal.linear.changes import Place, VerdictChange, Verdicts
-from squeal.linear.crossing import TIGHT
+from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.verdict import GROWING, UnstableCount, unstable_count
 from squeal.numerics.grouping import together
