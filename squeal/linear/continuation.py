@@ -23,7 +23,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,26 +146,14 @@ class State:
         return np.asarray(apart <= 2 * np.add.outer(self.rounding, self.rounding))
 
     @cached_property
-    def couplings(self) -> Couplings:
-        """Of the pairs of roots that may meet or exchange their real parts."""
+    def couplings(self) -> tuple[NDArray, ...]:
+        """Pairs (k, l) that may meet, and of each whether it is conjugate, W and T of kl and lk,
+        half of z_k'' - z_l'' by all others, and what third roots add to T if none cancel."""
         return _couplings(self)
 
 
-class Couplings(NamedTuple):
-    """Pairs (k, l) of roots with the quantities of the module's head, (pairs,), or (2, pairs) of
-    kl and of lk."""
-
-    k: NDArray[np.intp]
-    l: NDArray[np.intp]
-    conjugate: Bools
-    direct: ComplexArray  # (2, pairs) W
-    indirect: ComplexArray  # (2, pairs) T
-    bend: ComplexArray  # half of z_k'' - z_l'' of all other roots
-    alone: Array  # (2, pairs) each third root's part of T for itself: they need not cancel
-
-
-def _couplings(state: State) -> Couplings:
-    """Couplings of the pairs on the line or above it, and of conjugates."""
+def _couplings(state: State) -> tuple[NDArray, ...]:
+    """Of the pairs on the line or above it, and of conjugates."""
     z, W, noise, own = state.roots, state.coupling, state.rounding, state.slopes
     apart, unsure = z[:, None] - z, np.add.outer(noise, noise)
     conjugate = np.abs(z[:, None] - z.conj()) <= unsure
@@ -187,7 +175,7 @@ def _couplings(state: State) -> Couplings:
         squares, others = np.abs(W) ** 2, np.abs(F) ** 2
         size = np.add.outer(squares.diagonal(), squares.diagonal())
         alone = np.maximum(others @ squares + squares @ others - others * size, 0.0)
-    return Couplings(k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs]))
+    return k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs])
 
 
 class Continuation:
@@ -457,14 +445,14 @@ def near_coalescences(a: State, b: State, exchange: float = 0.3) -> list[tuple[S
 def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[Meeting]:
     """Pairs that may meet on the line, or exchange so much that one crosses it, up to `span` away
     for a rising parameter (`way` = 1) or a falling one (-1)."""
-    of, z, noise = state.couplings, state.roots, state.rounding
-    k, l, own = of.k, of.l, way * state.slopes
+    k, l, conjugate, direct, indirect, bend, alone = state.couplings
+    z, noise, own = state.roots, state.rounding, way * state.slopes
     with np.errstate(all="ignore"):
         u, v = z[k] - z[l], own[k] - own[l]
         x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
-        v = v + x * of.bend
-        a, b = way * of.direct + x * of.indirect
-        third = 0.5 * x * (np.abs(of.alone[0] * b) + np.abs(of.alone[1] * a))
+        v = v + x * bend
+        a, b = way * direct + x * indirect
+        third = 0.5 * x * (np.abs(alone[0] * b) + np.abs(alone[1] * a))
         s = 2 * np.sqrt(-a * b)
         ends = np.stack([-u / (v - s), -u / (v + s)]).real
         ends = np.where(np.isfinite(ends), ends, 1e9 * span)
@@ -474,7 +462,7 @@ def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[
             return
         ends, inside = ends[:, near], inside[:, near]
         k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
-        conjugate, third = of.conjugate[near], third[near]
+        conjugate, third = conjugate[near], third[near]
         centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
         # of a wide window the end that lies in the step
         at = np.where(inside[2], centre, np.where(inside[0], *ends))

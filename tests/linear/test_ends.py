@@ -93,15 +93,6 @@ def test_damped_thresholds_exactly_at_the_end_are_listed(end, rates, which):
     assert thresholds(system, end * (1 - 1e-8)).crossings == []
 
 
-@pytest.mark.parametrize("which", [0, 1])
-@pytest.mark.parametrize("low", [-1.0, -1e-3])
-def test_a_threshold_at_the_end_is_one_where_the_end_is_zero(low, which):
-    found = thresholds(oscillators((0.5, 0.0, 0.0), others=0.3)[which], 0.0, mu_min=low)
-    assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-15)
-    assert [c.direction for c in found.crossings] == ["up"]
-    assert found.certified is not False
-
-
 @pytest.mark.parametrize("rows", [2, 3, 4])
 def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
     """omega^2 = 4 +- sqrt(1 - (1 + mu)^2): two beneath zero, a growing pair beyond."""
@@ -116,17 +107,6 @@ def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
         assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-12)
         assert [c.direction for c in found.crossings] == ["up"]
         assert [p.kind for p in found.points] == ["flutter"]
-
-
-def test_of_pairs_that_begin_to_grow_together_within_the_range_the_fastest_is_named():
-    found = thresholds(oscillators((0.2, 0.9, 0.4), at=0.5)[1], 1.0)
-    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 3, rel=1e-12)
-    assert sorted(omegas_of(found)) == pytest.approx(W[:3], rel=1e-9)
-    (first,) = (c for c in found.crossings if c.changes_verdict)
-    assert 2 * np.pi * first.frequency_hz == pytest.approx(W[1], rel=1e-9)
-    (point,) = found.points
-    assert point.frequency_hz == first.frequency_hz
-    assert found.certified is not False
 
 
 @pytest.mark.parametrize("mix", [0.0, 0.3])

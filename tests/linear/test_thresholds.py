@@ -1,89 +1,16 @@
 """Thresholds against closed forms, 30-digit solutions and the loop of python-control."""
 
-import mpmath as mp
 import numpy as np
 import pytest
 
 from squeal.errors import InputError
 from squeal.linear import Batched, critical_points, verdict
-from tests.linear.conftest import random_pad
 
 I2, I3 = np.eye(2), np.eye(3)
 
 
 def _kinds(points):
     return [p.kind for p in points]
-
-
-def _exact_threshold(M, K0, K1, near):
-    """Zero of the discriminant or of the determinant next to `near`, in 34 digits."""
-    with mp.workdps(34):
-        inverse = mp.inverse(mp.matrix(M.tolist()))
-        A0, A1 = inverse * mp.matrix(K0.tolist()), inverse * mp.matrix(K1.tolist())
-        size = mp.norm(A0, 1)
-        A0, A1 = A0 / size, A1 / size
-
-        def invariants(mu):
-            A = A0 + mu * A1
-            square = A * A
-            a = sum(A[i, i] for i in range(3))
-            b = (a * a - sum(square[i, i] for i in range(3))) / 2
-            return a, b, mp.det(A)
-
-        def discriminant(mu):
-            a, b, c = invariants(mu)
-            return a**2 * b**2 - 4 * b**3 - 4 * a**3 * c + 18 * a * b * c - 27 * c**2
-
-        found = []
-        for f in (discriminant, lambda mu: invariants(mu)[2]):
-            root = mp.findroot(f, (near * (1 - 1e-7), near * (1 + 1e-7)), verify=False)
-            found.append(abs(root - near) / near)
-        return float(min(found))
-
-
-def test_random_pads_to_nine_digits(rng):
-    checked = 0
-    for _ in range(60):
-        M, _, K0 = random_pad(rng)
-        size = np.sqrt(np.outer(np.diag(M), np.diag(M)))
-        K0 = (K0 + K0.T) / 2
-        K1 = size * 1e6 * np.outer(rng.normal(size=3), rng.normal(size=3))
-
-        def system(mu, M=M, K0=K0, K1=K1):
-            return M, None, K0 + mu * K1
-
-        points = critical_points(system, 2.0)
-        for p in points:
-            assert p.converged
-            assert p.interval[0] <= p.mu <= p.interval[1]
-            before, after = (verdict(*system(p.mu * (1 + e))) for e in (-1e-7, 1e-7))
-            assert before != after
-            assert after == ("marginal" if p.kind == "restabilised" else p.kind)
-            if "marginal" in (before, after):  # not an exchange of growth rates
-                assert _exact_threshold(M, K0, K1, p.mu) < 1e-9
-                checked += 1
-        # nothing between: the verdicts of a grid change only where points are
-        grid = np.linspace(1e-6, 2.0, 101)
-        names = [verdict(*system(mu)) for mu in grid]
-        for a, b, before, after in zip(grid, grid[1:], names, names[1:], strict=False):
-            if before != after:
-                assert any(a <= p.mu <= b for p in points)
-    assert checked > 20
-
-
-@pytest.mark.parametrize("n", [2, 3, 5])
-@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-5])
-def test_narrow_windows_are_found(n, width):
-    # discriminant of the coupled pair: (mu - 0.5)^2 - width^2
-    def system(mu):
-        K = np.diag([1.5 + mu, 2.0, 11.0, 13.0, 17.0])[:n, :n]
-        K[0, 1], K[1, 0] = width / 2, -width / 2
-        K[2:, 0] = 0.1
-        return np.eye(n), None, K
-
-    points = critical_points(system, 1.7)
-    assert _kinds(points) == ["flutter", "restabilised"]
-    assert [p.mu for p in points] == pytest.approx([0.5 - width, 0.5 + width], rel=1e-9)
 
 
 def test_frequencies_that_cross_are_no_threshold():
