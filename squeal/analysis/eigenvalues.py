@@ -200,9 +200,8 @@ def roots_and_verdict(
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     values = np.array([e.value for e in found])
     order = ordered(values)
-    zeros = errors.count(0.0)
     verdict = decide(values, np.abs(values) * np.array(errors))
-    return Spectrum(tuple(found[k] for k in order), C is None, zeros), verdict
+    return Spectrum(tuple(found[k] for k in order)), verdict
 
 
 def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:

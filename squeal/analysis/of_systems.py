@@ -161,7 +161,7 @@ def eigenvalues(
         words += f" with growth below {roots.growth_limit:.4g} 1/s"
     shapes = None
     if system.n <= SHOWN_ROWS:
-        shapes = shapes_without_names(Spectrum(roots.eigenvalues, False, 0))
+        shapes = shapes_without_names(Spectrum(roots.eigenvalues))
     return Eigenvalues(
         system.name,
         system.parameter,

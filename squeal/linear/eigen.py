@@ -80,15 +80,6 @@ class Eigenvalue:
         """-Re / |value|; 0 for a rigid-body root, which neither grows nor decays."""
         return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
 
-    def to_dict(self) -> dict[str, float]:
-        """real, imag (rad/s), frequency_hz and damping_ratio."""
-        return {
-            "real": self.value.real,
-            "imag": self.value.imag,
-            "frequency_hz": self.frequency_hz,
-            "damping_ratio": self.damping_ratio,
-        }
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
@@ -98,8 +89,11 @@ class Spectrum:
     """
 
     eigenvalues: tuple[Eigenvalue, ...]
-    undamped: bool
-    rigid_body_roots: int  # eigenvalues that are exactly zero
+
+    @property
+    def rigid_body_roots(self) -> int:
+        """How many eigenvalues are exactly zero."""
+        return sum(not e.value for e in self.eigenvalues)
 
     @property
     def values(self) -> ComplexArray:
@@ -323,18 +317,19 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
     roots = roots_of(reduced)
     residuals = _residuals(reduced, roots.values, roots.right)
-    eigenvalues = tuple(
-        Eigenvalue(
-            complex(roots.values[k]),
-            _physical(reduced.T, roots.right[:, k]),
-            _physical(reduced.T, roots.left[:, k]),
-            float(residuals[k]),
-            float(roots.condition[k]),
-            float(roots.rounding[k]),
+    return Spectrum(
+        tuple(
+            Eigenvalue(
+                complex(roots.values[k]),
+                _physical(reduced.T, roots.right[:, k]),
+                _physical(reduced.T, roots.left[:, k]),
+                float(residuals[k]),
+                float(roots.condition[k]),
+                float(roots.rounding[k]),
+            )
+            for k in ordered(roots.values)
         )
-        for k in ordered(roots.values)
     )
-    return Spectrum(eigenvalues, reduced.B is None, int(np.sum(roots.values == 0)))
 
 
 def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> Array:

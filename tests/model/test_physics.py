@@ -9,9 +9,9 @@ import pytest
 
 from squeal.article.equations import bounds, rank, stiffness
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
-from squeal.model.equations import PadModel, about_origin, net_loads
+from squeal.model.equations import PadModel, about_origin
 from squeal.model.laws import LineContact
-from squeal.model.mechanics import coefficients, elongation, pose, spring_energy
+from squeal.model.mechanics import coefficients, elongation, pose
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from tests import naive
 from tests.conftest import random_pad
@@ -72,22 +72,6 @@ def test_elongation_keeps_its_digits(ratio):
     exact = mp.hypot(exact_D[0] + u[0], exact_D[1] + u[1]) - mp.hypot(*exact_D)
     ours = elongation(np, L, D, u)
     assert abs(ours - float(exact)) <= 4e-16 * abs(float(exact)) + 2e-16 * np.hypot(*u)
-
-
-@pytest.mark.parametrize("name", ["B1", "B2"])
-@pytest.mark.parametrize("state", [FULL, LEAD, TRAIL])
-def test_forces_without_friction_follow_from_the_potential(name, state):
-    model = PadModel(name, random_pad(5, mu=0.0))
-    law = model.law
-    c = coefficients(mp, model.pad, law.absolute_gap)
-
-    def potential(*q):
-        at = pose(mp, q)
-        return spring_energy(mp, c, at) + law.energy(c, at, state) + c.F_n * at.y
-
-    q = tuple(mp.mpf(v) for v in PLACES[state])
-    exact = [-mp.diff(potential, q, tuple(int(i == j) for j in range(3))) for i in range(3)]
-    assert close([float(v) for v in net_loads(mp, c, law, q, state)], exact, 1e-13)
 
 
 @pytest.mark.parametrize("name", ["B1", "B2"])
@@ -180,12 +164,6 @@ def test_bounds_follow_from_the_rows_of_eq_21():
         assert found.bound_23a == pytest.approx(K[0, 0] / K[1, 0], rel=1e-12)
         assert found.bound_23b == pytest.approx(K[2, 0] / (p.h * K[1, 0]), rel=1e-12)
         assert bool(found.as_printed) == (p.mu < min(found.bound_23a, found.bound_23b))
-
-
-def test_bounds_without_coupling_are_infinite():
-    found = bounds(random_pad(1, alpha1=np.pi / 2, alpha2=np.pi))
-    assert np.isinf(found.bound_23a)
-    assert np.isinf(found.bound_23b)
 
 
 def test_origin_linearisation_adds_contact_and_friction_to_eq_22():
