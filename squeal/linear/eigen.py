@@ -32,7 +32,6 @@ from squeal.linear.matrices import (
 )
 
 ComplexArray = NDArray[np.complex128]
-_SIDES = ("right", "left")
 HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
 STIFF = (
     "one stiffness or damping is so much greater than others that rounding of it hides the slow "
@@ -376,14 +375,13 @@ def sensitivities(
     mass, damping, _ = checked(M, C, K)
     known = spectrum or complex_eigenvalues(M, C, K)
     z = known.values
-    right, left = (np.array([getattr(e, side) for e in known.eigenvalues]) for side in _SIDES)
-    zero = np.zeros_like(mass)
+    right, left = np.swapaxes([(e.right, e.left) for e in known.eigenvalues], 0, 1)
 
     def form(parts: list[tuple[ComplexArray, ArrayLike | None]]) -> tuple[ComplexArray, Array]:
         """y^H (sum of factors times matrices) x, and the size of which eps is rounding."""
         total, size = np.zeros(len(z), dtype=complex), np.zeros(len(z))
         for factor, X in parts:
-            X = zero if X is None else np.asarray(X, dtype=float)
+            X = np.zeros_like(mass) if X is None else np.asarray(X, dtype=float)
             total += factor * np.sum((left.conj() @ X) * right, axis=1)
             size += np.abs(factor) * np.sum((np.abs(left) @ np.abs(X)) * np.abs(right), axis=1)
         return total, size

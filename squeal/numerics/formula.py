@@ -16,7 +16,6 @@ from typing import Any
 from squeal.errors import InputError
 from squeal.numerics.differentiation import Dual, dual
 
-LENGTH = 500  # characters of a formula
 ALLOWED = "a formula of parameters and numbers with + - * / ** (by a number) and parentheses"
 
 
@@ -91,10 +90,8 @@ def _refuse(text: str) -> InputError:
 
 
 def _parsed(text: str) -> ast.expr:
-    if len(text) > LENGTH:
-        raise InputError(
-            f"a formula of {len(text)} characters is not allowed; at most {LENGTH} are"
-        )
+    if len(text) > 500:
+        raise InputError(f"a formula of {len(text)} characters is not allowed; at most 500 are")
     try:
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError):

@@ -4,42 +4,40 @@ import numpy as np
 
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
 PERIODS = 4  # least number of periods in which a frequency is told
-LINEAR = 1e-3  # largest misfit of a motion that is a sum of exponentials
-_LEAST = 32  # samples
-_FAINT = 1e-8  # of the greatest singular value: components below it are rounding
 
 
-def exponent(samples: np.ndarray, step: float) -> complex | None:
+def exponent(samples: np.ndarray, step: float, misfit: float = 1e-3) -> complex | None:
     """The exponent lambda of free linear motion z(t) = z0 + sum_k c_k exp(lambda_k t).
 
     samples (n, d): z at equal steps of time, d at least the number of components. Of the
     components that change z at least a tenth as fast as the strongest one at the end, it is that
     which grows fastest (of several that grow alike the strongest). The linear map from one
     difference of samples to the next is fitted by least squares, its eigenvalues are
-    exp(lambda step). None where no such map fits to `LINEAR`, or where the samples hold less than
+    exp(lambda step). None where no such map fits to `misfit`, or where the samples hold less than
     two periods (of a real exponent: less than 1/|lambda|).
     """
     count = len(samples)
-    while count >= _LEAST:
-        found = _fitted(samples[:count], step)
+    while count >= 32:
+        found = _fitted(samples[:count], step, misfit)
         if found is not None:
             return found
         count //= 2  # a motion that grows is linear at its start at least
     return None
 
 
-def _fitted(samples: np.ndarray, step: float) -> complex | None:
+def _fitted(samples: np.ndarray, step: float, misfit: float) -> complex | None:
+    faint = 1e-8  # of the greatest singular value: what is below it is rounding
     steps = np.diff(samples, axis=0).T
     before, after = steps[:, :-1], steps[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
-    rank = int(np.sum(sizes > _FAINT * sizes[0] + rounding))
+    rank = int(np.sum(sizes > faint * sizes[0] + rounding))
     if rank == 0:
         return None
     U, inverse = U[:, :rank], V[:rank].T / sizes[:rank]
     reduced = U.T @ after @ inverse
-    misfit = np.linalg.norm(after - U @ (reduced @ (U.T @ before)))
-    if misfit > LINEAR * np.linalg.norm(after - before):
+    missed = np.linalg.norm(after - U @ (reduced @ (U.T @ before)))
+    if missed > misfit * np.linalg.norm(after - before):
         return None
     factors, modes = np.linalg.eig(reduced)
     held = np.abs(np.linalg.solve(modes, U.T @ after[:, -1])) * np.linalg.norm(modes, axis=0)
@@ -55,7 +53,7 @@ def _fitted(samples: np.ndarray, step: float) -> complex | None:
     enough = abs(value.imag) * lasting >= 4 * np.pi
     if not enough and not (abs(value.imag) * step < 1e-9 and abs(value) * lasting >= 1.0):
         return None
-    small = abs(value.real) <= _FAINT * abs(value)
+    small = abs(value.real) <= faint * abs(value)
     return complex(0.0 if small else value.real, abs(value.imag))
 
 

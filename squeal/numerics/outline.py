@@ -17,8 +17,6 @@ import numpy as np
 Codes = Callable[[np.ndarray], np.ndarray]
 """Codes (n,) at points (2, n)."""
 
-HALVINGS = 20  # of an edge: places to a millionth of it
-
 
 @dataclass(frozen=True, eq=False)
 class Outline:
@@ -104,7 +102,7 @@ def crossings(
     step[0, : len(ix)] = x[ix + 1] - x[ix]
     step[1, len(ix) :] = y[jy + 1] - y[jy]
     low, width = np.zeros(len(first)), 1.0
-    for _ in range(HALVINGS if len(first) else 0):
+    for _ in range(20 if len(first) else 0):  # places to a millionth of an edge
         width /= 2
         low = low + width * (at(start + (low + width) * step) == first)
     share = low + width / 2
