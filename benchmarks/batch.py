@@ -23,9 +23,8 @@ from squeal.article.studies.accuracy import compare_times, ours
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT
-from squeal.model.equations import PadModel
+from squeal.model.equations import PadModel, natural_units
 from squeal.model.pad import Model, Pad
-from squeal.model.units import natural_units
 from squeal.simulation.ensemble import DONE, simulate_many, stack
 from squeal.simulation.reference import reference
 

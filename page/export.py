@@ -18,12 +18,14 @@ import heyoka as hy
 from squeal.io.scene_keys import DEFAULT_TOLERANCE
 from squeal.model.contact import (
     FORMULATION_CHOICES,
+    NORMAL_REACTION,
+    ContactLaw,
     Formulation,
+    Touching,
     contact_law,
     contact_model,
 )
 from squeal.model.equations import term_count
-from squeal.model.laws import NORMAL_REACTION, ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import NONE, State, states

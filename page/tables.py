@@ -22,9 +22,8 @@ from squeal.article.cases import CASES, stem
 from squeal.equilibrium.damping import UNSTABLE
 from squeal.io.scene import Scene, read_scene
 from squeal.io.scene_keys import DAMPING
-from squeal.model.contact import Formulation, contact_law, contact_model, models_with
+from squeal.model.contact import Formulation, Springs, contact_law, contact_model, models_with
 from squeal.model.equations import term_count
-from squeal.model.laws import Springs
 from squeal.model.pad import PARAMETERS
 from squeal.model.states import STATES
 from squeal.schema.values import Number, Row

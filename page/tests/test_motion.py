@@ -13,7 +13,7 @@ from squeal.equilibrium.find import least_at_zero
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
-from squeal.model.units import natural_units
+from squeal.model.equations import natural_units
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT, random_pad
 

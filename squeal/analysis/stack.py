@@ -21,9 +21,8 @@ from squeal.io.scene import Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
 from squeal.linear.matrices import first_order
 from squeal.model.contact import contact_model
-from squeal.model.equations import PadModel
+from squeal.model.equations import PadModel, Units
 from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.units import Units
 from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]

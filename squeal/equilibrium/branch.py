@@ -17,7 +17,7 @@ import numpy as np
 from squeal.equilibrium.located import contact_change, fold, position_error
 from squeal.equilibrium.statics import Statics, solve_stack
 from squeal.errors import InputError
-from squeal.model.units import natural_units
+from squeal.model.equations import natural_units
 
 NODE, CHANGE, FOLD = range(3)
 """Kinds of a node: a point of the branch, a change of contact, a smooth fold."""

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.model.equations import PadModel, net_loads
-from squeal.model.laws import Touching
+from squeal.model.contact import Touching
+from squeal.model.equations import PadModel, Units, natural_units, net_loads
 from squeal.model.mechanics import Coefficients, Pose, pose, springs
 from squeal.model.states import State
-from squeal.model.units import Units, natural_units
 from squeal.numerics.differentiation import complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added

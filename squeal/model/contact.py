@@ -1,23 +1,379 @@
-"""The contact models by name: their laws, the choices that each has, the parameters it needs."""
+"""Contact laws (springs at points of the lower face, line contact) and the models that name them.
 
-from collections.abc import Callable
+Everything else asks the law and never the model's name. The line contact (model B2, Eqs. 8-20)
+rests on the gaps of the two lower edges, never on the contact-loss point of Eq. (12), which is
+singular for a level pad.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cache, lru_cache
-from typing import Any
+from functools import cache, cached_property, lru_cache
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
-from squeal.model.laws import (
-    ContactLaw,
-    DeltaFrom,
-    DeltaMoment,
-    LineContact,
-    LineForce,
-    PointContact,
-    SpringContact,
-)
+import numpy as np
+
+from squeal.model.mechanics import Coefficients, Forces, Loads, Number, Point, Pose, edges, gaps
 from squeal.model.pad import PARAMETERS, Pad
+from squeal.model.states import STATES, State
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import Whole, Word
+
+LineForce = Literal["integral", "mean"]
+DeltaFrom = Literal["centre", "frame"]
+DeltaMoment = Literal["+", "-"]
+Touching = Sequence[Number] | np.ndarray
+"""A contact state as factors 1 and 0, one for each contact point: a `State` (bools), or numbers,
+arrays or symbols, so that one formula serves all states."""
+
+
+class Signal(NamedTuple):
+    """A quantity that is plotted and whose range is given, over a scale.
+
+    over: the parameter that it is divided by, F_n for a force and w for a place; symbol: as TeX;
+    title: short, for a panel; words: in a sentence.
+    """
+
+    name: str
+    over: Literal["F_n", "w"]
+    symbol: str
+    title: str
+    words: str
+
+    @property
+    def is_force(self) -> bool:
+        """True for a force, which is nowhere negative and zero while the surfaces are apart."""
+        return self.over == "F_n"
+
+
+class ContactLaw(Hashable, Protocol):
+    """Loads on the pad from unilateral contact at points of its lower face.
+
+    Pure formulas over generic numbers: c are the pad's coefficients, `at` its pose, `on` says
+    which contact points touch. A law is hashable and holds no state.
+
+    parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
+    y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
+    restoring: its moment turns the pad back, so that without friction a pad rests in one place
+    near the initial one; plotted: its signals; meanings: name and meaning of each contact
+    state, as the article or the field counts them.
+    """
+
+    @property
+    def parameters(self) -> tuple[str, ...]: ...
+
+    @property
+    def absolute_gap(self) -> bool: ...
+
+    @property
+    def restoring(self) -> bool: ...
+
+    @property
+    def plotted(self) -> tuple[Signal, ...]: ...
+
+    @property
+    def meanings(self) -> Mapping[str, str]: ...
+
+    @property
+    def points(self) -> int:
+        """How many contact points there are, in order from the leading edge to the trailing."""
+
+    def state_name(self, state: State) -> str:
+        """The name of a contact state, one of `meanings`."""
+
+    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
+        """Height of each contact point over the surface; contact changes where it passes zero."""
+
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces; zero where nothing touches."""
+
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+        """These forces and their moment."""
+
+    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, ...]:
+        """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
+        arrays."""
+
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
+
+    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        """Potential energy of the contact."""
+
+
+NORMAL_REACTION = (
+    Signal("Rn", "F_n", "R_n", "normal reaction", "normal reaction"),
+    Signal("delta", "w", r"\delta", "place of the reaction", "place of the reaction"),
+)
+FACE_STATES = {"FC": "full contact", "PC": "partial contact", "SS": "surface separation"}
+
+
+def face_state(state: State) -> str:
+    """The article's name of a face's contact (Fig. 8)."""
+    return "FC" if all(state) else "PC" if any(state) else "SS"
+
+
+class Spring(NamedTuple):
+    """A contact spring.
+
+    place: along the lower face, -1 at the leading and 1 at the trailing edge; stiffness: the
+    parameter that gives it, of which the spring has a share.
+    """
+
+    place: float
+    stiffness: str
+    share: float = 1.0
+
+
+class Springs(ABC):
+    """Unilateral springs along the lower face, whose points are the contact points.
+
+    The face is straight. A spring at the place p therefore has the gap a g_l + b g_t of the gaps
+    at the edges, a = (1 - p)/2 and b = (1 + p)/2, and loads the pad as the shares a and b of its
+    force at the edges would. All springs together are a symmetric stiffness (2, 2) between the
+    gaps of the edges and the forces there, and only that stiffness knows which of them touch.
+
+    level_friction: friction acts at the arm h, as in Eq. (10), instead of where its edge is.
+    """
+
+    parameters: ClassVar[tuple[str, ...]]
+    absolute_gap: ClassVar[bool]
+    level_friction: ClassVar[bool]
+
+    @property
+    @abstractmethod
+    def springs(self) -> tuple[Spring, ...]:
+        """The springs, from the leading to the trailing edge."""
+
+    @property
+    def points(self) -> int:
+        """How many springs there are."""
+        return len(self.springs)
+
+    @cached_property
+    def _weights(self) -> tuple[tuple[float, float], ...]:
+        return tuple(((1.0 - s.place) / 2.0, (1.0 + s.place) / 2.0) for s in self.springs)
+
+    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
+        """Height of the foot of each spring over the surface."""
+        gl, gt = gaps(c, at)
+        return tuple(a * gl + b * gt for a, b in self._weights)
+
+    def _stiffness(self, c: Coefficients, on: Touching) -> tuple[Number, Number, Number]:
+        ll, lt, tt = 0.0, 0.0, 0.0
+        for touches, spring, (a, b) in zip(on, self.springs, self._weights, strict=True):
+            k = touches * (spring.share * getattr(c, spring.stiffness))
+            ll, lt, tt = ll + k * (a * a), lt + k * (a * b), tt + k * (b * b)
+        return ll, lt, tt
+
+    def _edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
+        """The forces at the leading and the trailing edge that stand for all springs."""
+        gl, gt = gaps(c, at)
+        ll, lt, tt = self._stiffness(c, on)
+        return -(ll * gl + lt * gt), -(lt * gl + tt * gt)
+
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces of Eqs. (4)-(6)."""
+        total = Forces(0.0, 0.0, 0.0, 0.0)
+        corners = (c.rlx, c.rly), (c.rtx, c.rty)
+        for force, r in zip(self._edge_forces(c, at, on), corners, strict=True):
+            friction = c.mu * force
+            if self.level_friction:
+                normal = Forces.of(r, 0.0, force)
+                total += normal._replace(x=friction, moment=c.h * friction)
+            else:
+                total += Forces.of(r, friction, force)
+        return total
+
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+        """The forces and their moment."""
+        return self.forces(c, at, on).loads(at)
+
+    @property
+    def restoring(self) -> bool:
+        """True: the springs have a potential."""
+        return True
+
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
+        (fl, ft), (al, at_) = self._edge_forces(c, at, on), edges(c, at)
+        return fl + ft, (al * fl + at_ * ft) / (fl + ft)
+
+    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        """Potential energy of the springs that touch."""
+        gl, gt = gaps(c, at)
+        ll, lt, tt = self._stiffness(c, on)
+        return 0.5 * (ll * gl * gl + 2.0 * lt * gl * gt + tt * gt * gt)
+
+
+@dataclass(frozen=True)
+class PointContact(Springs):
+    """Springs k3 and k4 at the two lower edges, relaxed in the initial position (model B1)."""
+
+    parameters: ClassVar[tuple[str, ...]] = ("k3", "k4")
+    absolute_gap = False
+    level_friction = False
+    springs = (Spring(-1.0, "k3"), Spring(1.0, "k4"))
+    plotted = (
+        Signal("F3", "F_n", "F_{s,3}", "leading edge", "leading-edge force"),
+        Signal("F4", "F_n", "F_{s,4}", "trailing edge", "trailing-edge force"),
+    )
+    meanings: ClassVar[Mapping[str, str]] = {
+        "1": "both edges in contact",
+        "2": "separated",
+        "3": "leading edge only",
+        "4": "trailing edge only",
+    }
+
+    def state_name(self, state: State) -> str:
+        """The article's number of a state (Fig. 3)."""
+        return str(1 + STATES.index(state))
+
+    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """F3 and F4."""
+        return self._edge_forces(c, at, on)
+
+
+@dataclass(frozen=True)
+class SpringContact(Springs):
+    """Equal springs at equal distances along the lower face, a discrete line contact (model BN).
+
+    N springs k_c/N at the places (2 i + 1 - N)/sqrt(N^2 - 1), i from 0 to N - 1: the middles of N
+    equal parts of the face, moved outwards by 1/sqrt(1 - 1/N^2), since their mean square there is
+    (1 - 1/N^2)/3 and a uniform face has 1/3. Normal stiffness k_c and rotational stiffness
+    k_c w^2/3 in full contact are then exactly those of the line contact with the integral law,
+    which is the limit of many springs.
+    """
+
+    count: int
+
+    parameters = ("k_c",)
+    absolute_gap = True
+    level_friction = True
+    plotted = NORMAL_REACTION
+    meanings: ClassVar[Mapping[str, str]] = FACE_STATES
+    state_name = staticmethod(face_state)
+
+    @cached_property
+    def springs(self) -> tuple[Spring, ...]:
+        """The springs, from the leading to the trailing edge."""
+        n = self.count
+        wide = math.sqrt(n * n - 1.0)
+        return tuple(Spring((2 * i + 1 - n) / wide, "k_c", 1.0 / n) for i in range(n))
+
+    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and delta, which is NaN as apart where the touch is too light to tell."""
+        force, place = self.resultant(c, at, on)
+        light = 1e-8 * c.k_c * c.w  # leaves of the place nothing but rounding
+        return force, np.where(np.less(force, light), np.nan, place)
+
+
+def _partial(
+    c: Coefficients, gl: Number, gt: Number, on: Touching
+) -> tuple[Number, Number, Number]:
+    """Partial contact; zeros, without 0/0, where both edges touch or none.
+
+    Penetration of the edge that touches, contact length over 2 w, and the centroid of the pressure
+    from the middle of the lower face.
+    """
+    leading, trailing = on
+    side = trailing - leading  # 1 on the trailing edge alone, -1 on the leading edge alone
+    one = side * side
+    p = -one * (leading * gl + trailing * gt)
+    part = p / (side * (gl - gt) + (1.0 - one))
+    return p, part, side * c.w * (1.0 - part * (2.0 / 3.0))
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Distributed stiffness along the lower face.
+
+    With pl, pt the penetrations of the leading and trailing edge, the pressure varies linearly
+    between them. In full contact both line-force laws give Rn = k_c (pl + pt)/2. In partial
+    contact, p being the penetration of the touching edge, the contact length over 2w is
+    p/|pl - pt|, and the integral law weighs Rn = k_c p/2 (the printed mean) with it.
+
+    The choices are those of `squeal.model.contact.Formulation`.
+    """
+
+    line_force: LineForce = "integral"
+    delta_from: DeltaFrom = "centre"
+    delta_moment: DeltaMoment = "+"
+
+    parameters: ClassVar = ("k_c",)
+    absolute_gap: ClassVar = True
+    points: ClassVar = 2
+    plotted: ClassVar = NORMAL_REACTION
+    meanings: ClassVar = FACE_STATES
+    state_name = staticmethod(face_state)
+    gaps = staticmethod(gaps)
+
+    @property
+    def restoring(self) -> bool:
+        """False with the sign of Eq. (21), which turns the pad ever further."""
+        return self.delta_moment == "+"
+
+    def _reaction(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Point, Point, Number]:
+        """Partial and full contact, one of which is zero, and the centroid of the partial one.
+
+        Each is Rn with its moment about the middle of the lower face.
+        """
+        gl, gt = gaps(c, at)
+        p, part, aside = _partial(c, gl, gt, on)
+        Rn = 0.5 * c.k_c * p
+        if self.line_force == "integral":
+            Rn = Rn * part
+        full = on[0] * on[1] * c.k_c
+        return (
+            (Rn, Rn * aside),
+            (full * (-0.5 * (gl + gt)), full * (c.w * (gl - gt) / 6.0)),
+            aside,
+        )
+
+    def _middle(self, c: Coefficients, at: Pose) -> tuple[Number, Number]:
+        """cos(theta0 + theta), and where the middle of the face lies, as delta is counted."""
+        leading, trailing = edges(c, at)
+        cos_phi, middle = (trailing - leading) / (2.0 * c.w), (leading + trailing) / 2.0
+        return cos_phi, middle if self.delta_from == "centre" else middle + c.x0 + at.x
+
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Rn and Rf = mu Rn, Eqs. (8)-(10) (friction at the constant arm h)."""
+        partial, full, _ = self._reaction(c, at, on)
+        Rn, along = partial[0] + full[0], partial[1] + full[1]
+        Rf, sign = c.mu * Rn, 1.0 if self.delta_moment == "+" else -1.0
+        # sums of the coordinates of the points where Rn acts, each times its part
+        aside, down = (
+            sign * (0.5 * (t + l) * Rn + (t - l) / (2.0 * c.w) * along)
+            for l, t in ((c.rlx, c.rtx), (c.rly, c.rty))
+        )
+        moment = c.h * Rf
+        if self.delta_from == "frame":
+            moment = moment + sign * ((c.x0 + at.x) * Rn)
+        return Forces(Rf, Rn, aside, down, moment)
+
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+        """The forces and their moment."""
+        return self.forces(c, at, on).loads(at)
+
+    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn (in units of force) and delta (of length), Eqs. (13)-(20); delta is 0/0 apart."""
+        (partial, _), (full, along), aside = self._reaction(c, at, on)
+        cos_phi, middle = self._middle(c, at)
+        both = on[0] * on[1]
+        place = aside + along / (full + (1.0 - both))
+        touching = on[0] + on[1] - both
+        return partial + full, (cos_phi * place + middle) * touching / touching
+
+    resultant = signals
+
+    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
+        gl, gt = gaps(c, at)
+        p, part, _ = _partial(c, gl, gt, on)
+        full = on[0] * on[1] * ((gl + gt) ** 2 / 8.0 + (gl - gt) ** 2 / 24.0)
+        return c.k_c * (p * p * part / 6.0 + full)
 
 
 @dataclass(frozen=True)

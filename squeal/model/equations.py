@@ -1,17 +1,29 @@
-"""Equations of motion of models B1 (Eqs. 4-6) and B2 (Eqs. 8-10), and their linearisation."""
+"""Equations of motion of models B1 (Eqs. 4-6) and B2 (Eqs. 8-10), and their linearisation.
+
+A motion is integrated in units in which it is of order one, whatever the units of its file: its
+state is (x, y, w theta) and their rates. The same pad in other units is then the same computation.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import operator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.model.contact import CONSISTENT, Formulation, check_pad, contact_law, contact_model
-from squeal.model.laws import ContactLaw, Touching
+from squeal.errors import InputError
+from squeal.model.contact import (
+    CONSISTENT,
+    ContactLaw,
+    Formulation,
+    Touching,
+    check_pad,
+    contact_law,
+    contact_model,
+)
 from squeal.model.mechanics import (
     Coefficients,
     Loads,
@@ -240,3 +252,82 @@ def spring_directions(pad: Pad, angles: Any = None) -> tuple[np.ndarray, np.ndar
     a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
     a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
     return a1, a2
+
+
+@dataclass(frozen=True)
+class Units:
+    """Mass in kg, length in m, time in s, and the lever (m) that turns rotation into length.
+
+    Of many pads each may be an array (n,).
+    """
+
+    mass: float
+    length: float
+    time: float
+    lever: float
+
+    @property
+    def velocity(self) -> float:
+        """In m/s."""
+        return self.length / self.time
+
+    @property
+    def force(self) -> float:
+        """In N."""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def energy(self) -> float:
+        """In J."""
+        return self.force * self.length
+
+    def scaled(self, model: PadModel) -> PadModel:
+        """A model in SI units measured in these."""
+        pad = model.pad.scaled(self.mass, self.length, self.time)
+        if model.damping is None:
+            return dataclasses.replace(model, pad=pad)
+        turn, rate = (1.0, 1.0, self.length), self.time / self.mass
+        C = tuple(
+            tuple(c * rate / (turn[i] * turn[j]) for j, c in enumerate(row))
+            for i, row in enumerate(model.damping)
+        )
+        return dataclasses.replace(model, pad=pad, damping=C)
+
+    def to_scaled(self, state: np.ndarray) -> np.ndarray:
+        """(x, y, theta, rates) in SI units to the integrated state."""
+        return np.asarray(state, dtype=float) / self._factors()
+
+    def to_si(self, state: np.ndarray) -> np.ndarray:
+        """The integrated state (..., 6) to SI units."""
+        return np.asarray(state, dtype=float) * self._factors()
+
+    def _factors(self) -> np.ndarray:
+        turn = self.length / self.lever
+        place = np.array([self.length, self.length, turn])
+        return np.concatenate([place, place / self.time])
+
+
+def natural_units(model: PadModel, initial: Any) -> Units:
+    """Units from the pad's stiffness and mass, and from the size of its load and first state.
+
+    initial: (x, y, theta, rates) in SI units, each a number or, like the parameters of many pads,
+    an array (n,). Raises InputError for a pad without any stiffness, which has no time of its own.
+    """
+    pad = model.pad
+    stiffness = sum(getattr(pad, name) for name in ("k1", "k2", *model.law.parameters))
+    if not np.all(stiffness > 0.0):
+        raise InputError("Pad: no stiffness above 0; motion without any spring has no unit of time")
+    time = np.sqrt(pad.m / stiffness)
+    x, y, theta, x_dot, y_dot, theta_dot = initial
+    sizes = (
+        np.abs(x),
+        np.abs(pad.y0 + y if model.law.absolute_gap else y),
+        np.abs(pad.w * theta),
+        time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot),
+        pad.F_n / stiffness,
+    )
+    length = reduce(np.maximum, sizes)
+    length = np.where(length > 0.0, length, pad.w)
+    each = (np.asarray(v) for v in (pad.m, length, time, pad.w))
+    # plain numbers are faster than numpy's
+    return Units(*(v.item() if v.ndim == 0 else v for v in each))  # type: ignore[arg-type]

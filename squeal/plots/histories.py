@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from squeal.model.contact import contact_law
-from squeal.model.laws import Signal
+from squeal.model.contact import Signal, contact_law
 from squeal.model.states import LEAD, TRAIL
 from squeal.plots.runs import Interval, Run, Summary
 from squeal.plots.style import STATE_COLOURS, colours, sided, state_label

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from squeal.model.contact import contact_law
+from squeal.model.contact import NORMAL_REACTION, Signal, contact_law
 from squeal.model.equations import PadModel
-from squeal.model.laws import NORMAL_REACTION, Signal
 from squeal.model.mechanics import pose
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.histories import Looks, alternative_text, strip, trace

@@ -17,8 +17,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.model.equations import PadModel
-from squeal.model.units import Units
+from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
 from squeal.simulation.hybrid import Course, Observer, Steps, integrate, state_rates
 from squeal.simulation.run import in_natural_units, make_integrator

@@ -13,11 +13,10 @@ from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.model.equations import PadModel
+from squeal.model.equations import PadModel, Units, natural_units
 from squeal.model.mechanics import pose
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.model.states import State
-from squeal.model.units import Units, natural_units
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,

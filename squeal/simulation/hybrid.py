@@ -14,11 +14,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.equations import PadModel
-from squeal.model.laws import ContactLaw
+from squeal.model.contact import ContactLaw
+from squeal.model.equations import PadModel, Units
 from squeal.model.mechanics import Coefficients, pose
 from squeal.model.states import State
-from squeal.model.units import Units
 from squeal.numerics.differentiation import complex_step
 
 # Where the model ends: what has happened when a limit is reached.
@@ -46,7 +45,7 @@ class ModelEnd(ComputationError):
 class Options:
     """How motions are integrated and looked at, beside the tolerance of a scene.
 
-    Lengths and times are in natural units, see `squeal.model.units.natural_units`.
+    Lengths and times are in natural units, see `squeal.model.equations.natural_units`.
 
     Parameters
     ----------

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.io.scene_keys import COORDINATES
-from squeal.model.equations import PadModel
-from squeal.model.laws import ContactLaw
+from squeal.model.contact import ContactLaw
+from squeal.model.equations import PadModel, Units
 from squeal.model.mechanics import Coefficients, pose
 from squeal.model.states import State
-from squeal.model.units import Units
 from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
 
 Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]

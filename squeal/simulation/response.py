@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.model.equations import PadModel
-from squeal.model.units import Units
+from squeal.model.equations import PadModel, Units
 from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
 from squeal.simulation.hybrid import Course, Observer
 from squeal.simulation.observers import Samples

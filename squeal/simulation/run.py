@@ -19,8 +19,7 @@ from squeal.io.scene import Scene, check_simulation, takes_scene
 from squeal.io.scene_keys import COORDINATES, INITIAL
 from squeal.io.writing import plain
 from squeal.model.contact import contact_law
-from squeal.model.equations import PadModel
-from squeal.model.units import Units, natural_units
+from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema.place import Place
 from squeal.schema.values import Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate

@@ -15,8 +15,8 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
-from squeal.model.laws import ContactLaw, Touching
 from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_lengths
 from squeal.model.states import State
 from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options, Steps

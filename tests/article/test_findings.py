@@ -11,8 +11,7 @@ from squeal.article.findings.equations import energy_gained
 from squeal.article.findings.motion import Study
 from squeal.article.findings.work import contact_work
 from squeal.io.scene import Scene, read_scene
-from squeal.model.contact import Formulation
-from squeal.model.laws import LineForce
+from squeal.model.contact import Formulation, LineForce
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

@@ -12,8 +12,7 @@ from scipy.io import netcdf_file, wavfile
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
-from squeal.model.contact import contact_law
-from squeal.model.laws import NORMAL_REACTION
+from squeal.model.contact import NORMAL_REACTION, contact_law
 from squeal.plots.motion import motion_figure
 from squeal.plots.runs import Run, Summary
 from squeal.simulation import simulate

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from squeal.article.equations import bounds, rank, stiffness
-from squeal.model.contact import FORMULATION_CHOICES, Formulation
+from squeal.model.contact import FORMULATION_CHOICES, Formulation, LineContact
 from squeal.model.equations import PadModel, about_origin
-from squeal.model.laws import LineContact
 from squeal.model.mechanics import coefficients, elongation, pose
 from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from tests import naive

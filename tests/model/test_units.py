@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.model.equations import PadModel
-from squeal.model.units import Units, natural_units
+from squeal.model.equations import PadModel, Units, natural_units
 from squeal.simulation.ensemble import stack
 from tests.conftest import random_pad
 

@@ -12,9 +12,8 @@ from squeal.article.findings.work import contact_work
 from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
-from squeal.model.contact import CONSISTENT, ContactModel, Formulation
+from squeal.model.contact import CONSISTENT, ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
-from squeal.model.laws import PointContact, Spring
 from squeal.model.pad import Pad
 from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many, stack

@@ -11,7 +11,7 @@ from matplotlib.patches import Arc, Polygon
 
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
-from squeal.model.laws import LineContact
+from squeal.model.contact import LineContact
 from squeal.model.mechanics import Coefficients
 from squeal.plots.style import SINGLE, Drawing, origin, style
 

@@ -27,8 +27,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
-from squeal.model.equations import PadModel
-from squeal.model.units import natural_units
+from squeal.model.equations import PadModel, natural_units
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.simulation.observers import Change, Events, Extrema
