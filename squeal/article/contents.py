@@ -46,7 +46,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": _scenes("b3"),
     "eigenvalues": _B2,
     "stability": _ALL,
-    "angles": (*_B2, scene_file("b3")),
+    "angles": _scenes("b2-c"),
     "map_ranges": _scenes("b2-c"),
     "energy": _ALL,
     "line_springs": _B2,

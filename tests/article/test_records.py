@@ -96,4 +96,4 @@ def test_a_figure_is_drawn_from_what_the_table_says(name):
 
 def test_a_study_lacking_a_scene_says_which(capsys):
     assert main(["angles", str(SCENES / "b2-a.yaml")]) == 2
-    assert capsys.readouterr().err.startswith("angles: b2-b.yaml: missing")
+    assert capsys.readouterr().err.startswith("angles: b2-c.yaml: missing")

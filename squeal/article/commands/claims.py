@@ -1,7 +1,7 @@
 """`squeal claims`: the article's statements, each with its verdict as measured on its scenes."""
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from squeal.article.cases import HISTORY_FIGURES
@@ -35,16 +35,30 @@ def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
     )
 
 
-def text(found: Claims) -> str:
-    """The claims for people."""
-    rows = [("claim", "statement", "verdict", "margin", "measured")]
-    rows += [(c.id, c.statement, c.verdict, f"{c.margin:+.3g}", c.measured) for c in found.claims]
+def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
+    """The same scenes of the other parameter sets, in the folders beside the files, by folder."""
+    beside = sorted(path.parent for path in files[0].parent.glob(f"*/{files[0].name}"))
+    return {folder.name: [folder / file.name for file in files] for folder in beside}
+
+
+def text(found: Claims, others: Mapping[str, Claims]) -> str:
+    """The claims for people; of each how many parameter sets satisfy it, if there are several."""
+    every = [found, *others.values()]
+    satisfied = [sum(one.claims[i].holds for one in every) for i in range(len(found.claims))]
+    rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
+    rows += [
+        (c.id, c.statement, c.verdict, f"{c.margin:+.3g}", f"{n} of {len(every)}", c.measured)
+        for c, n in zip(found.claims, satisfied, strict=True)
+    ]
     held = sum(c.holds for c in found.claims)
     return f"{table(rows, right=False)}\n\n{held} of {len(found.claims)} reproduced"
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Judge the claims on the article's scenes."""
+    """Judge the claims on the article's scenes, and on those of other sets beside them."""
     files = scene_files(given.scenes, HISTORY_FIGURES)
     found = study(files)
-    return Reply(found.to_dict, lambda: text(found), files)
+    others = {name: study(some) for name, some in sets(files).items()}
+    satisfied = {name: [c.id for c in one.claims if c.holds] for name, one in others.items()}
+    answer = found.to_dict() | {"other_sets": satisfied}
+    return Reply(lambda: answer, lambda: text(found, others), files)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.article.cases import CASES
-from squeal.article.studies.angles import Angles
+from squeal.article.studies.angles import PARTIAL, Angles
 from squeal.article.studies.quasi_static import QuasiStatic
 from squeal.plots import parts
 from squeal.plots.style import DOUBLE, Drawing, origin, style
@@ -20,7 +20,7 @@ def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Fig
 
     The regions are black as in the article, within their traced boundaries.
     """
-    quiet = np.isin(np.array(angles.verdicts)[angles.coding.verdict_of], ("stable", "marginal"))
+    quiet = np.arange(4) >= PARTIAL
     panels = {
         f"(a) as printed: {100 * found.share.as_printed:.1f} %": found.as_printed,
         f"(b) correct signs: {100 * found.share.sign_aware:.1f} %": found.sign_aware,
