@@ -15,7 +15,7 @@ from typing import Any
 
 import heyoka as hy
 
-from squeal.io.scene_keys import DEFAULT_TOLERANCE
+from squeal.io.scene import DEFAULT_TOLERANCE
 from squeal.model.contact import (
     FORMULATION_CHOICES,
     NORMAL_REACTION,

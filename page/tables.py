@@ -20,8 +20,7 @@ from page.export import (
 )
 from squeal.article.cases import CASES, stem
 from squeal.equilibrium.damping import UNSTABLE
-from squeal.io.scene import Scene, read_scene
-from squeal.io.scene_keys import DAMPING
+from squeal.io.scene import DAMPING, Scene, read_scene
 from squeal.model.contact import Formulation, Springs, contact_law, contact_model, models_with
 from squeal.model.equations import term_count
 from squeal.model.pad import PARAMETERS

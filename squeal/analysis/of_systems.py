@@ -27,10 +27,9 @@ from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
 from squeal.analysis.systems.wanted import Wanted, check_memory, extent, is_small
 from squeal.errors import InputError, InputWarning
-from squeal.io.journal import Checkpoint
 from squeal.io.matrices import fingerprint
-from squeal.io.short_form import PlainSystem
 from squeal.io.system import SystemFile
+from squeal.io.writing import Checkpoint
 from squeal.linear import Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.system import TermSystem
@@ -56,8 +55,6 @@ def few(values: Sequence[float], most: int) -> list[float]:
 
 def file_of(subject: object) -> SystemFile:
     """A system with what is known of its files. Raises InputError for anything else."""
-    if isinstance(subject, PlainSystem):
-        return SystemFile(subject.terms(), subject.reference)
     if isinstance(subject, TermSystem):
         return SystemFile(subject)
     if not isinstance(subject, SystemFile):

@@ -11,7 +11,6 @@ from squeal.equilibrium import Path
 from squeal.equilibrium.admissible import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
-from squeal.io.short_form import PlainSystem
 from squeal.linear import (
     GROWING,
     CriticalPoint,
@@ -131,8 +130,7 @@ def _widened(at: Located, path: Path) -> Located:
 
 def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:
     """The same for a system of matrices along its parameter from 0 to `high`."""
-    terms = system.terms() if isinstance(system, PlainSystem) else system  # of known factors
-    found = thresholds(terms, high)
+    found = thresholds(system, high)
     end = f"{name} = {high:g} is reached"
     _, at_zero = roots_and_verdict(*system(0.0))
     located = tuple(found.points), high, end, tuple(found.crossings)

@@ -26,7 +26,6 @@ from squeal.io.answer import Answer, Column, Table, columns, number, unit_word
 from squeal.io.document import read_document
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.io.short_form import PlainSystem
 from squeal.linear import GROWING, Spectrum, complex_eigenvalues
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
@@ -90,8 +89,7 @@ class Varied:
             angles = frozenset(name for name in names if PARAMETERS[name].angle)
             return Varied(subject, "mu", subject.pad.mu, values, angles)
         if not isinstance(subject, TermSystem):
-            plain = isinstance(subject, PlainSystem)
-            kind = "a plain system" if plain else type(subject).__name__
+            kind = type(subject).__name__
             words = "it must be a Scene or a system with named parameters"
             raise InputError(f"{asked}: {kind} is not allowed; {words}")
         if subject.n > LARGEST:

@@ -14,9 +14,7 @@ from squeal.cli.streams import all_input, name_of
 from squeal.errors import InputError, InputWarning
 from squeal.io.document import named_files, parse_document, read_content, scalar
 from squeal.io.provenance import InputFile
-from squeal.io.scene import Scene, check_simulation
-from squeal.io.scene_keys import SCENE
-from squeal.io.short_form import plain_system, system_keys
+from squeal.io.scene import SCENE, Scene, check_simulation
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import Number
@@ -76,9 +74,6 @@ class Source:
     def system(self) -> SystemFile:
         """The system that the file holds, in either form. Raises InputError."""
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
-        if not room.is_general(self.document):
-            plain = plain_system(self.document, self.at)
-            return room.SystemFile(plain.terms(), plain.reference)
         folder = Path() if self.path is None else self.path.parent
         found: SystemFile = room.system_file(self.document, self.at, folder)
         for key, value in self.changes.items():
@@ -117,16 +112,18 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     at = Place(f"--set {change}")
     name, equals, text = change.partition("=")
     rows = document.get("M")
-    table = system_keys(len(rows) if isinstance(rows, list) else None) if rows else SCENE
-    allowed: list[str] = []
-    if _is_general(document):
-        table = _with_parameters(document)
+    table, allowed = SCENE, list[str]()
+    room: Any = importlib.import_module("squeal.io.system") if "M" in document else None
+    if room and room.is_general(document):
+        table = _with_parameters(document, room.SYSTEM)
         allowed = [keys[-1] for keys, _ in table.paths() if len(keys) == 1 or "parameters" in keys]
-    elif rows and name.strip() == document.get("parameter", "mu"):
-        raise at.refuse(
-            "is the parameter that thresholds are sought in; eigenvalues at one value of it are "
-            f"found with --at {text or 'VALUE'}"
-        )
+    elif rows:
+        if name.strip() == document.get("parameter", "mu"):
+            raise at.refuse(
+                "is the parameter that thresholds are sought in; eigenvalues at one value of it "
+                f"are found with --at {text or 'VALUE'}"
+            )
+        table = room.short_keys(len(rows) if isinstance(rows, list) else None)
     keys, key = table.find(name.strip(), at, allowed)
     if not equals:
         raise at.refuse("it must be NAME=VALUE")
@@ -144,14 +141,8 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
     return ".".join(keys), value
 
 
-def _is_general(document: dict[str, Any]) -> bool:
-    """True for a system of the general form, without loading what reads it for a scene."""
-    return "M" in document and importlib.import_module("squeal.io.system").is_general(document)
-
-
-def _with_parameters(document: dict[str, Any]) -> Group:
+def _with_parameters(document: dict[str, Any], table: Group) -> Group:
     """The table of a system's keys, with those of its own named numbers."""
-    table: Group = importlib.import_module("squeal.io.system").SYSTEM
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
     numbers = Group({str(name): Key("a parameter", Number()) for name in names})

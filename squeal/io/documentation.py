@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from squeal.io.scene_keys import SCENE
-from squeal.io.short_form import POWER, system_keys
-from squeal.io.system import DAMPING, SYSTEM, TERM
+from squeal.io.scene import SCENE
+from squeal.io.system import DAMPING, POWER, SYSTEM, TERM, short_keys
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import MODELS
 from squeal.schema.keys import Group, Key
@@ -89,7 +88,7 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
-    system = system_keys(None)
+    system = short_keys(None)
     powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
     shown = {
         powers.get(name, name): key
@@ -128,7 +127,7 @@ def scene_schema() -> dict[str, Any]:
 
 def system_schema() -> dict[str, Any]:
     """The JSON schema of system files: the general form or the short one."""
-    forms = [SYSTEM.schema(), system_keys(None).schema()]
+    forms = [SYSTEM.schema(), short_keys(None).schema()]
     return {"$schema": _DIALECT, "title": "squeal system", "anyOf": forms}
 
 

@@ -2,48 +2,216 @@
 
 To add a format: a function that returns `Found` and a line of `FORMATS`, which is where refusals,
 documentation and `squeal` itself find it; its round trip goes to tests/io/test_matrices.py.
+Matrix Market is read here and not by SciPy, which takes 2.0D+01 for 2 and may crash on a line that
+was cut off.
 """
 
 import hashlib
+import io
+import math
+import re
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, issparse
+from scipy.sparse import coo_array, csc_array, diags_array, issparse
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.matrix_text import (
-    Found,
-    is_abaqus,
-    is_harwell_boeing,
-    mirrored,
-    one_sided,
-    read_abaqus,
-    read_harwell_boeing,
-    read_matrix_market,
-)
 from squeal.io.writing import write_whole
 
 HEAD = 4096  # bytes that a format is recognised by
+MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
+LABELS = 5  # columns of Abaqus text whose rows are named by node and degree of freedom
+SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 
 
-@dataclass(frozen=True)
-class Format:
-    """One kind of matrix file.
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A matrix as it stands in a file.
 
-    `recognises` judges by the first bytes; None leaves it to the suffix. `read` takes the path,
-    and of a format that is `keyed` the name of the matrix in the file too.
+    `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
+    true if the file does not say how many rows there are (the last may be empty). `symmetric` says
+    whether entries on one side of the diagonal stand for those on the other too, None if the file
+    does not say.
     """
 
-    name: str
-    suffixes: tuple[str, ...]
-    recognises: Callable[[bytes], bool] | None
-    read: Callable[..., Found]
-    keyed: bool = False
+    matrix: Any = field(repr=False)
+    labels: tuple[tuple[int, int], ...] | None = field(default=None, repr=False)
+    open_ended: bool = False
+    symmetric: bool | None = False
+
+
+def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
+    """The table of numbers in some lines (rows, columns), (0, 0) if there are none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of no data
+        try:
+            table = np.loadtxt(lines, comments=comments, ndmin=2)
+        except ValueError as error:
+            message = str(error)
+            found = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
+            if not found:
+                raise ValueError(message.partition(";")[0]) from None
+            exponent = re.search(r"\d[dD][+-]?\d", found[1])
+            fortran = "; Fortran's exponent D is not read" if exponent else ""
+            words = f"entry {int(found[2]) + 1}: {found[1]} is no number{fortran}"
+            raise ValueError(words) from None
+    return table if table.size else np.empty((0, 0))
+
+
+def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
+    if np.any(columns != np.round(columns)):
+        raise ValueError("rows and columns must be whole numbers")
+    if columns.min(initial=first) < first:
+        raise ValueError(f"rows and columns must count from {first}")
+    return columns.astype(np.intp)
+
+
+def _check_size(rows: float) -> None:
+    if rows > MOST_ROWS:
+        raise ValueError(f"{rows:.6g} rows; at most {MOST_ROWS} are read")
+
+
+def _assembled(path: Path, indices: NDArray, values: NDArray, n: tuple[int, int]) -> Any:
+    """The matrix of entries at (row, column) `indices` (2, entries); those that meet are summed."""
+    matrix = coo_array((values, tuple(indices)), shape=n).tocsc()
+    if matrix.nnz < len(values):
+        places, count = np.unique(indices, axis=1, return_counts=True)
+        row, column = places[:, np.argmax(count > 1)] + 1
+        warnings.warn(
+            f"{path}: {len(values) - matrix.nnz} entries stand where another one stands, the first "
+            f"at row {row}, column {column}; they are summed",
+            InputWarning,
+            stacklevel=2,
+        )
+    return matrix
+
+
+def _one_sided(matrix: Any) -> bool:
+    """True if no entry has another one on the other side of the diagonal."""
+    rows, columns = matrix.tocoo().coords
+    return bool(np.all(rows >= columns) or np.all(rows <= columns))
+
+
+def _mirrored(matrix: Any, kind: str = "symmetric") -> Any:
+    """A triangle with its mirror image added, the diagonal taken once. Raises ValueError."""
+    if not _one_sided(matrix):
+        raise ValueError(
+            f"a {kind} file holds one triangle, and this has entries on both sides of the diagonal"
+        )
+    off = matrix - diags_array(matrix.diagonal())
+    return csc_array(matrix + (off.T if kind == "symmetric" else -off.T))
+
+
+def _read_matrix_market(path: Path) -> Found:
+    """Coordinate or array, general, symmetric or skew-symmetric."""
+    with path.open(encoding="utf-8") as stream:
+        words = stream.readline().lower().split()
+        if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
+            raise ValueError("the first line must be %%MatrixMarket matrix and three words")
+        form, entry, symmetry = words[2:]
+        size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
+        table = _numbers(stream, "%")
+    if form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+        allowed = ", ".join(SYMMETRIES)
+        raise ValueError(f"{form} {symmetry}: coordinate or array, {allowed} are read")
+    placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
+    numbers = [int(word) for word in size.split()]
+    if len(numbers) != 2 + placed:
+        raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
+    n = (numbers[0], numbers[1])
+    _check_size(max(n))
+    count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
+    width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
+    shape = (numbers[2] if placed else count, width)
+    if len(table) != shape[0] or (shape[0] and table.shape != shape):
+        raise ValueError(
+            f"{len(table)} lines of {table.shape[1]} numbers; {shape[0]} of {shape[1]} are required"
+        )
+    table = table.reshape(shape)
+    if entry == "integer" and np.any(table != np.round(table)):
+        raise ValueError("entries must be whole numbers, as the first line says")
+    if placed:
+        where = _places(table[:, :2].T, 1) - 1
+    elif general:
+        where = np.array(np.unravel_index(np.arange(count), n, order="F"))
+    else:
+        where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
+    parts = table[:, 2 * placed :].T
+    values = np.ones(shape[0]) if entry == "pattern" else parts[0]
+    if entry == "complex":
+        values = values + 1j * parts[1]
+    matrix = _assembled(path, where, values, n)
+    if skew and np.any(matrix.diagonal()):
+        raise ValueError("a skew-symmetric file has no diagonal, and this has")
+    return Found(matrix if general else _mirrored(matrix, symmetry))
+
+
+def _is_abaqus(head: bytes) -> bool:
+    """True if the first line that is no comment holds 3 or 5 numbers, the last a value."""
+    for line in head.decode("ascii", "replace").splitlines():
+        if line.strip() and line.lstrip()[0] not in "*#%":
+            words = line.replace(",", " ").split()
+            return len(words) in (3, LABELS) and all(word.isdecimal() for word in words[:-1])
+    return False
+
+
+def _read_abaqus(path: Path) -> Found:
+    """Rows `row, column, value` or `node, dof, node, dof, value`, by commas or blanks.
+
+    A line that begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC.
+    """
+    lines = path.read_text(encoding="utf-8").replace(",", " ").splitlines()
+    heads = "".join(line for line in lines if line.startswith("*")).upper().replace(" ", "")
+    table = _numbers((s for s in lines if s.strip() and s.lstrip()[0] not in "*#%"), None)
+    if not table.size:
+        raise ValueError("no entries")
+    if table.shape[1] not in (3, LABELS):
+        raise ValueError(f"{table.shape[1]} columns; 3 or {LABELS} are read")
+    labels = None
+    if table.shape[1] == LABELS:
+        given = _places(table[:, :4], 0)
+        base = int(given[:, 1::2].max()) + 1
+        codes, index = np.unique(given[:, ::2] * base + given[:, 1::2], return_inverse=True)
+        labels = tuple(divmod(code, base) for code in codes.tolist())
+        where = index.reshape(-1, 2).T
+    else:
+        where = _places(table[:, :2].T, 1) - 1
+    n = int(where.max()) + 1
+    _check_size(n)
+    found = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
+    matrix = _assembled(path, where, table[:, -1], (n, n))
+    return Found(matrix, labels, labels is None, found[1] is None if found else None)
+
+
+def _is_harwell_boeing(head: bytes) -> bool:
+    """True if the third line begins with a type such as RUA and the second counts lines."""
+    lines = head.splitlines()[:3]
+    counts = len(lines) == 3 and all(word.isdigit() for word in lines[1].split())
+    return counts and bool(re.match(rb"[RCPI][SUHZR][AE]\s", lines[2].upper()))
+
+
+def _read_harwell_boeing(path: Path) -> Found:
+    """Real, assembled, RUA or RSA; no right-hand sides."""
+    from scipy.io import hb_read
+
+    lines = path.read_text(encoding="ascii").splitlines(keepends=True)
+    if len(lines) < 5 or len(lines[2]) < 3:
+        raise ValueError("the header is missing")
+    kind = lines[2][:3].upper()
+    if kind[0] not in "RI" or kind[1] not in "US" or kind[2] != "A":
+        raise ValueError(f"type {kind}; RUA and RSA (real, assembled) are read")
+    lines[2] = f"{kind[0]}UA{lines[2][3:]}"  # SciPy reads no symmetric ones
+    if lines[1][56:72].strip() not in ("", "0"):  # right-hand sides come last: leave them out
+        lines[1] = f"{lines[1][:56].ljust(56)}{'0':>14}\n"
+        del lines[4]
+    matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
+    matrix.check_format(full_check=True)
+    return Found(_mirrored(matrix) if kind[1] == "S" else matrix)
 
 
 def _picked(path: Path, found: dict[str, Any], key: str | None) -> Found:
@@ -64,13 +232,9 @@ def _read_mat(path: Path, key: str | None) -> Found:
     if matfile_version(path)[0] == 2:
         raise InputError(f"{path}: MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
     content = loadmat(path, spmatrix=False)
-    found = {n: v for n, v in content.items() if not n.startswith("__") and _is_matrix(v)}
+    kinds = {name: getattr(getattr(v, "dtype", None), "kind", "O") for name, v in content.items()}
+    found = {n: v for n, v in content.items() if kinds[n] in "fciub" and v.ndim == 2}
     return _picked(path, found, key)
-
-
-def _is_matrix(value: Any) -> bool:
-    kind = getattr(getattr(value, "dtype", None), "kind", "O")
-    return getattr(value, "ndim", 0) == 2 and kind in "fciub"
 
 
 def _read_npz(path: Path, key: str | None) -> Found:
@@ -90,15 +254,30 @@ def _read_op4(path: Path, key: str | None) -> Found:
     return _picked(path, dict(op4.read(str(path), into="dct", sparse=True)), key)
 
 
+@dataclass(frozen=True)
+class Format:
+    """One kind of matrix file.
+
+    `recognises` judges by the first bytes; None leaves it to the suffix. `read` takes the path,
+    and of a format that is `keyed` the name of the matrix in the file too.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    recognises: Callable[[bytes], bool] | None
+    read: Callable[..., Found]
+    keyed: bool = False
+
+
 # fmt: off
 FORMATS = (
     Format("Matrix Market", (".mtx",), lambda head: head[:14].lower() == b"%%matrixmarket",
-           read_matrix_market),
+           _read_matrix_market),
     Format("MATLAB", (".mat",), lambda head: head.startswith(b"MATLAB "), _read_mat, keyed=True),
     Format("NumPy", (".npz",), lambda head: head.startswith(b"PK\x03\x04"), _read_npz, keyed=True),
-    Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), is_harwell_boeing, read_harwell_boeing),
+    Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _is_harwell_boeing, _read_harwell_boeing),
     Format("Nastran OP4", (".op4",), None, _read_op4, keyed=True),
-    Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), is_abaqus, read_abaqus),
+    Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _is_abaqus, _read_abaqus),
 )
 # fmt: on
 
@@ -108,14 +287,12 @@ def _format_of(path: Path) -> Format:
         raise InputError(f"{path}: is no plain file; the name of a matrix file is allowed")
     with path.open("rb") as stream:
         head = stream.read(HEAD)
-    for one in FORMATS:
-        if one.recognises and one.recognises(head):
-            return one
-    for one in FORMATS:
-        if path.suffix.lower() in one.suffixes:
-            return one
-    known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
-    raise InputError(f"{path}: neither content nor suffix is of a format that is read: {known}")
+    by_content = [one for one in FORMATS if one.recognises and one.recognises(head)]
+    fitting = by_content or [one for one in FORMATS if path.suffix.lower() in one.suffixes]
+    if not fitting:
+        known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
+        raise InputError(f"{path}: neither content nor suffix is of a format that is read: {known}")
+    return fitting[0]
 
 
 def read_matrix(path: Path | str, key: str | None = None, symmetric: bool | None = None) -> Found:
@@ -146,8 +323,7 @@ def read_matrix(path: Path | str, key: str | None = None, symmetric: bool | None
             keyed = ", ".join(one.name for one in FORMATS if one.keyed)
             raise InputError(f"{path}: key {key} is not allowed; {keyed} files hold keys")
         found = form.read(path, key) if form.keyed else form.read(path)
-        matrix = _checked(path, found.matrix)
-        complete = _complete(path, matrix, found, symmetric)
+        complete = _complete(path, _checked(path, found.matrix), found, symmetric)
         return Found(complete, found.labels, found.open_ended)
     except InputError:
         raise
@@ -158,14 +334,13 @@ def read_matrix(path: Path | str, key: str | None = None, symmetric: bool | None
     except MemoryError:
         raise InputError(f"{path}: the matrix is too large for this machine's memory") from None
     except Exception as error:  # each library has its own words for a broken file
-        reason = getattr(error, "strerror", None)
-        if reason:
+        if reason := getattr(error, "strerror", None):
             raise InputError(
                 f"{path}: cannot be read ({reason}); the name of a matrix file is allowed"
             ) from None
-        lines = str(error).strip().splitlines()
-        words = lines[0].rstrip(".:") if lines else type(error).__name__
-        raise InputError(f"{path}: no readable {name} matrix: {words}") from None
+        lines = str(error).strip().splitlines() or [type(error).__name__]
+        words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
+        raise InputError(f"{path}: {words}") from None
 
 
 def _checked(path: Path, given: Any) -> Any:
@@ -179,18 +354,23 @@ def _checked(path: Path, given: Any) -> Any:
         if matrix.data.imag.any():
             raise InputError(f"{path}: a complex matrix; a real one is required")
         matrix = matrix.real
-    matrix = matrix.astype(float)
     if not np.all(np.isfinite(matrix.data)):
         raise InputError(f"{path}: all entries must be finite")
-    matrix.sum_duplicates()
-    matrix.eliminate_zeros()
-    return matrix
+    return _canonical(matrix)
+
+
+def _canonical(matrix: Any) -> Any:
+    """A copy as CSC array of doubles, sorted, every place once and no zeros."""
+    found = csc_array(matrix, dtype=float, copy=True)
+    found.sum_duplicates()
+    found.eliminate_zeros()
+    return found
 
 
 def _complete(path: Path, matrix: Any, found: Found, symmetric: bool | None) -> Any:
     """The matrix with its other triangle where it stands for that too. Raises InputError."""
     said = found.symmetric if symmetric is None else symmetric
-    one = one_sided(csc_array(found.matrix))  # a zero that is written is an entry too
+    one = _one_sided(csc_array(found.matrix))  # a zero that is written is an entry too
     if said is None and one and matrix.nnz > np.count_nonzero(matrix.diagonal()):
         if found.labels is None or not _as_abaqus_writes(matrix, np.array(found.labels)[:, 0]):
             raise InputError(
@@ -207,7 +387,7 @@ def _complete(path: Path, matrix: Any, found: Found, symmetric: bool | None) -> 
         )
         said = True
     if said and one:
-        return mirrored(matrix)
+        return _mirrored(matrix)
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError(f"{path}: is not symmetric; symmetric: true is not allowed")
     return matrix
@@ -257,14 +437,10 @@ def aligned(matrices: Sequence[Found]) -> list[Any]:
 
 def fingerprint(matrix: Any) -> str:
     """16 hexadecimal digits that depend on the entries only, not on the format or the file."""
-    canonical = csc_array(matrix).astype(float)
-    canonical.sum_duplicates()
-    canonical.eliminate_zeros()
-    canonical.sort_indices()
-    digest = hashlib.sha256(repr(canonical.shape).encode())
-    digest.update(canonical.indptr.astype("<i8").tobytes())
-    digest.update(canonical.indices.astype("<i8").tobytes())
-    digest.update(canonical.data.astype("<f8").tobytes())
+    entries = _canonical(matrix)
+    digest = hashlib.sha256(repr(entries.shape).encode())
+    for numbers, kind in ((entries.indptr, "<i8"), (entries.indices, "<i8"), (entries.data, "<f8")):
+        digest.update(numbers.astype(kind).tobytes())
     return digest.hexdigest()[:16]
 
 

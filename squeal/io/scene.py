@@ -1,29 +1,107 @@
-"""The scene: one validated, immutable request; `squeal.io.scene_keys` says what it may hold."""
+"""The scene: one validated, immutable request, and every key of its file in one table.
+
+Files are read, records checked, and the documentation and the JSON schema written from the table;
+keys of the pad and the formulation stand in the model.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import wraps
 from pathlib import Path
-from typing import Any, Concatenate, Literal, ParamSpec, TypeVar, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
-from squeal.io import scene_keys as keys
 from squeal.io.document import read_document
-from squeal.model.contact import CONSISTENT, CONTACT_MODELS, MODELS, Formulation
+from squeal.model.contact import (
+    CONSISTENT,
+    CONTACT_MODELS,
+    FORMULATION,
+    MODELS,
+    Formulation,
+    models_with,
+)
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.schema.arguments import FILE, Instance, takes
+from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place, shown
-from squeal.schema.values import Row, warn_of_degrees
+from squeal.schema.values import Angle, Number, Row, Square, Whole, Word, Words, warn_of_degrees
 
-P = ParamSpec("P")
-Answer = TypeVar("Answer")
-AT_REST = (0.0,) * 6
+OUTPUTS = ("events", "shares", "extrema", "response", "history")
+DEFAULT_OUTPUTS = ("events", "shares", "extrema")
+DEFAULT_TOLERANCE = 1e-15
+
+STARTS = ("origin", "equilibrium")
+# fmt: off
+INITIAL = Group({
+    "from": Key(
+        "where the others count from: the origin, or the sliding equilibrium that "
+        "`eigenvalues` takes, which they then kick", Word(STARTS), default="origin"),
+    "x": Key("displacement along the surface", Number(), "m", default="0"),
+    "y": Key("displacement normal to the surface", Number(), "m", default="0"),
+    "theta": Key("rotation", Angle(), "rad", default="0"),
+    "x_dot": Key("velocity along the surface", Number(), "m/s", default="0"),
+    "y_dot": Key("velocity normal to the surface", Number(), "m/s", default="0"),
+    "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
+}, short="from")
+COORDINATES = tuple(INITIAL.keys)[1:]
+
+TIME = Group({
+    "stop": Key("length of time", Number(low=0.0), "s", required=True),
+    "samples": Key(
+        "equally spaced times of the history, both ends included",
+        Whole(2, 10_000_000), required=True),
+}, owner="time")
+
+DAMPING = Group({
+    "matrix": Key("3 x 3, in x, y and theta", Square(3), "SI units"),
+    "ratios": Key(
+        "3 modal damping ratios, of the modes without friction by rising frequency",
+        Row(3, Number(low=0.0, low_allowed=True)), "1"),
+    "rayleigh": Key(
+        "alpha (1/s) and beta (s) of C = alpha M + beta K, K without friction",
+        Row(2, Number(low=0.0, low_allowed=True))),
+}, only_one=True)
+
+PAD = Group({
+    name: dataclasses.replace(key, models=models_with(name)) for name, key in PARAMETERS.items()
+})
+
+FORMULATIONS = Group({
+    name: dataclasses.replace(key, models=tuple(n for n, m in MODELS.items() if name in m.choices))
+    for name, key in FORMULATION.keys.items()
+})
+
+SCENE = Group({
+    "model": Key(
+        "; ".join(f"{name} {model.words}" for name, model in MODELS.items()),
+        Word(tuple(MODELS)), required=True),
+    "parameters": Key("the pad and its load", PAD, required=True),
+    "formulation": Key(
+        "reading of the contact's equations", FORMULATIONS, default="the consistent one",
+        models=tuple(name for name, model in MODELS.items() if model.choices)),
+    "initial": Key(
+        "first state; `equilibrium` alone starts at rest there",
+        INITIAL, default="0", models=CONTACT_MODELS),
+    "time": Key(
+        "what is simulated; needed by `simulate` alone",
+        TIME, default="no simulation", models=CONTACT_MODELS),
+    "tolerance": Key(
+        "relative error tolerance of a step",
+        Number(low=0.0, high=1e-3, high_allowed=True), "1", default=f"{DEFAULT_TOLERANCE:g}"),
+    "outputs": Key(
+        "what a simulation computes and prints",
+        Words(OUTPUTS), default=", ".join(DEFAULT_OUTPUTS)),
+    "damping": Key(
+        "linear damping -C q', in stability queries and simulations alike; ratios and rayleigh "
+        "make C from the pad about its equilibrium without friction, and it is then the same "
+        "in every contact state", DAMPING, default="none"),
+}, owner="every scene")
+
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -44,7 +122,7 @@ class Damping:
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in self.to_dict().items()
         }
-        for name, value in keys.DAMPING.read(given, Place("Damping")).items():
+        for name, value in DAMPING.read(given, Place("Damping")).items():
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
@@ -73,11 +151,11 @@ class Scene:
     model: Model
     pad: Pad
     formulation: Formulation = CONSISTENT
-    initial: tuple[float, ...] = AT_REST
+    initial: tuple[float, ...] = (0.0,) * 6
     stop: float | None = None
     samples: int | None = None
-    tolerance: float = keys.DEFAULT_TOLERANCE
-    outputs: tuple[str, ...] = keys.DEFAULT_OUTPUTS
+    tolerance: float = DEFAULT_TOLERANCE
+    outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     damping: Damping | None = None
     start: str = "origin"
     source: Path | None = field(default=None, compare=False)
@@ -86,26 +164,26 @@ class Scene:
         at = Place("Scene")
         for name, kind in RECORDS.items():
             kind.read(getattr(self, name), at / name)
-        Row(len(keys.COORDINATES)).read(self.initial, at / "initial")
+        Row(len(COORDINATES)).read(self.initial, at / "initial")
         check_document(self.to_dict(), at)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
-        initial = zip(keys.COORDINATES, self.initial, strict=True)
-        time = {"stop": self.stop, "samples": self.samples}
+        initial = zip(COORDINATES, self.initial, strict=True)
+        times = {"stop": self.stop, "samples": self.samples}
         found: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {"from": self.start} if self.start != keys.STARTS[0] else {},
-            "time": {name: value for name, value in time.items() if value is not None},
+            "initial": {"from": self.start} if self.start != STARTS[0] else {},
+            "time": {name: value for name, value in times.items() if value is not None},
             "damping": {} if self.damping is None else self.damping.to_dict(),
         }
         found["initial"] |= {name: value for name, value in initial if value}
         found = {name: value for name, value in found.items() if value}
-        if self.tolerance != keys.DEFAULT_TOLERANCE:
+        if self.tolerance != DEFAULT_TOLERANCE:
             found["tolerance"] = self.tolerance
-        if self.outputs != keys.DEFAULT_OUTPUTS:
+        if self.outputs != DEFAULT_OUTPUTS:
             found["outputs"] = list(self.outputs)
         return found
 
@@ -127,10 +205,10 @@ class Scene:
             given["model"],
             Pad(**given["parameters"]),
             Formulation(**given.get("formulation", {})),
-            tuple(first.get(name, 0.0) for name in keys.COORDINATES),
+            tuple(first.get(name, 0.0) for name in COORDINATES),
             **given.get("time", {}),
             **more,
-            start=first.get("from", keys.STARTS[0]),
+            start=first.get("from", STARTS[0]),
             source=source,
         )
 
@@ -163,18 +241,7 @@ class Scene:
         return output in self.outputs
 
 
-def takes_scene(
-    function: Callable[Concatenate[Scene, P], Answer],
-) -> Callable[Concatenate[Scene, P], Answer]:
-    """The same function, refusing with a sentence what is no scene in its first place."""
-
-    @wraps(function)
-    def checked(scene: Scene, *args: P.args, **more: P.kwargs) -> Answer:
-        if not isinstance(scene, Scene):
-            raise Place(function.__name__).must_be(scene, "a Scene, from read_scene or Scene(...)")
-        return function(scene, *args, **more)
-
-    return cast(Any, checked)  # a scene may also be given by its name
+takes_scene = takes(scene=Instance(Scene, "a Scene, from read_scene or Scene(...)"))
 
 
 def check_document(document: Any, at: Place) -> dict[str, Any]:
@@ -182,12 +249,10 @@ def check_document(document: Any, at: Place) -> dict[str, Any]:
     if isinstance(document, dict) and "M" in document and "model" not in document:
         raise (at / "M").refuse("a system of matrices is not allowed here; it must be a scene")
     model = document.get("model", "") if isinstance(document, dict) else ""
-    given = keys.SCENE.read(
-        document, at, model if isinstance(model, str) and model in MODELS else ""
-    )
+    given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
     tilt = given["parameters"].get("theta0", 0.0)
     first = given.get("initial", {})
-    turn = first.get("theta", 0.0) if first.get("from") in (None, keys.STARTS[0]) else 0.0
+    turn = first.get("theta", 0.0) if first.get("from") in (None, STARTS[0]) else 0.0
     if abs(tilt + turn) >= math.pi / 2:
         raise (at / "initial" / "theta").refuse(
             f"{shown(turn)} is not allowed; theta0 + theta must lie between "

@@ -1,4 +1,4 @@
-"""Systems whose matrices are lists of terms, rows or files, each with a factor in parameters.
+"""Systems of matrices from files: lists of terms with a factor each, or powers of one parameter.
 
 ```yaml
 name: brake
@@ -10,22 +10,27 @@ K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]
 damping: {rayleigh: [2.0, 1.0e-7]}
 coordinates: {file: nodes.csv}
 ```
+
+The short form holds rows of numbers alone: K = K0 + K1 mu + K2 mu^2 + ..., and C likewise.
 """
 
+import csv
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.coordinates import Coordinates, read_coordinates
 from squeal.io.document import read_document
-from squeal.io.matrices import FORMATS, aligned, read_matrix
-from squeal.io.matrix_text import Found
+from squeal.io.matrices import FORMATS, Found, aligned, read_matrix
 from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
+from squeal.linear.matrices import reduce
 from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.formula import ALLOWED, Formula
 from squeal.schema.arguments import FILE, takes
@@ -37,22 +42,23 @@ PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not
 MOST_ROWS = 2000  # of a matrix written into the file
 FULL = 0.2  # share of entries above which a matrix from a file is kept dense
-FULL_ROWS = 2000
-
+POWER = 9  # of the parameter in the short form
 SUFFIXES = ", ".join(suffix for one in FORMATS for suffix in one.suffixes)
-TERM = Group(
-    {
-        "file": Key(f"matrix file beside this one ({SUFFIXES})", Text()),
-        "key": Key("which matrix of a .mat, .npz or .op4 file", Text(), default="the only one"),
-        "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
-        "symmetric": Key(
-            "whether entries on one side of the diagonal stand for the other side too",
-            Flag(),
-            default="what the file says",
-        ),
-        "factor": Key(f"what it is multiplied with: {ALLOWED}", Text(), default="1"),
-    }
-)
+COLUMNS = ("node", "dof", "x", "y", "z")
+DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
+OTHERS = ("4", "5", "6", "rx", "ry", "rz", "-")  # rotations, and what has no place in space
+
+# fmt: off
+TERM = Group({
+    "file": Key(f"matrix file beside this one ({SUFFIXES})", Text()),
+    "key": Key("which matrix of a .mat, .npz or .op4 file", Text(), default="the only one"),
+    "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
+    "symmetric": Key(
+        "whether entries on one side of the diagonal stand for the other side too",
+        Flag(), default="what the file says"),
+    "factor": Key(f"what it is multiplied with: {ALLOWED}", Text(), default="1"),
+})
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -114,33 +120,112 @@ class Ratios(Kind):
         return {"anyOf": [each, {"type": "array", "items": each, "minItems": 1}]}
 
 
-DAMPING = Group(
-    {
-        "rayleigh": Key("alpha and beta: C gains alpha M + beta K", Row(2, NOT_NEGATIVE), "1/s, s"),
-        "ratios": Key("damping ratios of the modes without friction", Ratios(), "1"),
-        "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
-    }
-)
-SYSTEM = Group(
-    {
+# fmt: off
+DAMPING = Group({
+    "rayleigh": Key("alpha and beta: C gains alpha M + beta K", Row(2, NOT_NEGATIVE), "1/s, s"),
+    "ratios": Key("damping ratios of the modes without friction", Ratios(), "1"),
+    "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
+})
+SYSTEM = Group({
+    "name": Key("what the system is called", Text(), default="the name of the file"),
+    "reference": Key("where it is from", Text(), default="empty"),
+    "parameters": Key("named numbers", Numbers(), default="none"),
+    "parameter": Key("the one that is swept", Named(), default="mu"),
+    "M": Key("mass", Part(), required=True),
+    "C": Key("damping and gyroscopic forces", Part(), default="none"),
+    "K": Key("stiffness, friction included", Part(), required=True),
+    "damping": Key(
+        "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
+    "coordinates": Key(
+        "a table with the columns node, dof, x, y, z, a line for each row; for mode shapes",
+        Group({"file": Key("a .csv file", Text(), required=True)}, owner="coordinates"),
+        default="none"),
+}, owner="every system")
+# fmt: on
+
+
+def short_keys(count: int | None) -> Group:
+    """The keys of the short form, for matrices with so many rows."""
+    found = {
         "name": Key("what the system is called", Text(), default="the name of the file"),
         "reference": Key("where it is from", Text(), default="empty"),
-        "parameters": Key("named numbers", Numbers(), default="none"),
-        "parameter": Key("the one that is swept", Named(), default="mu"),
-        "M": Key("mass", Part(), required=True),
-        "C": Key("damping and gyroscopic forces", Part(), default="none"),
-        "K": Key("stiffness, friction included", Part(), required=True),
-        "damping": Key(
-            "of the structure: M and the symmetric K without friction", DAMPING, default="none"
-        ),
-        "coordinates": Key(
-            "a table with the columns node, dof, x, y, z, a line for each row; for mode shapes",
-            Group({"file": Key("a .csv file", Text(), required=True)}, owner="coordinates"),
-            default="none",
-        ),
-    },
-    owner="every system",
-)
+        "parameter": Key("what the free parameter is called", Text(), default="mu"),
+        "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
+    }
+    for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness")):
+        for power in range(POWER + 1):
+            needed = (letter, power) == ("K", 0)
+            meaning = f"{what}: what is multiplied with that power of the parameter"
+            kind, default = Square(count, "M"), "" if needed else "0"
+            found[f"{letter}{power}"] = Key(meaning, kind, required=needed, default=default)
+    return Group(found, owner="every system")
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Node and direction of each row of a system, and the places (m) of the nodes.
+
+    `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
+    rotations and other degrees of freedom, which move nothing.
+    """
+
+    nodes: NDArray[np.intp] = field(repr=False)
+    directions: NDArray[np.intp] = field(repr=False)
+    places: NDArray[np.float64] = field(repr=False)
+
+    def without(self, rows: NDArray[np.intp]) -> "Coordinates":
+        """The same nodes without some rows of the system."""
+        nodes, directions = np.delete(self.nodes, rows), np.delete(self.directions, rows)
+        return Coordinates(nodes, directions, self.places)
+
+    def displacements(self, shape: NDArray) -> NDArray:
+        """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
+        moved = np.zeros((len(self.places), 3), dtype=np.asarray(shape).dtype)
+        kept = self.directions >= 0
+        moved[self.nodes[kept], self.directions[kept]] = np.asarray(shape)[kept]
+        return moved
+
+
+def _read_coordinates(path: Path, rows: int) -> Coordinates:
+    """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
+
+    dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
+    not move a node in space. Raises InputError.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            table = list(csv.DictReader(stream, skipinitialspace=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is no UTF-8 table"
+        raise InputError(
+            f"{path}: cannot be read ({reason}); the name of a .csv file is allowed"
+        ) from None
+    heads = {name.strip().lower(): name for name in (table[0] if table else {}) if name}
+    missing = [name for name in COLUMNS if name not in heads]
+    if missing:
+        raise InputError(f"{path}: no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
+    if len(table) != rows:
+        raise InputError(f"{path}: {len(table)} lines; the system's {rows} rows need one each")
+    places: dict[str, tuple[float, ...]] = {}
+    names, directions = [], []
+    for line, row in enumerate(table, 2):
+        node, way = ((row[heads[name]] or "").strip() for name in ("node", "dof"))
+        try:
+            place = tuple(float(row[heads[c]]) for c in "xyz")
+        except (TypeError, ValueError):
+            place = (np.nan,) * 3
+        if not node or not all(map(np.isfinite, place)):
+            raise InputError(f"{path}: line {line}: a node and three finite coordinates are needed")
+        way = way.lower()
+        if way not in DIRECTIONS and way not in OTHERS:
+            allowed = ", ".join((*DIRECTIONS, *OTHERS))
+            raise InputError(f"{path}: line {line}: dof {way} is not allowed; it must be {allowed}")
+        places.setdefault(node, place)
+        names.append(node)
+        directions.append(DIRECTIONS.get(way, -1))
+    index = {node: i for i, node in enumerate(places)}
+    nodes = np.array([index[node] for node in names])
+    return Coordinates(nodes, np.array(directions), np.array(list(places.values())))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +240,7 @@ class TermOrigin:
 
 @dataclass(frozen=True, eq=False)
 class SystemFile:
-    """A system from a file of the general form; `inputs` are the files that were read."""
+    """A system from a file; `inputs` are the other files that were read."""
 
     system: TermSystem
     reference: str = ""
@@ -165,15 +250,15 @@ class SystemFile:
 
 
 def is_general(document: dict[str, Any]) -> bool:
-    """True if a mapping with M is of the general form and not of the short one."""
+    """True if a system's mapping is of the general form and not of the short one."""
     mass = document.get("M")
     rows = isinstance(mass, list) and all(isinstance(row, list) for row in mass)
-    return "M" in document and (not rows or any(key in document for key in OWN))
+    return ("M" in document and not rows) or any(key in document for key in OWN)
 
 
 @takes(path=FILE)
 def read_system(path: Path | str) -> SystemFile:
-    """The system that a file of the general form describes, its matrices read and checked.
+    """The system that a file of either form describes, its matrices read and checked.
 
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
@@ -183,53 +268,43 @@ def read_system(path: Path | str) -> SystemFile:
 
 
 def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
-    """The system in a mapping of the file's form; matrix files are named relative to `folder`."""
+    """The system in a mapping of a file's form; matrix files are named relative to `folder`."""
+    if not is_general(document):
+        return _short(document, at)
     given = SYSTEM.read(document, at)
-    places, matrices = [], []
+    terms: list[tuple[str, Place, dict[str, Any]]] = []
+    for part in PARTS:
+        several = len(given.get(part, ())) > 1
+        for i, term in enumerate(given.get(part, ()), 1):
+            terms.append((part, at / part / str(i) if several else at / part, term))
     seen: dict[Any, Found] = {}
-    for part, here, term in _terms(given, at):
-        places.append((part, here, term))
-        matrices.append(_matrix(term, here, folder, seen))
-    _compare_labels(at, [(part, m) for (part, _, _), m in zip(places, matrices, strict=True)])
+    matrices = [_matrix(term, here, folder, seen) for _, here, term in terms]
+    _compare_labels(at, [(part, m) for (part, *_), m in zip(terms, matrices, strict=True)])
     try:
         common = aligned(matrices)
     except InputError as error:
         raise at.refuse(str(error)) from None
-    first = common[0].shape[0]
-    dense = first <= FULL_ROWS and any(m.nnz > FULL * first * first for m in common)
+    rows = common[0].shape[0]
+    dense = rows <= MOST_ROWS and any(m.nnz > FULL * rows * rows for m in common)
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
     origins = []
-    for (part, here, term), matrix in zip(places, common, strict=True):
-        if matrix.shape != (first, first):
+    for (part, here, term), matrix in zip(terms, common, strict=True):
+        if matrix.shape[0] != rows:
             raise here.refuse(
                 f"{_named(term)} of {matrix.shape[0]} rows is not allowed; it must have the "
-                f"{first} rows of {_named(places[0][2])} in M"
+                f"{rows} rows of {_named(terms[0][2])} in M"
             )
         text = term.get("factor", "1")
         origins.append(TermOrigin(part, term.get("file", ""), text, matrix))
-        with_factor = _formula(text, here)
-        parts[part].append(Term(matrix.toarray() if dense else matrix, with_factor))
-    return _complete(
-        given, at, folder, parts, tuple(origins), tuple(dict.fromkeys(path for path, *_ in seen))
-    )
-
-
-def _complete(
-    given: dict[str, Any],
-    at: Place,
-    folder: Path,
-    parts: dict[str, list[Term]],
-    origins: tuple[TermOrigin, ...],
-    inputs: tuple[Path, ...],
-) -> SystemFile:
-    M, C, K = (tuple(parts[part]) for part in PARTS)
+        parts[part].append(Term(matrix.toarray() if dense else matrix, _formula(text, here)))
+    inputs = list(dict.fromkeys(path for path, *_ in seen))
     coordinates = None
     if "coordinates" in given:
-        path = folder / given["coordinates"]["file"]
-        rows = M[0].matrix.shape[0]
-        coordinates, inputs = read_coordinates(path, rows), (*inputs, path)
+        inputs.append(folder / given["coordinates"]["file"])
+        coordinates = _read_coordinates(inputs[-1], rows)
     try:
         own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
+        M, C, K = (tuple(parts[part]) for part in PARTS)
         system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
         system, held = without_supports(system)
         if held.size:
@@ -242,7 +317,33 @@ def _complete(
         system = _damped(system, given.get("damping", {}), at)
     except InputError as error:
         raise at.refuse(str(error)) from None
-    return SystemFile(system, given.get("reference", ""), origins, inputs, coordinates)
+    reference = given.get("reference", "")
+    return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
+
+
+def _short(document: dict[str, Any], at: Place) -> SystemFile:
+    rows = document.get("M")
+    given = short_keys(len(rows) if isinstance(rows, list) else None).read(document, at)
+    M = np.array(given["M"])
+    try:
+        reduce(M, None, np.zeros_like(M))
+    except InputError:
+        raise (at / "M").must_be(rows, "symmetric and positive definite") from None
+    name, parameter = given.get("name") or Path(at.source).stem, given.get("parameter") or "mu"
+    if not parameter.isidentifier() or iskeyword(parameter):
+        parameter = "p"  # in formulas a parameter is a word
+    C, K = (_powers(given, letter, parameter, len(M)) for letter in "CK")
+    system = TermSystem((Term(M),), C, K, {}, parameter, name)
+    return SystemFile(system, given.get("reference", ""))
+
+
+def _powers(given: dict[str, Any], letter: str, parameter: str, n: int) -> tuple[Term, ...]:
+    """The terms of rising powers, up to the highest that is given."""
+    highest = max((k for k in range(POWER + 1) if f"{letter}{k}" in given), default=-1)
+    each = [np.array(given.get(f"{letter}{k}", np.zeros((n, n)))) for k in range(highest + 1)]
+    return tuple(
+        Term(X, Formula(f"{parameter}**{k}")) if k else Term(X) for k, X in enumerate(each)
+    )
 
 
 def _warn(at: Place, words: str) -> None:
@@ -282,13 +383,6 @@ def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSyste
     return system
 
 
-def _terms(given: dict[str, Any], at: Place) -> Iterator[tuple[str, Place, dict[str, Any]]]:
-    for part in PARTS:
-        terms: Sequence[dict[str, Any]] = given.get(part, ())
-        for i, term in enumerate(terms, 1):
-            yield part, at / part / str(i) if len(terms) > 1 else at / part, term
-
-
 def _named(term: dict[str, Any]) -> str:
     return f"file {term['file']}" if "file" in term else "the matrix"
 
@@ -306,14 +400,11 @@ def _formula(text: str, at: Place) -> Formula:
 
 def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Any, Found]) -> Found:
     if "matrix" in term:
-        from scipy.sparse import csc_array
-
         return Found(csc_array(np.array(term["matrix"])))
-    path = folder / term["file"]
-    asked = path, term.get("key"), term.get("symmetric")
-    if asked not in seen:
+    wanted = folder / term["file"], term.get("key"), term.get("symmetric")
+    if wanted not in seen:
         try:
-            seen[asked] = read_matrix(*asked)
+            seen[wanted] = read_matrix(*wanted)
         except InputError as error:
             raise (at / "file").refuse(str(error)) from None
-    return seen[asked]
+    return seen[wanted]

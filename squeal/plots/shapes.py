@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from squeal.io.coordinates import Coordinates
+from squeal.io.system import Coordinates
 from squeal.io.writing import write_whole
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, literal, origin, style
 

@@ -6,12 +6,11 @@ value as it stands), so both refuse with the same sentence.
 
 import math
 import re
-import sys
 import warnings
-from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Integral
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,35 +24,30 @@ _PLAIN = (int, float, np.integer, np.floating)
 _NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
 
 
-def _fits(value: Any) -> bool:
-    value = float(value) if isinstance(value, np.floating) else value  # of few digits: no overflow
-    return bool(-sys.float_info.max <= value <= sys.float_info.max)
+class Kind:
+    """What all kinds of values offer: each says what it allows, and describes and reads it.
 
+    A kind without parameters states `words` (to follow "it must be") and its JSON schema as
+    `form`; any other overrides `allowed` and `schema`.
+    """
 
-class Kind(ABC):
-    """What all kinds of values offer: each says what it allows, and describes and reads it."""
+    words: ClassVar[str] = ""
+    form: ClassVar[Mapping[str, Any]] = {}
 
-    @abstractmethod
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
+        return self.words
 
-    @abstractmethod
     def schema(self) -> dict[str, Any]:
         """The JSON schema of the value in a file."""
+        return dict(self.form)
 
-    @abstractmethod
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
-        """The value of a file, converted; `model`: that of the file. Raises InputError."""
-
-
-class Single(Kind):
-    """A kind whose value is converted by itself."""
-
-    @abstractmethod
     def convert(self, value: Any) -> Any:
         """The value of a file as it is used, None where it is not allowed."""
+        return None
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
+        """The value of a file, converted; `model`: that of the file. Raises InputError."""
         found = self.convert(value)
         if found is None:
             raise at.must_be(value, self.allowed())
@@ -61,7 +55,7 @@ class Single(Kind):
 
 
 @dataclass(frozen=True)
-class Number(Single):
+class Number(Kind):
     """A finite number in a range whose ends are excluded unless they are allowed."""
 
     low: float = -math.inf
@@ -84,12 +78,14 @@ class Number(Single):
 
         Symbols, dual numbers, complex steps and more digits are taken on trust.
         """
-        if isinstance(value, _NO_NUMBERS):
-            return False
         if isinstance(value, np.ndarray):
             return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
-        # a whole number may be finite and yet too great for a float
-        return not isinstance(value, _PLAIN) or bool(self._holds(value) and _fits(value))
+        if not isinstance(value, _PLAIN) or isinstance(value, bool):
+            return not isinstance(value, _NO_NUMBERS)
+        try:
+            return bool(self._holds(float(value)))
+        except OverflowError:  # a whole number may be finite and yet too great for a float
+            return False
 
     def check(self, value: Any, at: Place) -> None:
         """Refuse what is not admitted; of an array the first such entry. Raises InputError."""
@@ -160,7 +156,7 @@ def warn_of_degrees(value: Any, at: Place) -> None:
 
 
 @dataclass(frozen=True)
-class Whole(Single):
+class Whole(Kind):
     """A whole number from low to high."""
 
     low: int
@@ -178,7 +174,7 @@ class Whole(Single):
 
 
 @dataclass(frozen=True)
-class Word(Single):
+class Word(Kind):
     """One of a few words."""
 
     choices: tuple[str, ...]
@@ -197,13 +193,12 @@ class Word(Single):
 
 @dataclass(frozen=True)
 class Words(Word):
-    """Some of a few words, kept in the order of the choices."""
+    """Some of a few words, in the order of the choices, each once."""
 
     def allowed(self) -> str:
         return f"a list of {', '.join(self.choices)}"
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[str, ...]:
-        """The words, each once. Raises InputError, of a wrong word too."""
         if not isinstance(value, list | tuple):
             raise at.must_be(value, self.allowed())
         given = [Word(self.choices).read(entry, at) for entry in value]
@@ -213,72 +208,56 @@ class Words(Word):
         return {"type": "array", "items": super().schema()}
 
 
-@dataclass(frozen=True)
-class Text(Single):
+class Text(Kind):
     """Free text."""
 
-    def allowed(self) -> str:
-        return "text"
+    words = "text"
+    form: ClassVar = {"type": "string"}
 
     def convert(self, value: Any) -> str | None:
         return value if isinstance(value, str) else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "string"}
 
-
-@dataclass(frozen=True)
-class Flag(Single):
+class Flag(Kind):
     """true or false."""
 
-    def allowed(self) -> str:
-        return "true or false"
+    words = "true or false"
+    form: ClassVar = {"type": "boolean"}
 
     def convert(self, value: Any) -> bool | None:
         return value if isinstance(value, bool) else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "boolean"}
 
-
-@dataclass(frozen=True)
-class Named(Single):
+class Named(Kind):
     """A name: letters, digits and underscores, no digit first."""
 
-    def allowed(self) -> str:
-        return "a name of letters, digits and underscores"
+    words = "a name of letters, digits and underscores"
+    form: ClassVar = {"type": "string", "pattern": f"^{_NAME.pattern}$"}
 
     def convert(self, value: Any) -> str | None:
         return value if isinstance(value, str) and _NAME.fullmatch(value) else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
 
-
-@dataclass(frozen=True)
 class Numbers(Kind):
     """A mapping of names to finite numbers."""
 
-    def allowed(self) -> str:
-        return "a mapping of names to finite numbers"
+    words = "a mapping of names to finite numbers"
+    form: ClassVar = {
+        "type": "object",
+        "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
+        "additionalProperties": Number().schema(),
+    }
 
     def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
         if not isinstance(value, dict):
-            raise at.must_be(value, self.allowed())
+            raise at.must_be(value, self.words)
         for name in value:
             Named().read(name, at)
         return {name: Number().read(one, at / name) for name, one in value.items()}
 
-    def schema(self) -> dict[str, Any]:
-        return {
-            "type": "object",
-            "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
-            "additionalProperties": Number().schema(),
-        }
-
 
 @dataclass(frozen=True)
-class Row(Single):
+class Row(Kind):
     """A list of so many numbers."""
 
     count: int

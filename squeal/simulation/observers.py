@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.io.scene_keys import COORDINATES
+from squeal.io.scene import COORDINATES
 from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.mechanics import Coefficients, pose

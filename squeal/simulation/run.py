@@ -15,8 +15,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.answer import Answer, Column, Table, number
-from squeal.io.scene import Scene, check_simulation, takes_scene
-from squeal.io.scene_keys import COORDINATES, INITIAL
+from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation, takes_scene
 from squeal.io.writing import plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units

@@ -11,7 +11,6 @@ from squeal.analysis.systems.wanted import Wanted
 from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.io.short_form import PlainSystem
 from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import Pad
 from tests.exact import Exact, discriminant
@@ -81,7 +80,7 @@ def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffn
     assert spectrum.rigid_body_roots == (not stiffness)
     for exact in exact_damped(M, C, K):
         assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
-    system = PlainSystem("light", "", "mu", M, (C,), (K,))
+    system = TermSystem((Term(M),), (Term(C),), (Term(K),))
     assert critical_parameter(system, 1.0).at_zero == found.verdict
     assert squeal.sweep(system, [0.0]).steps[0].verdict == found.verdict
 

@@ -12,8 +12,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.io.short_form import read_plain
+from squeal.io.system import read_system
 from squeal.linear import complex_eigenvalues, critical_points
+from squeal.linear.system import Term
 from tests.conftest import ROOT
 from tests.linear.conftest import exact_damped
 
@@ -31,9 +32,9 @@ WING = (0.09472173 + 2.52287659j, -0.88483025 + 8.44151216j, -0.91799817 + 1.760
 
 
 def system(name):
-    found = read_plain(SYSTEMS / f"{name}.yaml")
+    found = read_system(SYSTEMS / f"{name}.yaml")
     assert found.reference
-    return found
+    return found.system
 
 
 def first(points, kind, attribute="mu"):
@@ -55,14 +56,16 @@ def test_two_coupled_modes():
         for sign in (1, -1):
             value = cmath.sqrt(-(2 + sign * cmath.sqrt(1 - 4 * mu / 3)))
             assert nearest(own(mu), value) == pytest.approx(value, rel=1e-12)
-    reverse = critical_points(replace(own, K=(own.K[0], -own.K[1])), 10.0)
+    reverse = critical_points(
+        replace(own, K=(own.K[0], Term(-own.K[1].matrix, own.K[1].factor))), 10.0
+    )
     assert first(reverse, "flutter") is None
     assert first(reverse, "divergence") == pytest.approx(2.25, rel=1e-12)
 
 
 def test_the_drum_brake_with_and_without_damping():
     own = system("drum_brake")
-    w1, w2 = (math.sqrt(own.K[0][i, i]) for i in (0, 1))
+    w1, w2 = (math.sqrt(own.K[0].matrix[i, i]) for i in (0, 1))
     undamped = first(critical_points(own, 1.0), "flutter")
     assert undamped == pytest.approx(abs(w1**2 - w2**2) / (2 * w1 * w2), rel=1e-12)
     for e1, e2 in ((0.02, 0.02), (0.02, 0.04)):
@@ -70,7 +73,7 @@ def test_the_drum_brake_with_and_without_damping():
         # Routh-Hurwitz conditions of the quartic
         a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
         mu = math.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
-        points = critical_points(replace(own, C=(np.diag([c1, c2]),)), 1.0)
+        points = critical_points(replace(own, C=(Term(np.diag([c1, c2])),)), 1.0)
         assert first(points, "flutter") == pytest.approx(mu, rel=1e-10)
         frequency = math.sqrt(a1 / a3) / (2 * math.pi)
         assert first(points, "flutter", "frequency_hz") == pytest.approx(frequency, rel=1e-10)
@@ -82,7 +85,7 @@ def test_the_follower_load_and_what_damping_does_to_it():
     undamped = first(critical_points(own, 4.0), "flutter")
     assert undamped == pytest.approx(3.5 - math.sqrt(2), rel=1e-12)
     for c in (0.01, 0.1, 1.0):
-        damped = replace(own, C=(c * np.array([[2.0, -1.0], [-1.0, 1.0]]),))
+        damped = replace(own, C=(Term(c * np.array([[2.0, -1.0], [-1.0, 1.0]])),))
         found = first(critical_points(damped, 4.0), "flutter")
         assert found == pytest.approx(41 / 28 + c**2 / 2, rel=1e-10)
 

@@ -7,9 +7,8 @@ from squeal.errors import InputError
 from squeal.io.document import read_document
 from squeal.io.documentation import documents, page, scene_schema, system_schema
 from squeal.io.provenance import ROOT as PACKAGE
-from squeal.io.scene import read_scene
-from squeal.io.scene_keys import SCENE
-from squeal.io.short_form import read_plain
+from squeal.io.scene import SCENE, read_scene
+from squeal.io.system import read_system
 from squeal.model.contact import MODELS
 from squeal.model.pad import PARAMETERS
 from tests.conftest import ROOT, SCENES
@@ -121,5 +120,5 @@ def test_reader_and_schema_agree(tmp_path, model, change):
 def test_reader_and_schema_of_systems_agree(tmp_path, more):
     path = tmp_path / "system.yaml"
     path.write_text(GOOD + more)
-    ours, theirs = judged(path, system_schema(), read_plain)
+    ours, theirs = judged(path, system_schema(), read_system)
     assert ours == theirs

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.io.journal import Checkpoint
+from squeal.io.writing import Checkpoint
 
 
 def test_arrays_come_back_under_the_same_head(tmp_path):

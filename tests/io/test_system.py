@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.io.short_form import read_plain
+from squeal.io.system import read_system
 
 GOOD = """\
 name: example
@@ -18,7 +18,7 @@ K2: [[0, -1], [1e-3, 0]]
 def _read(tmp_path, text):
     path = tmp_path / "system.yaml"
     path.write_text(text, encoding="utf-8")
-    return read_plain(path)
+    return read_system(path).system
 
 
 def test_polynomials_in_mu(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from squeal.io.coordinates import Coordinates
+from squeal.io.system import Coordinates
 from squeal.plots.shapes import FRAMES, LARGEST, animate_shape, displacements, shape_figure
 
 T = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)

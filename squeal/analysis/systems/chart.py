@@ -9,7 +9,7 @@ from squeal.analysis.systems.roots import NO_ROOT
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError
-from squeal.io.journal import Checkpoint
+from squeal.io.writing import Checkpoint
 from squeal.linear import VERDICTS
 from squeal.linear.system import TermSystem
 from squeal.schema.arguments import takes

@@ -9,7 +9,7 @@ from squeal.analysis.systems.band import BandRates, Placed, placed
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.io.journal import Checkpoint
+from squeal.io.writing import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.matrices import ILL, unit_diagonal
