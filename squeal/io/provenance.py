@@ -2,9 +2,9 @@
 
 Snakemake does not see imports; its rules take `sources` as input, so that a change in a module
 reruns what imports it and nothing else. The same list is digested into every result, with the
-versions of `packages`. Imports inside functions count too; modules loaded by name only (the command
-line's) do not. A module that imports `importlib.resources` reads the files of its folder: they are
-sources too.
+versions of `packages`. Imports inside functions count too, and so do names of this package that
+load when they are used, but not what draws an answer. A module that imports `importlib.resources`
+reads the files of its folder: they are sources too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from squeal import __version__
+from squeal import _HOME, __version__
 
 NOT_INSTALLED = "not installed"
 WITHOUT_HEYOKA = "Left out here, since heyoka is not installed:"
@@ -27,6 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT.name
 _TEXT = re.compile(r'"""(?:[^"\\]|\\.|"(?!""))*"""', re.S)  # docstrings may hold lines of code
 _TYPES = re.compile(r"^if TYPE_CHECKING:\n(?: +.*\n|\n)*", re.M)  # seen by type checkers alone
+_NAMED = re.compile(r'import_module\("(squeal\.(?!plots)[\w.]+)"\)')
 _LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", re.M)
 
 
@@ -58,8 +59,13 @@ def _files(name: str) -> frozenset[Path]:
 
 @cache
 def _needed(path: Path) -> frozenset[Path]:
-    """Files of this package that a file imports itself."""
-    return frozenset().union(*map(_files, _imports(path)))
+    """Files of this package that a file imports itself, or loads by name."""
+    names, text = _imports(path), _TEXT.sub("", path.read_text(encoding="utf-8"))
+    late = set(_NAMED.findall(text))
+    if PACKAGE in names:  # `squeal.eigenvalues` loads where it stands when it is used
+        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & _HOME.keys()
+        late |= {f"{PACKAGE}.{_HOME[name]}" for name in used}
+    return frozenset().union(*map(_files, names | late))
 
 
 def _modules(modules: Iterable[str]) -> set[Path]:
