@@ -10,7 +10,7 @@ from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 TITLES = {"b1-d": "B1 (d)", "b2-d-integral": "B2 (d)", "b2-c-integral": "B2 (c)"}
 STABLE, UNSTABLE = "#C8380E", "#3498DB"
-CAPTION = r"""Periodic motions at $\zeta = \val[p1]{onset.ratio}$ over friction: peak of the
+CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the
 contact force (B1: at the leading edge). Red: stable; blue, dashed: unstable. Bar below: the
 sliding equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference
 set."""

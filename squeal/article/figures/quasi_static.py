@@ -66,7 +66,7 @@ def draw(found: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
 
 
 CAPTIONS = {
-    "fig13": r"""Where \aeqs{23a}{23b} hold (black) at $\mu = \val{quasi_static.mu}$: (a)~as
+    "fig13": r"""Where \aeqs{23a}{23b} hold (black) at $\mu = {}$\val{quasi_static.mu}: (a)~as
 printed, as in the article; (b)~with the correct signs of the divisors $K_{21}$ and $K_{31}$.
 (c)~Where model B2 has a sliding equilibrium about which no mode grows. Letters mark the four
 cases."""

@@ -17,7 +17,7 @@ ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
 CAPTION = r"""The result for the reference set: the four arrangements of the springs and what
 happens in each. Filled: yes. Line 1 and 2: undamped, from the reference initial conditions. Line
-3: without damping. Line 4: from some initial conditions, at $\zeta = \val[p1]{onset.ratio}$."""
+3: without damping. Line 4: from some initial conditions, at $\zeta = {}$\val[p1]{onset.ratio}."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:

@@ -435,6 +435,8 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "multipliers-agree-with-decay": all(
             abs(one.decay - one.own.multiplier) < 1e-4 for one in of.values()
         ),
+        "b2-c-cycle-ends-in-a-fold": "b2-c-integral" in of
+        and not all(point.stable for point in of["b2-c-integral"].branch[:-1]),
         "b2-c-goes-on-at-every-damping": lasts("b2-c-integral") == list(RATIOS),
         "all-others-come-to-rest": len(rests) == 7 and "b2-c-integral" not in rests,
         "c-hammers-at-high-damping-alone": hammering("b2-c-integral") == [0.01, 0.02],

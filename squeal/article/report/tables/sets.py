@@ -7,7 +7,7 @@ from squeal.article.studies.sets import ParameterSet, Sets
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed) and verdicts
 under each. Ratios on an edge of the searched range are marked $\dagger$. Lost: mean share of
 time in which an edge is separated that touches at rest. Lasting: share of initial conditions
-from which case (d) loses contact on and on, at $\zeta = \val[p1]{onset.ratio}$."""
+from which case (d) loses contact on and on, at $\zeta = {}$\val[p1]{onset.ratio}."""
 NAMES = {
     "h": "$h/w$", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$", "k4": "$k_4/k_1$", "k_c": "$k_c/k_1$",
     "L": "$L/w$", "mu": r"$\mu$", "F_n": "$F_n/(k_1 w)$",
