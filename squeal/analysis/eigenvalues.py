@@ -24,7 +24,7 @@ from squeal.linear import (
 )
 from squeal.linear.eigen import STIFF, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
-from squeal.linear.verdict import decide, judge_reduced
+from squeal.linear.verdict import decide
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.model.states import State
@@ -187,7 +187,8 @@ def roots_and_verdict(
     # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
     free = squares.min() <= EPS**2 * squares.max()
     if free or not hidden(reduced, K):
-        return spectrum_of(reduced), judge_reduced(reduced)
+        spectrum = spectrum_of(reduced)
+        return spectrum, decide(spectrum.values, spectrum.rounding)
     from squeal.sparse.dense import dense_spectrum  # a tenth of a query's time
     from squeal.sparse.quadratic import ROUNDING
 

@@ -41,18 +41,20 @@ STIFF = (
 
 @dataclass(frozen=True, eq=False)
 class Eigenvalue:
-    """One eigenvalue (rad/s) of (value^2 M + value C + K) right = 0 and what is known of it."""
+    """One eigenvalue (rad/s) of (value^2 M + value C + K) right = 0 and what is known of it.
+
+    right (n,) is the mode shape, right^H M right = 1, and left (n,) alike; residual the backward
+    error |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised; condition 1/|y^H x| of the
+    standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding may
+    move it.
+    """
 
     value: complex
-    right: ComplexArray = field(repr=False)  # (n,) mode shape, right^H M right = 1
-    left: ComplexArray = field(repr=False)  # (n,) left^H (...) = 0, left^H M left = 1
-    residual: float = field(
-        repr=False
-    )  # backward error: |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised
-    condition: float = field(
-        repr=False
-    )  # 1/|y^H x| of the standard problem solved (in value^2 if undamped), or inf
-    rounding: float = field(default=0.0, repr=False)  # rad/s: how far rounding may move it
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
+    residual: float = field(repr=False)
+    condition: float = field(repr=False)
+    rounding: float = field(default=0.0, repr=False)
 
     @property
     def grows(self) -> bool:
@@ -98,6 +100,11 @@ class Spectrum:
     def values(self) -> ComplexArray:
         """The eigenvalues as an array (2n,), rad/s."""
         return np.array([e.value for e in self.eigenvalues])
+
+    @property
+    def rounding(self) -> Array:
+        """How far rounding may move each (2n,), rad/s."""
+        return np.array([e.rounding for e in self.eigenvalues])
 
     @property
     def frequencies_hz(self) -> Array:
