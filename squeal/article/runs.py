@@ -10,7 +10,8 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 from squeal.io.writing import column_name
-from squeal.plots.runs import Event, Run, Summary
+from squeal.plots.motion import Run, Summary
+from squeal.simulation.run import Event
 
 
 class StoredSummary(Summary):

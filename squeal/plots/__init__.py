@@ -1,30 +1,19 @@
-"""Figures: style, drawing parts, and functions that take results and return a matplotlib Figure.
+"""Figures: style, drawing parts, and `draw`, which gives the figure of an answer.
 
-    from squeal.plots import coupling_figure
-    coupling_figure(sweep_modes(scene, 0.0, 1.0)).savefig("coupling.png")
-
-The names below are loaded when they are first used.
+What an answer draws by `answer.plot("picture.png")` is made here; Matplotlib loads with it.
 """
 
-import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-_HOME = {
-    "contour_figure": "maps",
-    "coupling_figure": "coupling",
-    "draw": "answers",
-    "mode_figure": "modes",
-    "scatter_figure": "scatter",
-    "stability_figure": "maps",
-}
-__all__ = list(_HOME)
+if TYPE_CHECKING:
+    from squeal.plots.answers import draw
+
+__all__ = ["draw"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name != "draw":
         raise AttributeError(f"module 'squeal.plots' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"squeal.plots.{_HOME[name]}"), name)
+    import squeal.plots.answers as answers
 
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+    return answers.draw

@@ -1,4 +1,4 @@
-"""Modes over friction: frequencies, growth rates, and the root locus beside them."""
+"""Modes over a parameter: frequencies, growth rates, and the root locus beside them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,24 +11,14 @@ from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Step
 from squeal.analysis.modes import ModeSweep
-from squeal.analysis.systems.chart import NAMES as VERDICT_NAMES
-from squeal.linear import GROWING, VERDICTS
-from squeal.plots.maps import symbol
-from squeal.plots.modes import NAME, NAMED, growing_roots
-from squeal.plots.modes import STABLE as PLAIN
-from squeal.plots.parts import (
-    COLOURS,
-    FINE,
-    LOOKS,
-    VERDICT_COLOURS,
-    draw_locus,
-    draw_modes,
-    mark_events,
-)
+from squeal.linear import GROWING
+from squeal.plots.maps import COLOUR_OF, symbol
+from squeal.plots.modes import NAME, growing
 from squeal.plots.style import (
     DOUBLE,
     Drawing,
     Unit,
+    frequency_limits,
     in_unit,
     literal,
     origin,
@@ -37,68 +27,118 @@ from squeal.plots.style import (
     units_of,
 )
 
-MORE = ("#117A65", "#B7950B", "#000000")  # of further modes
-FEW = 3  # modes that have a colour and line each; of more only those that grow
-NOISE = 1e-7  # of the largest eigenvalue: growth that is drawn as such
-LISTED = 6  # growing modes in a legend
+COLOURS = ("#3498DB", "#6A1B7B", "#C8380E")
+LOOKS: list[dict[str, Any]] = [
+    {"color": colour, "linestyle": line}
+    for colour, line in zip(COLOURS, ("-", (0, (4, 1.5)), (0, (5, 1.5, 1, 1.5))), strict=True)
+]
+"""Of few modes each has a look; of more only those that grow."""
+OF_MANY = (*COLOURS[::-1], "#117A65", "#B7950B", "#000000")
+"""Colours of growing modes among many, and so of those that a legend lists."""
 
 
-def _upper(found: ModeSweep) -> np.ndarray:
-    """Values (k, n) of each mode in the upper half plane, the faster growing one if both are."""
-    pairs = found.values.reshape(len(found.mus), -1, 2)
-    rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
-    return np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
+def draw_modes(
+    upper: Axes,
+    lower: Axes,
+    mu: np.ndarray,
+    values: np.ndarray,
+    looks: Sequence[dict[str, Any]],
+    units: tuple[Unit, Unit],
+) -> None:
+    """Curves of each mode over mu (k,); of its conjugate the growth rate too.
+
+    values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
+    growth rates); looks: one for each mode; units: of frequency and growth.
+    """
+    for k, look in enumerate(looks):
+        own = look | {"gid": f"mode {k + 1}"}
+        upper.plot(mu, np.abs(values[:, 2 * k].imag) / units[0].factor, **own)
+        for j in (2 * k, 2 * k + 1):
+            lower.plot(mu, values[:, j].real / units[1].factor, **own)
 
 
-def _growing(found: ModeSweep) -> list[int]:
-    """Modes that grow somewhere, the fastest first."""
-    if not any(verdict in GROWING for *_, verdict in found.spans):
-        return []
-    best = _upper(found).real.max(axis=0)
-    return [k for k in np.argsort(-best).tolist() if best[k] > NOISE * np.abs(found.values).max()]
+def mark_events(
+    events: Sequence[tuple[float, str, str]],
+    upper: Axes,
+    lower: Axes,
+    low: float = 0.0,
+    reach: float = 1.0,
+    height: float = 0.96,
+) -> None:
+    """Verticals (mu, label, line style), sorted, through both panels, which may be one.
+
+    Labels stand in the lower one below a height (share of the axis), before their line unless
+    another one is there; the axis of mu begins at `low` and shows as much as `reach`.
+    """
+    width, free = 0.12 * reach, low
+    for mu, label, line in events:
+        for axes in dict.fromkeys((upper, lower)):
+            axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
+        before = mu - free > width
+        x, side = (-2.0, "right") if before else (2.0, "left")
+        place: Any = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+        look: Any = {"rotation": 90, "va": "top", "bbox": {"fc": "w", "ec": "none", "pad": 0.6}}
+        lower.annotate(label, (mu, height), (x, 0.0), ha=side, **place, **look)
+        free = mu if before else mu + width
 
 
-def _looks(found: ModeSweep, growing: Sequence[int]) -> list[dict[str, Any]]:
-    count = found.values.shape[1] // 2
-    if count <= FEW:
-        return LOOKS[:count]
-    looks: list[dict[str, Any]] = [{"color": "0.72", "linewidth": 0.5, "zorder": 1}] * count
-    colours = (*COLOURS[::-1], *MORE)
-    for i, k in enumerate(growing):
-        looks[k] = {"color": colours[i] if i < LISTED else "0.3", "linewidth": 1.1, "zorder": 3}
-    return looks
+def symbol_of(parameter: str) -> str:
+    """The parameter as it stands on an axis."""
+    return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def _thick(
-    upper: Axes, found: ModeSweep, growing: Sequence[int], looks: Sequence[dict[str, Any]], u: Unit
-) -> list[tuple[Line2D, str]]:
-    """Stretches of growth drawn thick in the upper panel; handles and words for a legend."""
-    entries = []
-    noise = NOISE * np.abs(found.values).max()
-    modes = _upper(found)
-    for i, k in enumerate(growing):
-        own, colour = modes[:, k], looks[k]["color"]
-        on = own.real > noise
-        frequency = np.where(on, np.abs(own.imag) / u.factor, np.nan)
-        name = f"grows {k + 1}"
-        upper.plot(found.mus, frequency, color=colour, linewidth=2.4, zorder=4, gid=name)
-        if i < LISTED:
-            words = _words(found, float(found.mus[int(np.argmax(on))]), own[on], u)
-            entries.append((Line2D([], [], color=colour, linewidth=2.4), words))
-    if len(growing) > LISTED:
-        handle = Line2D([], [], color="0.3", linewidth=2.4)
-        entries.append((handle, f"{len(growing) - LISTED} more that grow"))
-    return entries
+def _panels(
+    parameter: str, at: np.ndarray, values: np.ndarray, ends: tuple[float, float]
+) -> tuple[Figure, Axes, Axes, tuple[Unit, Unit]]:
+    """Empty panels of frequency over growth rate, beside them the roots as dots coloured by `at`.
+
+    at, values (m,): the parameter and the roots (rad/s), of pairs both.
+    """
+    units = units_of(values)
+    reach = 1.1 * np.abs(values.real).max(initial=0.0) / units[1].factor or 1.0
+    span = frequency_limits(values, units[0])
+    figure = Figure(figsize=(DOUBLE, 3.9))
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
+    upper = figure.add_subplot(grid[0, 0])
+    lower = figure.add_subplot(grid[1, 0], sharex=upper)
+    beside = figure.add_subplot(grid[:, 1])
+    upper.set_xlim(*ends)
+    upper.set_ylim(*span)
+    lower.set_ylim(-reach, reach)
+    beside.set_xlim(-reach, reach)
+    beside.set_ylim(*span)
+    shown = values.imag >= -1e-9 * np.abs(values)
+    x, y, mu = values.real[shown] / units[1].factor, values.imag[shown] / units[0].factor, at[shown]
+    few = len(values) <= 6 * len(np.unique(at))
+    beside.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
+    look: dict[str, Any] = {"cmap": "viridis", "vmin": ends[0], "vmax": ends[1], "lw": 0}
+    dots = beside.scatter(x, y, c=mu, s=9.0 if few else 3.0, gid="mu", zorder=2, **look)
+    start = mu == mu.min(initial=np.inf)
+    beside.plot(x[start], y[start], "k_", ms=11 if few else 5, mew=0.8, gid="start")
+    name = rf"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
+    figure.colorbar(dots, ax=beside, label=name, aspect=35, pad=0.02)
+    lower.set_xlabel(name)
+    upper.tick_params(labelbottom=False)
+    for axes in (upper, beside):
+        axes.set_ylabel(f"frequency [{units[0].name}]")
+    lower.set_ylabel(f"growth rate [{units[1].name}]")
+    beside.set_xlabel(f"growth rate [{units[1].name}]")
+    figure.align_ylabels([upper, lower])
+    return figure, upper, lower, units
 
 
-def _words(found: ModeSweep, start: float, own: np.ndarray, u: Unit) -> str:
-    ups = [c for c in found.crossings if c.direction == "up"]
-    near = min(ups, key=lambda c: abs(c.mu - start), default=None)
-    vibrates = abs(own[int(np.argmax(own.real))].imag) > 0.0
-    words = "flutter" if vibrates else "divergence"
-    if near is not None and start > found.low:
-        words += f" from {symbol_of(found.parameter)} = {near.mu:.4g}"
-    return f"{words}, {in_unit(abs(own[0].imag), u)}" if vibrates else words
+def _background(
+    spans: Sequence[tuple[float, float, str]], both: tuple[Axes, Axes]
+) -> list[tuple[Any, str]]:
+    """Ranges in the colour of their verdict where something grows; what a legend says of them."""
+    met = {}
+    for low, high, verdict in spans:
+        if verdict in GROWING:
+            look: dict[str, Any] = {"color": COLOUR_OF[verdict], "alpha": 0.13, "lw": 0}
+            for axes in both:
+                axes.axvspan(low, high, zorder=0, gid=verdict, **look)
+            met[verdict] = Patch(facecolor=COLOUR_OF[verdict], alpha=0.13)
+    return [(patch, name) for name, patch in met.items()]
 
 
 def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
@@ -107,83 +147,67 @@ def coupling_figure(found: ModeSweep, own: float | None = None) -> Figure:
     Growing stretches are thick and named in the legend; the background changes colour at the
     thresholds. own: the value of the parameter at which the subject stands, marked.
     """
-    values, mus = found.values, found.mus
-    units, growing = units_of(values), _growing(found)
-    looks = _looks(found, growing)
+    values, mus, low, high = found.values, found.mus, found.low, found.high
+    # the faster growing one of each pair, which of complex pairs is the upper one
+    pairs = values.reshape(len(mus), -1, 2)
+    rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
+    modes = np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
+    noise = 1e-7 * np.abs(values).max()
+    best = modes.real.max(axis=0)
+    grow = [k for k in np.argsort(-best).tolist() if best[k] > noise]
+    if not any(verdict in GROWING for *_, verdict in found.spans):
+        grow = []
+    looks: list[dict[str, Any]] = list(LOOKS[: modes.shape[1]])
+    if modes.shape[1] > len(LOOKS):
+        looks = [{"color": "0.72", "linewidth": 0.5, "zorder": 1}] * modes.shape[1]
+        for k, colour in zip(grow, [*OF_MANY, *["0.3"] * len(grow)], strict=False):
+            looks[k] = {"color": colour, "linewidth": 1.1, "zorder": 3}
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.9))
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
-        upper = figure.add_subplot(grid[0, 0])
-        lower = figure.add_subplot(grid[1, 0], sharex=upper)
-        beside = figure.add_subplot(grid[:, 1])
-        upper.set_xlim(found.low, found.high)
+        at = np.repeat(mus, values.shape[1])
+        figure, upper, lower, units = _panels(found.parameter, at, values.ravel(), (low, high))
         draw_modes(upper, lower, mus, values, looks, units)
-        entries = _thick(upper, found, growing, looks, units[0])
-        patches = _background(found, upper, lower)
-        contacts = [(mu, state_label(name), ":") for mu, name in found.contacts]
-        mark_events(contacts, upper, lower, found.low, found.high - found.low)
-        if own is not None and found.low <= own <= found.high:
+        entries: list[tuple[Any, str]] = []
+        for k in grow:
+            on = modes[:, k].real > noise
+            frequency = np.where(on, np.abs(modes[:, k].imag) / units[0].factor, np.nan)
+            look = {"color": looks[k]["color"], "linewidth": 2.4}
+            upper.plot(mus, frequency, zorder=4, gid=f"grows {k + 1}", **look)
+            words = _words(found, float(mus[int(np.argmax(on))]), modes[on, k], units[0])
+            entries.append((Line2D([], [], **look), words))
+        more = len(grow) - len(OF_MANY)
+        if more > 0:
+            handle = Line2D([], [], color="0.3", linewidth=2.4)
+            entries[len(OF_MANY) :] = [(handle, f"{more} more that grow")]
+        if not grow:
+            entries.append((Line2D([], [], color="k"), "nothing grows"))
+        patches = _background(found.spans, (upper, lower))
+        if found.end < high:
+            look = {"fc": "none", "ec": "0.7", "hatch": "////", "lw": 0}
             for axes in (upper, lower):
-                axes.axvline(own, color="0.5", linewidth=0.8, linestyle="-.", zorder=0, gid="own")
+                axes.axvspan(found.end, high, gid="no equilibrium", **look)
+            patches.append((Patch(**look), "no equilibrium"))
+        contacts = [(mu, state_label(name), ":") for mu, name in found.contacts]
+        mark_events(contacts, upper, lower, low, high - low)
+        if own is not None and low <= own <= high:
+            look = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
+            for axes in (upper, lower):
+                axes.axvline(own, zorder=0, gid="own", **look)
             words = f"present {symbol_of(found.parameter)} = {own:.4g}"
-            entries.append((Line2D([], [], color="0.5", lw=0.8, ls="-."), words))
-        upper.tick_params(labelbottom=False)
-        upper.set_ylim(0.0, 1.05 * np.abs(values.imag).max() / units[0].factor or 1.0)
-        reach = 1.1 * np.abs(values.real).max() / units[1].factor or 1.0
-        lower.set_ylim(-reach, reach)
-        upper.set_ylabel(f"frequency [{units[0].name}]")
-        lower.set_ylabel(f"growth rate [{units[1].name}]")
-        lower.set_xlabel(_name(found.parameter))
-        _locus(found, figure, beside, units, reach)
-        figure.align_ylabels([upper, lower])
-        if not growing:
-            entries.insert(0, (Line2D([], [], color="k"), "nothing grows"))
+            entries.append((Line2D([], [], **look), words))
         handles, names = [list(part) for part in zip(*entries, *patches, strict=True)]
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.4)
     return figure
 
 
-def symbol_of(parameter: str) -> str:
-    """The parameter as it stands on an axis."""
-    return symbol(parameter) if parameter == "mu" else literal(parameter)
-
-
-def _name(parameter: str) -> str:
-    return rf"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
-
-
-def _background(found: ModeSweep, upper: Axes, lower: Axes) -> list[tuple[Any, str]]:
-    met = {}
-    for low, high, verdict in found.spans:
-        if verdict in GROWING:
-            colour = VERDICT_COLOURS[VERDICTS.index(verdict)]
-            for axes in (upper, lower):
-                axes.axvspan(low, high, color=colour, alpha=0.13, lw=0, zorder=0, gid=verdict)
-            met[verdict] = Patch(facecolor=colour, alpha=0.13)
-    if found.end < found.high:
-        for axes in (upper, lower):
-            axes.axvspan(
-                found.end, found.high, fc="none", ec="0.7", hatch="////", lw=0, gid="no equilibrium"
-            )
-        met["no equilibrium"] = Patch(facecolor="none", edgecolor="0.7", hatch="////", lw=0)
-    return [(patch, name) for name, patch in met.items()]
-
-
-def _locus(
-    found: ModeSweep, figure: Figure, axes: Axes, units: tuple[Unit, Unit], reach: float
-) -> None:
-    inside = found.values.imag >= 0.0
-    growth, frequency = found.values.real / units[1].factor, found.values.imag / units[0].factor
-    mu = np.broadcast_to(found.mus[:, None], growth.shape)[inside]
-    few = found.values.shape[1] <= 2 * FEW
-    dots = draw_locus(
-        axes, growth[inside], frequency[inside], mu, (found.low, found.high), 9.0 if few else FINE
-    )
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(0.0, 1.05 * np.abs(found.values.imag).max() / units[0].factor or 1.0)
-    axes.set_xlabel(f"growth rate [{units[1].name}]")
-    axes.set_ylabel(f"frequency [{units[0].name}]")
-    figure.colorbar(dots, ax=axes, label=_name(found.parameter), aspect=35, pad=0.02)
+def _words(found: ModeSweep, start: float, own: np.ndarray, unit: Unit) -> str:
+    """What a growing mode does, from which value on, and how fast it vibrates."""
+    ups = [c for c in found.crossings if c.direction == "up"]
+    near = min(ups, key=lambda c: abs(c.mu - start), default=None)
+    vibrates = abs(own[int(np.argmax(own.real))].imag) > 0.0
+    words = "flutter" if vibrates else "divergence"
+    if near is not None and start > found.low:
+        words += f" from {symbol_of(found.parameter)} = {near.mu:.4g}"
+    return f"{words}, {in_unit(abs(own[0].imag), unit)}" if vibrates else words
 
 
 def coupling_drawing(name: str, found: ModeSweep, own: float | None = None) -> Drawing:
@@ -202,79 +226,60 @@ def coupling_drawing(name: str, found: ModeSweep, own: float | None = None) -> D
     return Drawing(figure, text, f"Mode coupling of {name}", origin(__name__))
 
 
-MIDDLE = ("center", 0)  # how a name stands over its point, and by how far (points)
-
-
 def sweep_figure(parameter: str, rows: Sequence[Step]) -> Figure:
-    """Roots over a parameter: frequency and growth rate, and their way in the complex plane.
+    """Roots at some values of a parameter as dots, which need not be followed.
 
-    Points that grow are red; the frequencies that grow anywhere are named where they grow most.
+    Those that grow are red; the frequencies that grow anywhere are named where they grow most.
     """
-    figure = Figure(figsize=(DOUBLE, 3.8))
-    left, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.5, 1.0]})
-    left.remove()
-    grid = left.get_subplotspec().subgridspec(2, 1, height_ratios=[1.5, 1.0])
-    upper = figure.add_subplot(grid[0])
-    lower = figure.add_subplot(grid[1], sharex=upper)
-    known = [(row.value, row.roots) for row in rows if row.roots is not None]
-    x = np.array([value for value, _ in known])
-    at = np.concatenate([np.full(len(roots), value) for value, roots in known])
-    values = np.concatenate([roots for _, roots in known])
-    keep = values.imag >= -1e-9 * np.abs(values)
-    at, values = at[keep], values[keep]
-    grows, unit = growing_roots(values), units_of(values)[0]
-    frequency = values.imag / unit.factor
-    _verdict_background((upper, lower), x, rows)
-    for kept, colour, size in ((~grows, PLAIN, 1.5), (grows, COLOURS[2], 4.0)):
-        for axes, y in ((upper, frequency), (lower, values.real)):
-            axes.scatter(at[kept], y[kept], s=size, color=colour, linewidth=0)
-    lower.axhline(0.0, color="0.5", linewidth=0.6)
-    upper.set_xlim(x[0], x[-1])
-    _named(upper, at[grows], values[grows], unit)
-    points = plane.scatter(values.real, frequency, c=at, s=5, cmap="viridis", linewidth=0)
-    plane.axvline(0.0, color="0.5", linewidth=0.6)
-    bar = figure.colorbar(points, ax=plane, location="top", aspect=30)
-    bar.set_label(_name(parameter))
-    upper.set_ylabel(f"frequency [{unit.name}]")
-    upper.margins(y=0.12)  # room for the names of what grows
-    upper.tick_params(labelbottom=False)
-    lower.set_ylabel("real part [1/s]")
-    lower.set_xlabel(_name(parameter))
-    plane.set_xlabel("real part [1/s]")
-    plane.set_ylabel(f"frequency [{unit.name}]")
+    known = [(row.value, row.roots, row.verdict) for row in rows if row.roots is not None]
+    x = np.array([value for value, *_ in known])
+    at = np.concatenate([np.full(len(roots), value) for value, roots, _ in known])
+    values = np.concatenate([roots for _, roots, _ in known])
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    spans = zip(edges, edges[1:], [verdict or "" for *_, verdict in known], strict=False)
+    with style():
+        ends = (float(x[0]), float(x[-1]))
+        figure, upper, lower, units = _panels(parameter, at, values, ends)
+        keep = values.imag >= -1e-9 * np.abs(values)
+        at, values = at[keep], values[keep]
+        grows = growing(values)
+        for kept, colour, size in ((~grows, "0.25", 1.5), (grows, COLOURS[2], 4.0)):
+            look: dict[str, Any] = {"s": size, "color": colour, "linewidth": 0}
+            upper.scatter(at[kept], values.imag[kept] / units[0].factor, **look)
+            lower.scatter(at[kept], values.real[kept] / units[1].factor, **look)
+        lower.axhline(0.0, color="0.5", linewidth=0.6)
+        patches = _background(list(spans), (upper, lower))
+        if patches:
+            handles, names = [list(part) for part in zip(*patches, strict=True)]
+            figure.legend(handles, names, loc="outside upper center", ncols=3)
+        _name_growing(upper, at[grows], values[grows], units[0])
     return figure
 
 
-def _verdict_background(axes_list: Sequence, x: np.ndarray, rows: Sequence[Step]) -> None:
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    for axes in axes_list:
-        for low, high, row in zip(edges, edges[1:], rows, strict=False):
-            colour = VERDICT_COLOURS[VERDICT_NAMES.index(row.verdict)]
-            axes.axvspan(low, high, color=colour, alpha=0.2, linewidth=0)
-
-
-def _named(axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:  # type: ignore
+def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:
+    """Different frequencies that grow, each where it grows most; names stay within the frame."""
     taken: list[float] = []
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     for k in np.argsort(-values.real):
-        if len(taken) == NAMED:
-            return
-        one = abs(float(values[k].imag))
-        if all(abs(one - other) > 0.04 * max(one, other) for other in taken):
+        one = float(values[k].imag)
+        if len(taken) < 6 and all(abs(one - other) > 0.04 * max(one, other) for other in taken):
             taken.append(one)
-            share = (at[k] - axes.get_xlim()[0]) / np.ptp(axes.get_xlim())
-            side, moved = ("left", 3) if share < 0.1 else ("right", -3) if share > 0.9 else MIDDLE
-            place = (at[k], one / unit.factor)
-            axes.annotate(in_unit(one, unit), place, (moved, 4), ha=side, **NAME)
+            share, place = (at[k] - left) / (right - left), (at[k], one / unit.factor)
+            below = place[1] - bottom > 0.8 * (top - bottom)
+            look: Any = {"ha": "center", "va": "top" if below else "bottom"}
+            aside = 0
+            if not 0.1 <= share <= 0.9:
+                look["ha"], aside = ("left", 3) if share < 0.1 else ("right", -3)
+            by = (aside, -4 if below else 4)
+            axes.annotate(in_unit(one, unit), place, by, **look, **NAME)
 
 
 def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     """The figure of a sweep, ready to be saved."""
     seen = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
-        f"Frequencies and real parts of the roots of {name} over {parameter} from "
+        f"Frequencies and growth rates of the roots of {name} over {parameter} from "
         f"{rows[0].value:g} to {rows[-1].value:g}, and their way in the complex plane; verdicts "
         f"in this order: {seen}."
     )
-    with style():
-        figure = sweep_figure(parameter, rows)
-    return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
+    return Drawing(sweep_figure(parameter, rows), text, f"Sweep of {name}", origin(__name__))

@@ -1,36 +1,81 @@
 """Maps over two parameters: verdicts as areas with the curves between them, and contours."""
 
-import dataclasses
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 
-from squeal.analysis.maps import (
-    BEYOND_FOLD,
-    NAMES,
-    QUANTITIES,
-    Axis,
-    Field,
-    StabilityMap,
-    traced_map,
-)
-from squeal.analysis.systems.chart import NAMES as CHART_NAMES
+from squeal.analysis.answers import Map
+from squeal.analysis.maps import NAMES, QUANTITIES
 from squeal.analysis.threshold_curve import ThresholdCurve
-from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
-from squeal.plots.parts import OF_PI, QUARTERS, VERDICT_COLOURS, draw
+from squeal.numerics.outline import Outline
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
-THRESHOLD = "#E69F00"
+VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
+"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold,
+unknown."""
+COLOUR_OF = dict(zip(NAMES, VERDICT_COLOURS, strict=True))
+QUARTERS = ([0.0, 0.25, 0.5, 0.75, 1.0], ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"])
+THRESHOLD, OWN_LEVEL = "#E69F00", "#C8380E"  # curves: continued, and where the level is the scene's
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
+
+Own = tuple[float, float] | None
+
+
+def angle_axes_of_pi(axes: Axes) -> None:
+    """Axes of the two spring angles, drawn over pi."""
+    axes.set_aspect("equal")
+    axes.set_xticks(*QUARTERS)
+    axes.set_yticks(*QUARTERS)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
+    axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
+
+
+def mark(
+    axes: Axes,
+    marks: Mapping[str, tuple[float, float]],
+    unit: float = 1.0,
+    size: float = 7,
+    **ring: Any,
+) -> None:
+    """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
+    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
+    for name, (x, y) in marks.items():
+        look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5}
+        axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
+
+
+def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
+    """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
+
+    unit: a number, or one for each axis.
+    """
+    unit = np.asarray(unit)
+    for k in np.unique(found.codes):
+        own = found.polygons[found.codes == k] / unit
+        closed = np.concatenate([own, own[:, :1]], axis=1)
+        ways = [Path.MOVETO, *[Path.LINETO] * (own.shape[1] - 1), Path.CLOSEPOLY]
+        # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
+        # that viewers leave between polygons
+        area = Path(closed.reshape(-1, 2), np.tile(ways, len(own)))
+        patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
+        axes.add_artist(patch)  # add_patch would look for the limits of each line
+        axes.update_datalim(area.vertices)
+    lines = [curve / unit for curve, _ in found.curves]
+    look: Any = {"colors": "black", "linewidths": 0.6, "capstyle": "round"}
+    axes.add_collection(LineCollection(lines, zorder=2, **look))
 
 
 def symbol(name: str) -> str:
@@ -42,11 +87,14 @@ def symbol(name: str) -> str:
     return f"${letters}_{index}$" if index else f"${letters}$"
 
 
-def unit_of(axis: Axis) -> float:
+def unit_of(axis: Any, pad: bool = True) -> float:
     """What the numbers of an axis are divided by: pi over 0 to pi, else a power of a thousand.
 
-    One on a logarithmic axis, and for a number without a unit unless it is tiny or huge.
+    One on a logarithmic axis, of a system's parameter, and for a number without a unit unless it is
+    tiny or huge.
     """
+    if not pad:
+        return 1.0
     if PARAMETERS[axis.name].angle and (axis.low, axis.high) == (0.0, math.pi):
         return math.pi
     size = max(abs(axis.low), abs(axis.high))
@@ -55,196 +103,116 @@ def unit_of(axis: Axis) -> float:
     return float(1000.0 ** math.floor(math.log10(size) / 3)) if size else 1.0
 
 
-def _label(axis: Axis) -> str:
-    unit, factor = PARAMETERS[axis.name].unit, unit_of(axis)
+def _label(axis: Any, factor: float) -> str:
+    unit = PARAMETERS[axis.name].unit
     power = round(math.log10(factor)) if factor != math.pi else 0
     scale = f"$10^{{{power}}}$ " if power else ""
     shown = "" if unit == "1" and not power else f" [{scale}{'' if unit == '1' else unit}]"
     return symbol(axis.name) + shown.replace(" ]", "]")
 
 
-def draw_thresholds(
-    axes: Axes, pair: tuple[Axis, Axis], curves: Sequence[ThresholdCurve]
-) -> list[Line2D]:
-    """Curves on which stability is lost, over `unit_of`; what stands for them in a legend."""
-    units = np.array([unit_of(axis) for axis in pair])
+def _settle(axes: Axes, found: Map, curves: Sequence[ThresholdCurve], own: Own) -> list[Line2D]:
+    """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
+
+    Also draws curves on which stability is lost. Returns what stands for them in a legend.
+    """
+    pad = own is not None
+    units = np.array([unit_of(axis, pad) for axis in found.axes])
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     for curve in curves:
         axes.plot(*(curve.points / units).T, gid="threshold", zorder=4, **look)
+    for axis, way, unit in zip(found.axes, "xy", units.tolist(), strict=True):
+        words = _label(axis, unit) if pad else literal(axis.name)
+        axes.set(**{f"{way}lim": (axis.low / unit, axis.high / unit), f"{way}label": words})
+        if getattr(axis, "log", False):
+            axes.set(**{f"{way}scale": "log"})
+        if unit == math.pi:
+            getattr(axes, f"set_{way}ticks")(*QUARTERS)
+    if np.all(units == math.pi):
+        axes.set_aspect("equal")
+    if own and all(a.low <= at <= a.high for a, at in zip(found.axes, own, strict=True)):
+        ring: Any = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
+        axes.plot(*(np.array(own) / units), "o", clip_on=False, gid="own pad", **ring)
     return [Line2D([], [], label="threshold, continued", **look)] if curves else []
 
 
-def settle(axes: Axes, pair: tuple[Axis, Axis], own: tuple[float, float] | None) -> None:
-    """Limits, ticks and labels of both axes, whose numbers are over `unit_of`; the pad marked if it
-    lies in the ranges."""
-    for axis, way in zip(pair, ("x", "y"), strict=True):
-        factor = unit_of(axis)
-        axes.set(
-            **{f"{way}lim": (axis.low / factor, axis.high / factor), f"{way}label": _label(axis)}
-        )
-        if axis.log:
-            axes.set(**{f"{way}scale": "log"})
-        if factor == math.pi:
-            getattr(axes, f"set_{way}ticks")(QUARTERS, OF_PI)
-    if all(unit_of(axis) == math.pi for axis in pair):
-        axes.set_aspect("equal")
-    if own is not None and all(a.low <= at <= a.high for a, at in zip(pair, own, strict=True)):
-        place = np.array(own) / [unit_of(axis) for axis in pair]
-        look = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
-        axes.plot(*place, "o", clip_on=False, gid="own pad", **look)  # type: ignore[arg-type]
-
-
-def stability_figure(
-    found: StabilityMap,
-    own: tuple[float, float] | None = None,
+def map_figure(
+    found: Map,
+    own: Own = None,
+    areas: Outline | None = None,
     curves: Sequence[ThresholdCurve] = (),
 ) -> Figure:
-    """Verdict over two parameters: areas with the traced curves between them, the pad marked.
+    """Verdict over two parameters: traced areas, or a cell for each point.
 
-    Raises ValueError for a map that was not traced.
+    own: the numbers of a pad, which is marked; curves: continued thresholds.
     """
-    if found.outline is None:
-        raise ValueError("only a traced map can be drawn")
+    colours = [COLOUR_OF.get(name, VERDICT_COLOURS[4]) for name in found.verdicts]
+    x, y = (axis.values / unit_of(axis, own is not None) for axis in found.axes)
     with style():
         figure = Figure(figsize=(SINGLE, 3.6))
         axes = figure.add_subplot()
-        met = [i for i, name in enumerate(NAMES) if found.share[name] > 0.0]
-        draw(axes, found.outline, VERDICT_COLOURS, tuple(unit_of(a) for a in found.axes))
-        settle(axes, found.axes, own)
-        far = hatch(axes, found)
+        if areas is None:
+            look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+            axes.pcolormesh(x, y, found.codes.T, shading="nearest", rasterized=True, **look)
+        else:
+            draw(axes, areas, colours, tuple(unit_of(axis) for axis in found.axes))
         handles: list[Any] = [
-            Patch(facecolor=VERDICT_COLOURS[i], edgecolor="k", linewidth=0.5) for i in met
+            Patch(fc=colour, ec="k", lw=0.5, label=f"{name} ({100 * found.share[name]:.1f} %)")
+            for name, colour in zip(found.verdicts, colours, strict=True)
+            if found.share[name] > 0.0
         ]
-        names = [f"{NAMES[i]} ({100 * found.share[NAMES[i]]:.1f} %)" for i in met]
-        if far is not None:
-            handles.append(far)
-            names.append("not admissible")
-        for line in draw_thresholds(axes, found.axes, curves):
-            handles.append(line)
-            names.append(str(line.get_label()))
-        figure.legend(handles, names, loc="outside upper center", ncols=2)
+        if found.admissible is not None:
+            far = ~found.admissible & (found.codes != NAMES.index("beyond a fold"))
+            if far.any():
+                look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
+                axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
+                handles.append(
+                    Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible")
+                )
+        handles += _settle(axes, found, curves, own)
+        figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return figure
 
 
-def hatch(axes: Axes, found: StabilityMap) -> Patch | None:
-    """Hatch the points whose equilibrium is not admissible; what stands for it in a legend."""
-    far = ~found.admissible & (found.codes != BEYOND_FOLD)
-    if not far.any():
-        return None
-    x, y = (axis.values / unit_of(axis) for axis in found.axes)
-    values = far.T.astype(float)
-    axes.contourf(x, y, values, [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5)
-    return Patch(facecolor="none", edgecolor="k", hatch="////", linewidth=0.5)
-
-
-def traced(scene: Scene, found: StabilityMap) -> StabilityMap:
-    """The map with the boundaries between its points, for drawing."""
-    if found.outline is not None:
-        return found
-    return dataclasses.replace(found, outline=traced_map(scene, found.axes, found.codes))
-
-
-def stability_drawing(
-    found: StabilityMap,
-    own: tuple[float, float] | None = None,
-    curves: Sequence[ThresholdCurve] = (),
-) -> Drawing:
-    """A map of verdicts, ready to be saved."""
-    shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in found.share.items())
-    title = f"Verdict over {found.axes[0].name} and {found.axes[1].name}"
-    text = f"{title}; shares of the area: {shares}."
-    made = origin("squeal.plots.maps")
-    return Drawing(stability_figure(found, own, curves), text, title, made)
-
-
-LEVELS = 9
-OWN_LEVEL = "#C8380E"  # the curve on which the critical friction is the scene's
-
-
 def contour_figure(
-    found: Field,
-    own: tuple[float, float] | None = None,
-    level: float | None = None,
-    curves: Sequence[ThresholdCurve] = (),
+    found: Map, own: Own = None, level: float | None = None, curves: Sequence[ThresholdCurve] = ()
 ) -> Figure:
-    """Labelled contours over filled ones; grey where there is no value.
+    """Labelled contours of a map's quantity over filled ones; grey where there is no value.
 
-    own: the scene's place, which is marked; level: a value whose curve is drawn thick.
+    own: the numbers of a pad, which is marked; level: a value whose curve is drawn thick.
     """
-    first, second = found.axes
-    x, y = first.values / unit_of(first), second.values / unit_of(second)
-    values = np.ma.masked_invalid(found.values.T)
+    assert found.quantity is not None
+    quantity, unit, numbers = found.quantity
+    x, y = (axis.values / unit_of(axis, own is not None) for axis in found.axes)
+    values = np.ma.masked_invalid(numbers.T)
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.add_subplot(facecolor="0.85")
         if values.count() and np.ptp(values.compressed()) > 0.0:
-            filled = axes.contourf(x, y, values, LEVELS, cmap="viridis", alpha=0.85)
+            filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
             edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
             axes.clabel(edges, fontsize=7, fmt="%g")
-            words, unit = QUANTITIES[found.quantity]
-            figure.colorbar(filled, ax=axes, label=words if unit == "1" else f"{words} [{unit}]")
+            words = QUANTITIES[quantity][0]
+            figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
             if level is not None and values.min() < level < values.max():
                 axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-        lines = draw_thresholds(axes, found.axes, curves)
+        lines = _settle(axes, found, curves, own)
         if lines:
             figure.legend(handles=lines, loc="outside upper center")
-        settle(axes, found.axes, own)
     return figure
 
 
-def contours_drawing(
-    found: Field,
-    own: tuple[float, float] | None = None,
-    level: float | None = None,
-    curves: Sequence[ThresholdCurve] = (),
-) -> Drawing:
-    """A contour map, ready to be saved."""
-    words, unit = QUANTITIES[found.quantity]
-    title = f"{words} over {found.axes[0].name} and {found.axes[1].name}"
-    known = found.values[np.isfinite(found.values)]
-    span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
-    share = 100 * known.size / found.values.size
-    text = f"Contour map of the {title}: {span}, on {share:.1f} % of the area."
-    figure = contour_figure(found, own, level, curves)
-    made = origin("squeal.plots.maps")
-    return Drawing(figure, text, title.capitalize(), made)
-
-
-def chart_figure(
-    names: tuple[str, str], sides: tuple[np.ndarray, np.ndarray], codes: np.ndarray
-) -> Figure:
-    """A stability chart: verdict codes (n1, n2) over the values of two parameters."""
-    figure = Figure(figsize=(SINGLE, 3.0))
-    axes = figure.add_subplot()
-    x, y = (_edges(values) for values in sides)
-    colours = ListedColormap(VERDICT_COLOURS[: len(CHART_NAMES)])
-    axes.pcolormesh(
-        x, y, codes.T, cmap=colours, vmin=-0.5, vmax=len(CHART_NAMES) - 0.5, rasterized=True
-    )
-    axes.set_xlabel(literal(names[0]))
-    axes.set_ylabel(literal(names[1]))
-    seen = [k for k in range(len(CHART_NAMES)) if np.any(codes == k)]
-    patches = [Patch(fc=VERDICT_COLOURS[k], ec="0.6", lw=0.4, label=CHART_NAMES[k]) for k in seen]
-    figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
-    return figure
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    half = (values[1] - values[0]) / 2
-    return np.concatenate([values - half, values[-1:] + half])
-
-
-def chart_drawing(
-    name: str, names: tuple[str, str], sides: tuple[np.ndarray, np.ndarray], codes: np.ndarray
-) -> Drawing:
-    """A stability chart, ready to be saved."""
-    shares = ", ".join(
-        f"{verdict} on {100 * np.mean(codes == k):.1f} %"
-        for k, verdict in enumerate(CHART_NAMES)
-        if np.any(codes == k)
-    )
-    text = f"Stability chart of {name} over {names[0]} and {names[1]}: {shares} of the points."
-    with style():
-        figure = chart_figure(names, sides, codes)
-    title = f"Stability chart of {name}"
+def map_drawing(name: str, found: Map, figure: Figure, contours: bool = False) -> Drawing:
+    """The figure of a map, ready to be saved."""
+    over = f"{found.axes[0].name} and {found.axes[1].name}"
+    if contours and found.quantity is not None:
+        quantity, unit, values = found.quantity
+        title = f"{QUANTITIES[quantity][0].capitalize()} of {name} over {over}"
+        known = values[np.isfinite(values)]
+        span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
+        text = f"{title}: {span}, on {100 * known.size / values.size:.1f} % of the area."
+    else:
+        title = f"Verdict on {name} over {over}"
+        shares = ", ".join(f"{verdict} {100 * s:.1f} %" for verdict, s in found.share.items() if s)
+        text = f"{title}; shares of the area: {shares}."
     return Drawing(figure, text, title, origin(__name__))

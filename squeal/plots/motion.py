@@ -1,32 +1,212 @@
-"""A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum."""
+"""A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum.
+
+Time histories are coloured by contact state, as in Figs. 4-7 (B1) and 9-12 (B2).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from squeal.io.provenance import Provenance
 from squeal.model.contact import NORMAL_REACTION, Signal, contact_law
 from squeal.model.equations import PadModel
 from squeal.model.mechanics import pose
+from squeal.model.states import LEAD, TRAIL
 from squeal.numerics.oscillation import spectrum
-from squeal.plots.histories import Looks, alternative_text, strip, trace
-from squeal.plots.runs import Event, Run
 from squeal.plots.style import (
     DOUBLE,
+    STATE_COLOURS,
     Drawing,
+    colours,
     origin,
+    state_label,
     style,
 )
 from squeal.simulation.response import LAST
+from squeal.simulation.run import Event
 
 PLACE = NORMAL_REACTION[1]
-DECADES = 4.0  # of amplitude that the spectrum shows
-FINER = 8  # values of it between two frequencies that the run tells apart
-_LINES = (("black", "-"), ("0.55", "-"))
+_SCALES = {"F_n": "brake force", "w": "half length"}
+
+
+class Interval(NamedTuple):
+    """A stretch of time (s) spent in one contact state."""
+
+    start: float
+    stop: float
+    state: str
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What figures and tables take from the summary of a simulated scene.
+
+    name: of the file; stop: end of the run (s); shares of time by state; extrema [min, max] by
+    signal, forces over F_n and delta over w, None without contact.
+    """
+
+    name: str
+    model: str
+    stop: float
+    events: tuple[Event, ...]
+    shares: dict[str, float]
+    extrema: dict[str, tuple[float, float] | None]
+    method: str
+    tolerance: float
+    steps: int
+    provenance: Provenance
+
+    @property
+    def scene(self) -> str:
+        """Name of the scene's file."""
+        return self.provenance.inputs[0].name
+
+    @cached_property
+    def timeline(self) -> list[Interval]:
+        """Contact states in order, with the located times of their changes."""
+        if not self.events:
+            (only,) = (s for s, share in self.shares.items() if share > 0.0)
+            return [Interval(0.0, self.stop, only)]
+        times = [0.0, *(event.t for event in self.events), self.stop]
+        states = [self.events[0].source, *(event.target for event in self.events)]
+        return [Interval(a, b, s) for a, b, s in zip(times[:-1], times[1:], states, strict=True)]
+
+    @cached_property
+    def states_met(self) -> list[str]:
+        """Names of the states in which any time was spent, in the article's order."""
+        met = {i.state for i in self.timeline if i.stop > i.start}
+        return [name for name in self.shares if name in met]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulated scene: its summary and the sampled history.
+
+    `history` maps column names to arrays of equal length; quantities are in SI units, forces over
+    F_n, delta over w (NaN where there is no contact), `state` holds state names.
+    """
+
+    summary: Summary
+    history: dict[str, np.ndarray] = field(repr=False)
+
+
+def pieces(
+    t: np.ndarray, values: np.ndarray, timeline: list[Interval]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Per state one curve of (time, value), its separate stretches divided by NaN.
+
+    A stretch begins and ends at the located contact changes, where the value is interpolated
+    between the samples; between them every sample is kept.
+    """
+    found: dict[str, list[np.ndarray]] = {}
+    for start, stop, state in timeline:
+        inside = (t > start) & (t < stop)
+        first, last = np.interp([start, stop], t, values)
+        times = [start, *t[inside], stop, np.nan]
+        found.setdefault(state, []).append(
+            np.array([times, [first, *values[inside], last, np.nan]])
+        )
+    return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in found.items()}
+
+
+@dataclass(frozen=True)
+class Looks:
+    """How the states of a run are drawn: stretches of time, and of each state met its look.
+
+    Where one state stands for partial contact at either edge, its stretches are told apart by the
+    side on which the reaction acts.
+    """
+
+    timeline: list[Interval]
+    states: dict[str, tuple[str, str, str]]
+    """Short label, meaning and colour by name."""
+
+    @staticmethod
+    def of(run: Run) -> Looks:
+        """The looks of a run."""
+        model = run.summary.model
+        law, palette = contact_law(model), colours(model)
+        partial = law.state_name(LEAD)
+        if partial != law.state_name(TRAIL):
+            partial = ""
+        looks: dict[str, tuple[str, str, str]] = {}
+        for state in run.summary.states_met:
+            label, meaning = state_label(state), law.meanings[state]
+            if state == partial:
+                for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
+                    look = rf"{label}$_{edge[0]}$", f"{meaning}, {edge} edge", STATE_COLOURS[of]
+                    looks[f"{state} {edge}"] = look
+            else:
+                looks[state] = (label, meaning, palette[state])
+        timeline = [
+            i._replace(state=f"{i.state} {_side(run, i)}") if i.state == partial else i
+            for i in run.summary.timeline
+        ]
+        met = {i.state for i in timeline if i.stop > i.start}
+        return Looks(timeline, {name: look for name, look in looks.items() if name in met})
+
+
+def _side(run: Run, interval: Interval) -> str:
+    place = run.history["delta"]
+    known = np.isfinite(place)
+    middle = 0.5 * (interval.start + interval.stop)
+    return "leading" if np.interp(middle, run.history["t"][known], place[known]) < 0 else "trailing"
+
+
+def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
+    """A signal over time, coloured by contact state."""
+    curves = pieces(run.history["t"], run.history[signal.name], looks.timeline)
+    for state, (_, _, colour) in looks.states.items():
+        t, values = curves[state]
+        axes.plot(1e3 * t, values, color=colour, label=state, gid=state)
+    axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
+    axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
+    axes.set_xlim(0.0, 1e3 * run.summary.stop)
+    axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
+    if signal.is_force:
+        axes.set_ylim(bottom=-0.04 * axes.get_ylim()[1])
+    else:
+        axes.set_ylim(-1.15, 1.15)
+
+
+def strip(axes: Axes, looks: Looks) -> None:
+    """The second cue: each state has a row of its own, so position tells it without colour."""
+    rows = list(reversed(looks.states.items()))
+    for row, (state, (_, _, colour)) in enumerate(rows):
+        own = [i for i in looks.timeline if i.state == state]
+        spans = [(1e3 * i.start, 1e3 * (i.stop - i.start)) for i in own]
+        axes.broken_barh(spans, (row - 0.4, 0.8), facecolor=colour, linewidth=0.0, gid=state)
+    axes.set_yticks(range(len(rows)), [label for _, (label, _, _) in rows])
+    axes.set_ylim(-0.6, len(rows) - 0.4)
+    axes.set_ylabel("state")
+    axes.set_xlabel(r"time $t$ [ms]")
+    axes.tick_params(axis="y", length=0.0)
+
+
+def alternative_text(run: Summary) -> str:
+    """What the figure shows, in words and with its ranges."""
+    texts = []
+    law = contact_law(run.model)
+    for signal in law.plotted:
+        limits = run.extrema[signal.name]
+        span = "is nowhere defined"
+        if limits is not None:
+            span = f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
+        texts.append(f"the {signal.words} over the {_SCALES[signal.over]} {span}")
+    shares = ", ".join(f"{law.meanings[s]} {100 * run.shares[s]:.1f} %" for s in run.states_met)
+    changes = len(run.timeline) - 1
+    return (
+        f"Two panels over {1e3 * run.stop:g} ms for the scene {run.name} of model {run.model}: "
+        f"(a) {texts[0]}; (b) {texts[1]}. The curves are coloured by contact state and a strip "
+        f"below repeats the states, which change {changes} times; shares of time: {shares}."
+    )
 
 
 def with_place(run: Run, model: PadModel) -> Run:
@@ -37,11 +217,22 @@ def with_place(run: Run, model: PadModel) -> Run:
     """
     if PLACE.name in run.history:
         return run
-    known = {model.state_name(state): state for state in model.states}
-    changes = run.summary.events
-    both = [np.logical_or(known[e.source], known[e.target]) for e in changes]
-    touching = np.array([known[name] for name in run.history["state"].tolist()] + both, dtype=float)
-    history = _with_times(run.history, changes)
+    from scipy.interpolate import CubicHermiteSpline
+
+    known, old = {model.state_name(state): state for state in model.states}, run.history
+    t, changes = old["t"], run.summary.events
+    times = np.array([change.t for change in changes])
+    names = [*old["state"].tolist(), *(change.target for change in changes)]
+    history = {"t": np.append(t, times), "state": np.array(names)}
+    for name in old.keys() - history:
+        if f"{name}_dot" in old:
+            more = CubicHermiteSpline(t, old[name], old[f"{name}_dot"])(times)
+        else:
+            more = np.interp(times, t, old[name])
+        history[name] = np.append(old[name], more)
+    touching = np.array([known[name] for name in names], dtype=float)
+    for i, change in enumerate(changes, len(t)):
+        touching[i] = np.logical_or(known[change.source], known[change.target])
     order = np.argsort(history["t"], kind="stable")
     history = {name: values[order] for name, values in history.items()}
     at = pose(np, (history["x"], history["y"], history["theta"]))
@@ -50,42 +241,23 @@ def with_place(run: Run, model: PadModel) -> Run:
     return Run(run.summary, history | {PLACE.name: place / model.pad.w})
 
 
-def _with_times(
-    history: dict[str, np.ndarray], changes: tuple[Event, ...]
-) -> dict[str, np.ndarray]:
-    """The columns with the values at the changes of contact at their ends."""
-    from scipy.interpolate import CubicHermiteSpline
-
-    t, times = history["t"], np.array([change.t for change in changes])
-    found = {}
-    for name, values in history.items():
-        if name == "state":
-            more = np.array([change.target for change in changes], dtype=values.dtype)
-        elif f"{name}_dot" in history:
-            more = CubicHermiteSpline(t, values, history[f"{name}_dot"])(times)
-        else:
-            more = np.interp(times, t, values)
-        found[name] = np.concatenate([values, more])
-    return found
-
-
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
     """Amplitudes over frequency of the run's last part; `frequency` (Hz, or 0) is marked."""
-    t = run.history["t"]
+    t, decades = run.history["t"], 1e-4
     late = slice(-int(LAST * len(t)), None)
     values = np.array([run.history[signal.name][late] for signal in forces]).T
-    frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), FINER)
+    frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     frequencies, amplitudes = frequencies[1:], amplitudes[1:]
     top = max(float(amplitudes.max()), 1e-12)
-    for signal, column, (colour, dashes) in zip(forces, amplitudes.T, _LINES, strict=False):
-        seen = np.maximum(column, 1e-3 * 10**-DECADES * top)
+    for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
+        seen = np.maximum(column, 1e-3 * decades * top)
         named: Any = {"label": f"${signal.symbol}$", "gid": f"spectrum {signal.name}"}
-        axes.plot(frequencies / 1e3, seen, color=colour, linestyle=dashes, **named)
+        axes.plot(frequencies / 1e3, seen, color=colour, **named)
     strong = frequencies[(amplitudes >= 0.01 * top).any(axis=1)]
     axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(frequencies[-1])) / 1e3)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
-    axes.set_ylim(10**-DECADES * top, 3.0 * top)
+    axes.set_ylim(decades * top, 3.0 * top)
     known = f"; strongest line of the motion at {frequency:.0f} Hz" if frequency else ""
     axes.set_title(f"({letter}) spectrum of the last quarter{known}", loc="left", pad=3.0)
     axes.set_xlabel("frequency [kHz]")
@@ -125,7 +297,7 @@ def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
     return figure
 
 
-def drawing(run: Run, model: PadModel, frequency: float | None) -> Drawing:
+def motion_drawing(run: Run, model: PadModel, frequency: float | None) -> Drawing:
     """The figure of a simulated scene, ready to be saved."""
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
     told = PLACE in contact_law(run.summary.model).plotted

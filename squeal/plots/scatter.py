@@ -1,5 +1,7 @@
 """The distribution of the critical friction: histogram, and share of pads that have lost it."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -7,7 +9,7 @@ from squeal.analysis.variations import CONFIDENCE, Scatter
 from squeal.plots.coupling import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
-BARS, CURVE, OWN = "#CFE6F5", "#000000", "#C8380E"
+BARS, CURVE, OWN = "#CFE6F5", "#3498DB", "#C8380E"
 
 
 def scatter_figure(found: Scatter, parameter: str = "mu") -> Figure:
@@ -24,26 +26,25 @@ def scatter_figure(found: Scatter, parameter: str = "mu") -> Figure:
             bins = int(np.clip(np.sqrt(len(known)), 8, 60))
             upper.hist(known, bins, color=BARS, edgecolor="k", linewidth=0.4)
             share = np.arange(1, len(known) + 1) / n
-            lower.step(known, share, where="post", color=CURVE, label="share of pads")
+            lower.step(known, share, where="post", color="k", label="share of pads")
         label = f"quantiles, {100 * CONFIDENCE:g} %"
         for q in found.quantiles:
             if q.mu is not None and q.low and q.high is not None:
-                lower.plot([q.low, q.high], [q.level] * 2, color="#3498DB", lw=2.2, label=label)
+                lower.plot([q.low, q.high], [q.level] * 2, color=CURVE, lw=2.2, label=label)
                 label = ""
-        low, high = lower.get_xlim()
         if found.mu > 0.0:
-            for axes in (upper, lower):
-                axes.axvline(found.mu, color=OWN, linestyle="--", linewidth=0.8, gid="own")
+            low, high = lower.get_xlim()
+            room = 0.05 * (high - low)
+            look: Any = {"color": OWN, "linestyle": "--", "linewidth": 0.8, "gid": "own"}
+            upper.axvline(found.mu, **look)
             words = f"present {symbol_of(parameter)} = {found.mu:.4g}"
-            lower.plot([], [], color=OWN, linestyle="--", linewidth=0.8, label=words)
-            width = high - low
-            lower.set_xlim(min(low, found.mu - 0.05 * width), max(high, found.mu + 0.05 * width))
+            lower.axvline(found.mu, label=words, **look)
+            lower.set_xlim(min(low, found.mu - room), max(high, found.mu + room))
         lower.set_ylim(0.0, 1.0)
         upper.set_ylabel("pads")
         lower.set_ylabel("share unstable")
-        lower.set_xlabel(
-            f"critical {'friction ' if parameter == 'mu' else ''}{symbol_of(parameter)}"
-        )
+        friction = "friction " if parameter == "mu" else ""
+        lower.set_xlabel(f"critical {friction}{symbol_of(parameter)}")
         figure.align_ylabels([upper, lower])
         figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return figure

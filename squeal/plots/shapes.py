@@ -13,10 +13,7 @@ from squeal.io.writing import write_whole
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, literal, origin, style
 
 LARGEST = 0.08  # of the body's size: the largest displacement as drawn
-MOST = 15_000  # points; of more nodes every k-th is drawn
-FLAT = 0.08  # of the longest side: the shortest that a box has
 FRAMES = 24  # of a period
-PERIOD = 1.2  # s
 
 
 def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
@@ -30,12 +27,12 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
 
 class _Box:
     def __init__(self, where: Coordinates, u: NDArray[np.complex128]) -> None:
-        kept = slice(None, None, 1 + len(where.places) // MOST)
+        kept = slice(None, None, 1 + len(where.places) // 15_000)  # points that show a shape
         self.rest, self.u = where.places[kept], u[kept]
         sides = np.ptp(where.places, axis=0)
         self.size = float(sides.max()) or 1.0
         self.middle = (where.places.max(axis=0) + where.places.min(axis=0)) / 2
-        self.sides = np.maximum(sides, FLAT * self.size) + 2 * LARGEST * self.size
+        self.sides = np.maximum(sides, 0.08 * self.size) + 2 * LARGEST * self.size
         self.amplitude = np.sqrt(np.sum(np.abs(self.u) ** 2, axis=1))
         self.point = float(np.clip(6e3 / len(self.rest), 0.3, 12.0))
 
@@ -97,5 +94,5 @@ def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) ->
             frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("P"))
             drawn.remove()
     first, *rest = frames
-    options = {"save_all": True, "duration": round(1e3 * PERIOD / FRAMES), "loop": 0}
+    options = {"save_all": True, "duration": round(1200 / FRAMES), "loop": 0}
     write_whole(path, lambda to: first.save(to, "GIF", append_images=rest, **options), binary=True)

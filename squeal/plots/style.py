@@ -17,7 +17,7 @@ from squeal.io.provenance import Provenance, digest
 from squeal.io.writing import write_text, write_whole
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model
-from squeal.model.states import LEAD, STATES, TRAIL
+from squeal.model.states import STATES
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
@@ -120,12 +120,11 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
     """
     kind = path.suffix[1:]
-    metadata = _metadata(drawing, kind)
     with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
         if kind == "pdf":
             _lay_out(drawing.figure)
         made = BytesIO()  # a disc that fills up leaves Matplotlib in the middle of a file
-        drawing.figure.savefig(made, format=kind, dpi=200, metadata=metadata)
+        drawing.figure.savefig(made, format=kind, dpi=200, metadata=_metadata(drawing, kind))
     write_whole(path, lambda stream: stream.write(made.getbuffer()), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
@@ -143,19 +142,9 @@ def colours(model: Model) -> dict[str, str]:
     return found
 
 
-def sided(model: Model) -> str | None:
-    """The state that names partial contact at either edge, None where each edge has its own."""
-    law = contact_law(model)
-    name = law.state_name(LEAD)
-    return name if name == law.state_name(TRAIL) else None
-
-
 def state_label(state: str) -> str:
     """The name of a contact state, with a word before a mere number."""
     return f"state {state}" if state.isdigit() else state
-
-
-KILO = 2000.0  # Hz or 1/s: from here on an axis counts thousands
 
 
 @dataclass(frozen=True)
@@ -166,24 +155,22 @@ class Unit:
     name: str
 
 
-def frequency_unit(largest_hz: float) -> Unit:
-    """Hz or kHz for values in rad/s."""
-    kilo = largest_hz >= KILO
-    return Unit(2 * math.pi * (1e3 if kilo else 1.0), "kHz" if kilo else "Hz")
-
-
-def growth_unit(largest: float) -> Unit:
-    """1/s or 1/ms for values in 1/s."""
-    kilo = largest >= KILO
-    return Unit(1e3 if kilo else 1.0, "1/ms" if kilo else "1/s")
-
-
 def units_of(values: np.ndarray) -> tuple[Unit, Unit]:
-    """Units of frequency and growth rate of eigenvalues (rad/s)."""
+    """Units of frequency and growth rate of eigenvalues (rad/s): thousands from 2000 on."""
+    frequency = float(np.abs(values.imag).max(initial=0.0)) / (2 * math.pi)
+    growth = float(np.abs(values.real).max(initial=0.0))
     return (
-        frequency_unit(float(np.abs(values.imag).max(initial=0.0)) / (2 * np.pi)),
-        growth_unit(float(np.abs(values.real).max(initial=0.0))),
+        Unit(2e3 * math.pi, "kHz") if frequency >= 2e3 else Unit(2 * math.pi, "Hz"),
+        Unit(1e3, "1/ms") if growth >= 2e3 else Unit(1.0, "1/s"),
     )
+
+
+def frequency_limits(values: np.ndarray, unit: Unit) -> tuple[float, float]:
+    """Limits of an axis of frequency: from zero on, but for a band of high ones."""
+    seen = np.abs(values.imag) / unit.factor
+    low, high = float(seen.min(initial=np.inf)), float(seen.max(initial=0.0))
+    room = 0.1 * (high - low)
+    return (low - room, high + room) if 0.5 * high < low < high else (0.0, 1.1 * high or 1.0)
 
 
 def in_unit(value: float, unit: Unit) -> str:

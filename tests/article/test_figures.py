@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 
-from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.equations import quasi_static_map
 from squeal.article.figures import charts, histories, sketch
 from squeal.article.runs import read_run
@@ -19,9 +18,9 @@ from squeal.io.scene import read_scene
 from squeal.model.contact import contact_law
 from squeal.model.mechanics import coefficients
 from squeal.model.states import FULL, LEAD, NONE, TRAIL
-from squeal.plots import histories as traces
-from squeal.plots import maps, style
-from squeal.plots.parts import VERDICT_COLOURS
+from squeal.plots import motion as traces
+from squeal.plots import style
+from squeal.plots.maps import VERDICT_COLOURS
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
@@ -225,12 +224,3 @@ def test_quasi_static_map_is_eq_23():
         both = K11 / (K11 - pad.mu * K21) > 0 and K31 / (K31 - pad.mu * pad.h * K21) > 0
         assert found.as_printed[i, j] == printed
         assert found.sign_aware[i, j] == both
-
-
-def test_map_of_verdicts_is_drawn(tmp_path):
-    found = stability_map(read_scene(SCENES / "b3.yaml"), angle_axes(30), traced=True)
-    style.save(maps.stability_drawing(found), tmp_path / "map.pdf")
-    data = (tmp_path / "map.pdf").read_bytes()
-    assert data.startswith(b"%PDF")
-    for verdict, share in found.share.items():
-        assert f"{verdict} {100 * share:.1f} %".encode() in data

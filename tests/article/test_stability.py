@@ -16,7 +16,7 @@ from squeal.article.studies.stability import Branch, Stability, branch, examined
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.io.scene import Scene
 from squeal.linear import verdict
-from squeal.plots.parts import LARGEST
+from squeal.plots.modes import LARGEST
 from tests import naive
 from tests.conftest import SCENES, random_pad, scene_of
 from tests.simulation.growth import fit

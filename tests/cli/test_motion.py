@@ -13,8 +13,7 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import NORMAL_REACTION, contact_law
-from squeal.plots.motion import motion_figure
-from squeal.plots.runs import Run, Summary
+from squeal.plots.motion import Run, Summary, motion_figure
 from squeal.simulation import simulate
 from squeal.simulation.sound import PEAK, RATE, sound
 from tests.cli.calls import assert_refused, run

@@ -53,4 +53,4 @@ def test_a_class_says_what_it_is_called():
 
 
 def test_figures_are_part_of_the_package():
-    assert "coupling_figure" in dir(squeal.plots)
+    assert squeal.plots.draw

@@ -1,15 +1,77 @@
-"""Pictures of stability maps."""
+"""Pictures of maps: own pad, units of axes, areas and shares, names of users."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from squeal.analysis.maps import angle_axes, stability_map
+import squeal
+from squeal.analysis.answers import Map
+from squeal.analysis.maps import NAMES, Axis, angle_axes
 from squeal.io.scene import read_scene
-from squeal.plots.maps import stability_figure
+from squeal.plots import maps
+from squeal.plots.style import save
 from tests.conftest import SCENES
 
+B3 = SCENES / "b3.yaml"
 
-def test_only_a_traced_map_is_drawn():
-    scene = read_scene(SCENES / "b3.yaml")
-    with pytest.raises(ValueError, match="only a traced map can be drawn"):
-        stability_figure(stability_map(scene, angle_axes(5)))
-    assert stability_figure(stability_map(scene, angle_axes(5), traced=True)).axes
+
+def test_own_pad_and_its_level_are_drawn():
+    scene = read_scene(B3)
+    low, high = 0.5 * scene.pad.k_c, 2 * scene.pad.k_c
+    axes = Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", low, high, 12)
+    found = squeal.map(scene, axes, quantity="critical-friction")
+    own = (scene.pad.alpha1, scene.pad.k_c)
+    panel = maps.contour_figure(found, own, float(np.nanmedian(found.quantity[2]))).axes[0]
+    (mark,) = [line for line in panel.get_lines() if line.get_gid() == "own pad"]
+    place = np.asarray(mark.get_xydata())[0] * [maps.unit_of(axis) for axis in found.axes]
+    assert place == pytest.approx(own)
+    assert "N/m" in panel.get_ylabel()
+    assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
+    outside = maps.contour_figure(found, (scene.pad.alpha1, 2.1 * scene.pad.k_c)).axes[0]
+    assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
+
+
+def test_areas_are_drawn_and_their_shares_said(tmp_path):
+    found = squeal.map(read_scene(B3), angle_axes(30))
+    found.plot(tmp_path / "map.pdf")
+    data = (tmp_path / "map.pdf").read_bytes()
+    for verdict, share in found.share.items():
+        assert not share or f"{verdict} {100 * share:.1f} %".encode() in data
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [("alpha1", r"$\alpha_1$"), ("k_c", "$k_c$"), ("mu", r"$\mu$"), ("F_n", "$F_n$"), ("w", "$w$")],
+)
+def test_symbols(name, shown):
+    assert maps.symbol(name) == shown
+
+
+@pytest.mark.parametrize(
+    ("axis", "label"),
+    [
+        (Axis("alpha1", 0.0, np.pi, 5), r"$\alpha_1$ [rad]"),
+        (Axis("k1", 2e7, 3e8, 5), "$k_1$ [$10^{6}$ N/m]"),
+        (Axis("w", 0.01, 0.08, 5), "$w$ [$10^{-3}$ m]"),
+        (Axis("mu", 0.0, 0.7, 5), r"$\mu$"),
+        (Axis("mu", 0.0, 1e-4, 5), r"$\mu$ [$10^{-6}$]"),
+        (Axis("k1", 1e6, 1e10, 5, log=True), "$k_1$ [N/m]"),
+    ],
+)
+def test_axes_say_their_unit_and_power(axis, label):
+    codes = np.zeros((5, 5), dtype=int)
+    found = Map("B3", (axis, Axis("h", 0.1, 1.0, 5)), ("", ""), NAMES, codes)
+    figure = maps.map_figure(found, (0.0, 0.0))
+    assert figure.axes[0].get_xlabel() == label
+    figure.draw_without_rendering()
+    assert figure.axes[0].xaxis.get_offset_text().get_text() == ""
+
+
+@pytest.mark.parametrize("name", ["$\\foo$", "cost in $", "\ud800", "\x1b[31m", "µ_Reibung"])
+def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
+    side = SimpleNamespace(name=name, low=0.0, high=1.0, values=np.array([0.25, 0.75]))
+    found = Map("a system", (side, side), ("", ""), NAMES, np.zeros((2, 2), dtype=int))
+    drawing = maps.map_drawing("a system", found, maps.map_figure(found))
+    save(drawing, tmp_path / "chart.png", text=False)
+    assert (tmp_path / "chart.png").stat().st_size > 0

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
 from squeal.article.studies.stability import Branch, SceneStability, Stability
-from squeal.plots.parts import LOOKS, draw_modes, mark_events
+from squeal.plots.coupling import LOOKS, draw_modes, mark_events
 from squeal.plots.style import DOUBLE, Drawing, Unit, origin, state_label, style
 
 CAPTION = r"""Frequencies and growth rates of the three modes along the sliding equilibria of model

@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 
 from squeal.article.runs import read_run
 from squeal.model.contact import contact_law
-from squeal.plots.histories import Looks, alternative_text, strip, trace
-from squeal.plots.runs import Run
+from squeal.plots.motion import Looks, Run, alternative_text, strip, trace
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
 

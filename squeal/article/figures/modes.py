@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from squeal.article.cases import title
 from squeal.article.studies.stability import Modes, ModeShape, SceneStability, Stability
-from squeal.plots.parts import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
+from squeal.plots.modes import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from squeal.article.cases import CASES
 from squeal.article.studies.angles import PARTIAL, Angles
 from squeal.article.studies.quasi_static import QuasiStatic
-from squeal.plots import parts
+from squeal.plots import maps
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 Marks = Mapping[str, tuple[float, float]]
@@ -33,10 +33,10 @@ def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Fig
         figure = Figure(figsize=(DOUBLE, 2.75))
         axes = figure.subplots(1, 3, sharey=True)
         for one, (title, outline) in zip(axes, panels.items(), strict=True):
-            parts.draw(one, outline, ("white", "black"), np.pi)
-            parts.mark(one, marks, np.pi, 7, **ring)
+            maps.draw(one, outline, ("white", "black"), np.pi)
+            maps.mark(one, marks, np.pi, 7, **ring)
             one.set_title(title, pad=8.0)
-            parts.angle_axes_of_pi(one)
+            maps.angle_axes_of_pi(one)
         for one in axes[1:]:
             one.set_ylabel("")
     return figure
