@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.answers import Axis, Eigenvalues, Map, Sweep, Thresholds
-    from squeal.analysis.sensitivity import Sensitivity
+    from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
     from squeal.analysis.state_space import friction_plant, state_space
     from squeal.analysis.variations import (
         Advice,
@@ -50,8 +49,7 @@ if TYPE_CHECKING:
     from squeal.simulation.run import Simulation, simulate
 
 _HOMES = {
-    "analysis.answers": "Axis Eigenvalues Map Sweep Thresholds",
-    "analysis.sensitivity": "Sensitivity",
+    "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
     "analysis.state_space": "friction_plant state_space",
     "analysis.variations": "Advice Scatter Spread Spreads Tolerance advise read_spreads scatter",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",

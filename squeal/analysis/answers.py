@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import itemgetter
 from typing import Any
@@ -11,26 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.modes import ModeShape, mode_shapes
+from squeal.analysis.modes import ModeShape
 from squeal.io.answer import Answer, Column, Table, columns, located, number
 from squeal.io.writing import plain
-from squeal.linear import CriticalPoint, Crossing, Spectrum, UnstableMode
+from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.schema.place import Place
 from squeal.schema.values import Number, Whole
 
 LISTED = 8  # frequencies in a line of a table
-CONFIRMED = 1e-6  # backward error up to which a root decides something
+DEGREE = math.pi / 180
 
-EIGENVALUES = (
-    Column("mode", value=lambda row: row[0]),
-    Column("real", "1/s", lambda row: row[1].value.real),
-    Column("imag", "rad/s", lambda row: row[1].value.imag),
-    Column("frequency_hz", value=lambda row: row[1].frequency_hz),
-    Column("damping_ratio", value=lambda row: row[1].damping_ratio),
-    Column("residual", "", lambda row: row[1].residual, lambda row: number(row[1].residual, 2)),
-    Column("condition", value=lambda row: finite(row[1].condition), hidden=True),
+ROOT = (
+    Column("real", "1/s", lambda root: root.value.real),
+    Column("imag", "rad/s", lambda root: root.value.imag),
+    *columns("frequency_hz damping_ratio"),
+    Column("residual", shown=lambda root: number(root.residual, 2)),
+    Column("condition", value=lambda root: finite(root.condition), hidden=True),
 )
+"""Columns of an eigenvalue, and its keys in JSON."""
 
 
 def finite(value: float) -> float | None:
@@ -40,7 +40,16 @@ def finite(value: float) -> float | None:
 
 def root_row(root: Eigenvalue) -> dict[str, Any]:
     """An eigenvalue as a JSON row."""
-    return {column.name: column.of((0, root)) for column in EIGENVALUES[1:]}
+    return {column.name: column.of(root) for column in ROOT}
+
+
+def of_second(column: Column) -> Column:
+    """The column in rows whose second entry is its record, or None."""
+    return replace(
+        column,
+        value=lambda row: None if row[1] is None else column.of(row[1]),
+        shown=lambda row: "-" if row[1] is None else column.cell(row[1]),
+    )
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
@@ -53,14 +62,7 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
     return {"coordinates": list(names), "normalisation": rule, "shapes": rows}
 
 
-def shapes_without_names(spectrum: Spectrum) -> dict[str, Any]:
-    """Mode shapes of a system whose coordinates have no names."""
-    shapes = mode_shapes(spectrum)
-    size = len(shapes[0].shape) if shapes else 0
-    return shape_rows(shapes, [f"q{i + 1}" for i in range(size)], "largest entry 1")
-
-
-def valued(parameter: str, value: float) -> dict[str, Any]:
+def valued(parameter: str, value: float | None) -> dict[str, Any]:
     """The value of the parameter as answers hold it; `mu` is its key for scripts."""
     return {"parameter": parameter, "value": value, "mu": value}
 
@@ -69,6 +71,13 @@ def named(names: Sequence[str], others: Sequence[Column]) -> list[str]:
     """Names of parameters as columns: one that another column has is called parameter.NAME."""
     taken = {column.name for column in others}
     return [f"parameter.{name}" if name in taken else name for name in names]
+
+
+def hertz(roots: Iterable[Eigenvalue]) -> str:
+    """Frequencies in a line."""
+    found = sorted(root.frequency_hz for root in roots)
+    more = f", {len(found) - LISTED} more" if len(found) > LISTED else ""
+    return (", ".join(map(number, found[:LISTED])) or "-") + more
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,7 +123,8 @@ class Eigenvalues(Answer):
 
     def table(self) -> Table:
         """A row for each eigenvalue."""
-        return Table(EIGENVALUES, list(enumerate(self.eigenvalues, 1)), nothing="no root")
+        told = (Column("mode", value=lambda row: row[0]), *map(of_second, ROOT))
+        return Table(told, list(enumerate(self.eigenvalues, 1)), nothing="no root")
 
     def growing(self) -> Table:
         """A row for each unstable mode."""
@@ -163,26 +173,29 @@ class Step:
     admissible: bool | None = None
     spurious: int = 0
 
-    def growing(self) -> NDArray[np.complex128]:
-        """The roots that grow, of pairs the upper one."""
+    @property
+    def eigenvalues(self) -> tuple[Eigenvalue, ...]:
+        """The roots without their vectors; none where the branch does not reach."""
         if self.roots is None:
-            return np.empty(0, dtype=complex)
-        upper = self.roots[self.roots.imag >= 0.0]
-        return np.asarray(upper[upper.real > 1e-9 * np.abs(upper)])
+            return ()
+        errors = np.full(len(self.roots), np.nan) if self.residuals is None else self.residuals
+        none = np.empty(0, dtype=complex)
+        pairs = zip(self.roots.tolist(), errors.tolist(), strict=True)
+        return tuple(Eigenvalue(root, none, none, error, math.nan) for root, error in pairs)
+
+    def growing(self) -> tuple[Eigenvalue, ...]:
+        """The roots that grow, of pairs the upper one."""
+        upper = (root for root in self.eigenvalues if root.value.imag >= 0.0)
+        return tuple(root for root in upper if root.growth_rate > 1e-9 * abs(root.value))
 
     def listed(self) -> list[dict[str, Any]] | None:
         """The roots as JSON rows."""
         if self.roots is None:
             return None
-        errors = self.residuals if self.residuals is not None else np.full(len(self.roots), np.nan)
-        rows = []
-        for root, error in zip(self.roots.tolist(), errors.tolist(), strict=True):
-            size = abs(root)
-            row = {"real": root.real, "imag": root.imag, "frequency_hz": abs(root.imag) / math.tau}
-            rows.append(row | {"damping_ratio": -root.real / size if size else 0.0})
-            if not math.isnan(error):
-                rows[-1]["residual"] = error
-        return rows
+        every = (root_row(root) for root in self.eigenvalues)
+        return [
+            {k: v for k, v in row.items() if v is not None and not math.isnan(v)} for row in every
+        ]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -208,33 +221,25 @@ class Sweep(Answer):
 
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
+        own = {column.name: of_second(column) for column in ROOT}
         told = (
             Column("contact", value=lambda row: row[0].contact),
-            Column("real", "1/s", lambda row: row[1].get("real")),
-            Column("imag", "rad/s", lambda row: row[1].get("imag")),
-            Column("frequency_hz", value=lambda row: row[1].get("frequency_hz")),
-            Column("residual", value=lambda row: row[1].get("residual")),
+            *(own[name] for name in ("real", "imag", "frequency_hz", "residual")),
             Column("verdict", value=lambda row: row[0].verdict),
         )
         (name,) = named([self.parameter], told)
         lead = Column(name, value=lambda row: row[0].value)
-        pairs = [(step, row) for step in self.steps for row in step.listed() or [{}]]
+        pairs = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
         return Table((lead, *told), pairs)
 
     def parts(self) -> Sequence[str | Table]:
         """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
 
-        def hertz(roots: NDArray[np.complex128]) -> str:
-            found = np.sort(np.abs(roots.imag)) / math.tau
-            more = f", {len(found) - LISTED} more" if len(found) > LISTED else ""
-            return (", ".join(map(number, found[:LISTED])) or "-") + more
-
         def upper(step: Step) -> str:
-            return "-" if step.roots is None else hertz(step.roots[step.roots.imag > 0.0])
+            return hertz(root for root in step.eigenvalues if root.value.imag > 0.0)
 
         def largest(step: Step) -> float | None:
-            held = step.roots is not None and len(step.roots)
-            return float(step.roots.real.max()) if held else None  # type: ignore[union-attr]
+            return max((root.growth_rate for root in step.eigenvalues), default=None)
 
         told: tuple[Column, ...] = (
             Column(self.parameter, value=lambda step: step.value),
@@ -246,9 +251,8 @@ class Sweep(Answer):
         )
         if all(step.contact is None for step in self.steps):
             told = told[:1] + told[2:]
-        title = f"sweep of {self.parameter}"
         basis = [] if self.basis is None else [basis_text(self.basis)]
-        return [Table(told, self.steps, title), *basis]
+        return [Table(told, self.steps, f"sweep of {self.parameter}"), *basis]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object: `sweep`, a row for each value, and `basis`."""
@@ -273,10 +277,6 @@ def basis_text(basis: Mapping[str, Any]) -> str:
     if basis["growth_limit"] is not None:
         told += f"\nroots that grow by more than {basis['growth_limit']:.4g} 1/s are left out"
     return told
-
-
-def _half(row: CriticalPoint | Crossing) -> str:
-    return number((row.interval[1] - row.interval[0]) / 2, 2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -320,6 +320,9 @@ class Thresholds(Answer):
             changed = getattr(row, "changes_verdict", True)
             return changes.get(row.mu) if changed else None
 
+        def half(row: CriticalPoint | Crossing) -> str:
+            return number((row.interval[1] - row.interval[0]) / 2, 2)
+
         told = (
             Column("mu", "", None, lambda row: located(row.mu, *row.interval)),
             Column("kind"),
@@ -329,7 +332,7 @@ class Thresholds(Answer):
             Column("verdict", value=verdict),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
-            Column("error", value=_half),
+            Column("error", value=half),
             Column("changes_verdict", value=lambda row: int(verdict(row) is not None), hidden=True),
         )
         return Table(told, sorted(every, key=lambda row: row.mu), nothing="no change of stability")
@@ -476,3 +479,82 @@ class Map(Answer):
             rows = [[plain(value) for value in row] for row in numbers.tolist()]
             found |= {"quantity": name, "unit": unit, "values": rows}
         return found | dict(self.details)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(Answer):
+    """Derivatives by each parameter, per unit of it, all others held.
+
+    what: the eigenvalues `at`, by rising frequency, or the first loss of stability in `parameter`
+    at a value of it; slopes: (m,) of the eigenvalues, not finite at a coalescence, or (1,) of the
+    loss, empty where stability is not lost; values, units: of the parameters; angles among them.
+    """
+
+    what: str
+    parameter: str
+    at: Any
+    kind: str
+    slopes: Mapping[str, np.ndarray]
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    angles: frozenset[str] = frozenset()
+
+    def step(self, name: str) -> float:
+        """The change of a parameter that the text shows: 1 per cent, of an angle one degree."""
+        return DEGREE if name in self.angles else 0.01 * self.values[name]
+
+    def table(self) -> Table:
+        """A row for each parameter: its unit, and the derivative of each eigenvalue or the loss."""
+
+        def part(i: int, name: str) -> Column:
+            return Column(
+                f"{name}_{i + 1}", value=lambda row: float(getattr(self.slopes[row][i], name))
+            )
+
+        count = len(next(iter(self.slopes.values()), ()))
+        told = [part(i, name) for i in range(count) for name in ("real", "imag")]
+        if self.what == "threshold":
+            told = [Column("slope", value=lambda row: float(self.slopes[row][0]))]
+        lead = (Column("parameter", value=str), Column("unit", value=lambda row: self.units[row]))
+        return Table((*lead, *told), list(self.slopes))
+
+    def parts(self) -> Sequence[str | Table]:
+        """What a small change of each parameter does."""
+        if self.what == "threshold" and not self.slopes:
+            return ["stability is not lost, so nothing moves its loss"]
+        told = [
+            Column("parameter", value=str),
+            Column("change", value=lambda row: "1 degree" if row in self.angles else "1 %"),
+        ]
+
+        def moved(i: int, factor: float, imag: bool) -> Column:
+            def value(row: str) -> str:
+                slope = complex(self.slopes[row][i])
+                part = (slope.imag if imag else slope.real) * factor * self.step(row)
+                return f"{part + 0.0:+.3g}" if cmath.isfinite(slope) else "-"
+
+            words = ("df, Hz" if imag else "dRe, 1/s") if self.what == "eigenvalues" else ""
+            return Column(f"{i + 1}: {words}" if words else f"d {self.parameter}", value=value)
+
+        if self.what == "threshold":
+            title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
+            told.append(moved(0, 1.0, False))
+        else:
+            title = "what a small change of a parameter does to each mode"
+            for i, value in enumerate(self.at):
+                if value.imag >= 0.0:
+                    told += [moved(i, 1 / math.tau, True), moved(i, 1.0, False)]
+        return [Table(told, [name for name in self.slopes if self.step(name)], title)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON entry `sensitivity`; null where nothing is lost or two eigenvalues coincide."""
+        if self.what == "threshold":
+            slopes = {name: float(slope[0]) for name, slope in self.slopes.items()}
+            found = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": slopes}
+            return {"sensitivity": found if self.slopes else None}
+        rows: list[dict[str, Any]] = []
+        for name, every in self.slopes.items():
+            listed = [complex(slope) for slope in every]
+            told = [{"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None for d in listed]
+            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": told})
+        return {"sensitivity": rows}

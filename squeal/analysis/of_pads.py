@@ -11,6 +11,7 @@ from squeal.analysis import maps
 from squeal.analysis.answers import (
     Eigenvalues,
     Map,
+    Sensitivity,
     Step,
     Sweep,
     Thresholds,
@@ -27,7 +28,6 @@ from squeal.analysis.eigenvalues import (
 from squeal.analysis.maps import QUANTITIES, field_of
 from squeal.analysis.modes import shapes_of_pad
 from squeal.analysis.sensitivity import (
-    Sensitivity,
     eigenvalue_sensitivities,
     threshold_sensitivities,
 )
@@ -41,8 +41,9 @@ from squeal.model.pad import PARAMETERS
 PLACE = ("x", "y", "theta")
 
 
-def eigenvalues(scene: Scene) -> Eigenvalues:
+def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     """The sliding equilibrium's eigenvalues, beside those of the article's linearisation."""
+    scene = scene if at is None else scene.replace(mu=at)
     found = analyse(scene)
     details: dict[str, Any] = {
         "model": found.model,
@@ -52,12 +53,12 @@ def eigenvalues(scene: Scene) -> Eigenvalues:
         **{name: getattr(found.matrices, name).tolist() for name in ("M", "C", "K")},
         "basis": None,
     }
-    at = ", ".join(
+    place = ", ".join(
         f"{name} = {number(value)} {unit}"
         for name, value, unit in zip(PLACE, found.q, ("m", "m", "rad"), strict=True)
     )
     reaction = "" if found.R_n is None else f", R_n = {number(found.R_n)} N"
-    notes = [f"model {found.model}: {at}, contact {found.contact}{reaction}\n({found.how})"]
+    notes = [f"model {found.model}: {place}, contact {found.contact}{reaction}\n({found.how})"]
     if not scene.pad_model.linear:
         origin = article_linearisation(scene)
         details["origin"] = {
@@ -127,7 +128,12 @@ def _axis(given: Any) -> maps.Axis:
     return maps.Axis(given.name, given.low, given.high, given.n, given.log)
 
 
-def map_over(scene: Scene, axes: tuple[Any, Any] | None, quantity: str | None, curves: bool) -> Map:
+def map_over(
+    scene: Scene,
+    axes: tuple[Any, Any] | None = None,
+    quantity: str | None = None,
+    curves: bool = False,
+) -> Map:
     """The verdict over two parameters of the scene."""
     pair = maps.angle_axes(200) if axes is None else (_axis(axes[0]), _axis(axes[1]))
     found = maps.stability_map(scene, pair)
@@ -163,22 +169,22 @@ def map_over(scene: Scene, axes: tuple[Any, Any] | None, quantity: str | None, c
     )
 
 
-def sensitivity(scene: Scene, what: str, high: float = 2.0, at: Any = None) -> Sensitivity:
-    """What moves the eigenvalues, or the first loss of stability; `at`: that analysis is known."""
+def sensitivity(scene: Scene, of: str, high: float, known: Any = None) -> Sensitivity:
+    """What moves the eigenvalues, or the first loss of stability; `known`: its answer."""
     slopes: dict[str, np.ndarray] = {}
-    if what == "eigenvalues":
-        analysis = analyse(scene) if at is None else at.source[1]
+    if of == "eigenvalues":
+        analysis = analyse(scene) if known is None else known.source[1]
         place, kind = analysis.spectrum.values, analysis.judgement.verdict
         slopes = eigenvalue_sensitivities(scene, analysis)
     else:
-        first = (thresholds(scene, high) if at is None else at).first
+        first = (thresholds(scene, high) if known is None else known).first
         place, kind = (None, "") if first is None else (first.mu, first.kind)
         if first is not None:
             moved = threshold_sensitivities(scene, first)
             slopes = {name: np.array([slope]) for name, slope in moved.items()}
     names = parameters(scene.pad_model)
     return Sensitivity(
-        what,
+        of,
         "mu",
         place,
         kind,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,14 @@ import numpy as np
 from squeal.analysis.answers import (
     Eigenvalues,
     Map,
+    Sensitivity,
     Step,
     Sweep,
     Thresholds,
     basis_text,
-    shapes_without_names,
+    shape_rows,
 )
-from squeal.analysis.sensitivity import Sensitivity
+from squeal.analysis.modes import mode_shapes
 from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.chart import NAMES, Side, system_chart
 from squeal.analysis.systems.checks import matrix_list, system_checks
@@ -35,7 +36,7 @@ from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.system import TermSystem
 from squeal.linear.system import dense as plain_matrix
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.factor import Progress
+from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.reduction import Reduction
 
 ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is sought
@@ -45,6 +46,8 @@ SERVED = 9  # values at which a reduced system has to be good
 SHOWN = 121  # values of the parameter in a figure of thresholds
 SAME = 1e-6  # of |lambda|: one root, computed in two ways
 
+Band = tuple[float, float]
+
 
 def few(values: Sequence[float], most: int) -> list[float]:
     """At most so many of the values, both ends included."""
@@ -53,51 +56,46 @@ def few(values: Sequence[float], most: int) -> list[float]:
     return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]
 
 
-def file_of(subject: object) -> SystemFile:
-    """A system with what is known of its files. Raises InputError for anything else."""
+def _read(
+    subject: object,
+    memory: float | None,
+    band: Band | None = None,
+    region: Sequence[float] | None = None,
+    modes: int | None = None,
+) -> tuple[SystemFile, Wanted]:
+    """A system with what is known of its files, and which of its roots are wanted.
+
+    Raises InputError, and ComputationError for what does not fit into the memory.
+    """
     if isinstance(subject, TermSystem):
-        return SystemFile(subject)
+        subject = SystemFile(subject)
     if not isinstance(subject, SystemFile):
         raise InputError(
             f"{type(subject).__name__} is not allowed; it must be a Scene, a System or what "
             "read_system gives"
         )
-    return subject
-
-
-def moved(file: SystemFile, at: float) -> SystemFile:
-    """The same with another value of the free parameter."""
-    return replace(file, system=file.system.replace({file.system.parameter: at}))
-
-
-def wanted(
-    band: tuple[float, float] | None, region: Sequence[float] | None, modes: int | None
-) -> Wanted:
-    """Which roots are wanted. Raises InputError."""
-    return Wanted(band, None if region is None else Rectangle(*region), modes)
-
-
-def identity(system: TermSystem) -> dict[str, Any]:
-    """What a system is, short enough for a file: its parameters and fingerprints."""
-    terms = [t for part in (system.M, system.C, system.K) for t in part]
-    parts = [
-        [t.factor.text, *(fingerprint(part) for part in (t.matrix.real, t.matrix.imag))]
-        for t in terms
-    ]
-    return {"parameters": dict(system.parameters), "free": system.parameter, "terms": parts}
+    wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
+    if not is_small(subject.system):
+        check_memory(subject.system, memory)
+    return subject, wanted
 
 
 def _kept(path: Path | None, system: TermSystem, **asked: Any) -> Checkpoint:
     """What keeps long work beside an output; another question begins anew."""
-    return Checkpoint(path, lambda: {"asked": repr(asked), "system": identity(system)})
+
+    def identity() -> dict[str, Any]:
+        terms = [t for part in (system.M, system.C, system.K) for t in part]
+        parts = [
+            [t.factor.text, *(fingerprint(part) for part in (t.matrix.real, t.matrix.imag))]
+            for t in terms
+        ]
+        known = {"parameters": dict(system.parameters), "free": system.parameter, "terms": parts}
+        return {"asked": repr(asked), "system": known}
+
+    return Checkpoint(path, identity)
 
 
-def _checked(system: TermSystem, memory: float | None) -> None:
-    if not is_small(system):
-        check_memory(system, memory)
-
-
-def basis_row(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
+def _basis(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
     """A reduced system as JSON holds it."""
     if reduction is None:
         return None
@@ -114,29 +112,37 @@ def basis_row(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | N
     }
 
 
-def _matrices(system: TermSystem) -> dict[str, Any]:
-    M, C, K = system.at()
-    if system.n > SHOWN_ROWS or not system.real:
-        return {}
-    zero = np.zeros((system.n, system.n))
-    parts = {"M": plain_matrix(M), "C": zero if C is None else plain_matrix(C)}
-    return {name: X.tolist() for name, X in (parts | {"K": plain_matrix(K)}).items()}
-
-
 def eigenvalues(
-    file: SystemFile, wanted: Wanted, memory: float | None, progress: Progress
+    subject: object,
+    at: float | None = None,
+    band: Band | None = None,
+    region: Sequence[float] | None = None,
+    modes: int | None = None,
+    memory: float | None = None,
+    progress: Progress = quiet,
 ) -> Eigenvalues:
     """The roots that are wanted, with what proves them complete."""
+    file, wanted = _read(subject, memory, band, region, modes)
+    if at is not None:
+        file = replace(file, system=file.system.replace({file.system.parameter: at}))
     system = file.system
-    _checked(system, memory)
     roots = system_roots(system, wanted, None, progress)
     listed, checks = matrix_list(file), system_checks(system)
+    printed, shapes = {}, None
+    if system.n <= SHOWN_ROWS:
+        names = [f"q{i + 1}" for i in range(system.n)]
+        found = mode_shapes(Spectrum(roots.eigenvalues))
+        shapes = shape_rows(found, names if found else [], "largest entry 1")
+        if system.real:
+            zero = np.zeros((system.n, system.n))
+            matrices = zip("MCK", system.at(), strict=True)
+            printed = {k: (zero if X is None else plain_matrix(X)).tolist() for k, X in matrices}
     details: dict[str, Any] = {
         "rows": system.n,
         "parameters": dict(system.parameters),
         "matrices": listed,
         "checks": checks,
-        **_matrices(system),
+        **printed,
         "region": extent(roots.region),
         "growth_limit": roots.growth_limit,
         "growing_outside": roots.growing_outside,
@@ -156,9 +162,6 @@ def eigenvalues(
     words = "" if roots.region is None else wanted.words()
     if roots.growth_limit is not None:
         words += f" with growth below {roots.growth_limit:.4g} 1/s"
-    shapes = None
-    if system.n <= SHOWN_ROWS:
-        shapes = shapes_without_names(Spectrum(roots.eigenvalues))
     return Eigenvalues(
         system.name,
         system.parameter,
@@ -183,9 +186,7 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     grow = growing((*roots.eigenvalues, *roots.others))
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_ROWS):
         return tuple(grow)
-    own: Any = system
-    if system.sparse:
-        own = lambda p: system.arrays({system.parameter: p})  # noqa: E731
+    own = system.plain
     try:
         every = unstable_modes(own, at, linear_thresholds(own, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
@@ -204,31 +205,38 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
 
 
 def sweep(
-    file: SystemFile,
+    subject: object,
     values: Sequence[float],
-    wanted: Wanted,
-    method: str | None,
-    memory: float | None,
-    progress: Progress,
-    keep: Path | None,
+    band: Band | None = None,
+    region: Sequence[float] | None = None,
+    modes: int | None = None,
+    method: str | None = None,
+    memory: float | None = None,
+    progress: Progress = quiet,
+    keep: Path | None = None,
 ) -> Sweep:
     """The roots at values of the parameter, on the system itself or on a reduced one."""
+    file, wanted = _read(subject, memory, band, region, modes)
     system = file.system
-    method = sweeps.check_method(method, system)
-    _checked(system, memory)
-    name, reduction = system.parameter, None
+    method, name, reduction = sweeps.check_method(method, system), system.parameter, None
     checkpoint = _kept(keep, system, values=list(values), wanted=wanted, method=method)
     if method == "full":
         rows = list(_full(system, wanted, values, progress, checkpoint))
     else:
         changes = [{name: value} for value in few(values, CHECKED)]
-        reduction, region = sweeps.reduced_for(
+        reduction, region_served = sweeps.reduced_for(
             system, wanted, changes, method, progress, checkpoint
         )
-        rows = list(sweeps.reduced_rows(reduction, region, name, values, wanted.modes))
+        rows = list(sweeps.reduced_rows(reduction, region_served, name, values, wanted.modes))
     checkpoint.close()
-    steps = [Step(r.value, r.roots, r.residuals, r.verdict, spurious=r.spurious) for r in rows]
-    return Sweep(system.name, name, tuple(steps), basis_row(reduction, wanted), file)
+    return Sweep(system.name, name, _steps(rows), _basis(reduction, wanted), file)
+
+
+def _steps(rows: Sequence[sweeps.SweepRow]) -> tuple[Step, ...]:
+    return tuple(
+        Step(row.value, row.roots, row.residuals, row.verdict, spurious=row.spurious)
+        for row in rows
+    )
 
 
 def _full(
@@ -260,21 +268,22 @@ def _full(
 
 
 def thresholds(
-    file: SystemFile,
+    subject: object,
     high: float,
-    low: float | None,
-    wanted: Wanted,
-    memory: float | None,
-    progress: Progress,
-    keep: Path | None,
+    low: float | None = None,
+    band: Band | None = None,
+    region: Sequence[float] | None = None,
+    memory: float | None = None,
+    progress: Progress = quiet,
+    keep: Path | None = None,
 ) -> Thresholds:
     """Every threshold of the wanted roots from low to high."""
+    file, wanted = _read(subject, memory, band, region)
     system = file.system
-    _checked(system, memory)
     checkpoint = _kept(keep, system, range=(low, high), wanted=wanted)
     found = system_thresholds(system, high, low, wanted, progress, checkpoint)
     checkpoint.close()
-    basis = basis_row(found.reduction, wanted)
+    basis = _basis(found.reduction, wanted)
     notes = [f"not confirmed on the full system: {words}" for words in found.unconfirmed]
     notes += found.left_out
     if found.crossings_outside:
@@ -282,7 +291,7 @@ def thresholds(
     if found.certified is not None:
         foreseen = "foreseen, not excluded by proof" if system.real else "not sought"
         notes.append(f"windows between the values looked at are {foreseen}")
-    details: Mapping[str, Any] = {
+    details = {
         "parameters": dict(system.parameters),
         "admissible_to": found.high,
         "unconfirmed": list(found.unconfirmed),
@@ -310,70 +319,79 @@ def along(found: Thresholds) -> Sweep:
     """The way of the roots over the range of thresholds, for a figure."""
     file, located, wanted = found.source
     system, values = file.system, np.linspace(found.low, found.high, SHOWN).tolist()
-    if located.reduction is None:
+    basis, region = located.reduction, wanted.rectangle
+    if basis is None:
         rows = list(sweeps.full_rows(system, wanted, values))
     else:
-        rows = list(
-            sweeps.reduced_rows(located.reduction, wanted.rectangle, system.parameter, values)
-        )
-    steps = [Step(r.value, r.roots, r.residuals, r.verdict) for r in rows]
-    return Sweep(system.name, system.parameter, tuple(steps))
+        rows = list(sweeps.reduced_rows(basis, region, system.parameter, values))
+    return Sweep(system.name, system.parameter, _steps(rows))
 
 
 def map_over(
-    file: SystemFile,
-    axes: tuple[Any, Any] | None,
-    wanted: Wanted,
-    memory: float | None,
-    progress: Progress,
-    keep: Path | None,
+    subject: object,
+    axes: tuple[Any, Any] | None = None,
+    band: Band | None = None,
+    memory: float | None = None,
+    progress: Progress = quiet,
+    keep: Path | None = None,
 ) -> Map:
     """The verdict on the wanted roots over two named parameters."""
+    file, wanted = _read(subject, memory, band)
     system = file.system
     if axes is None or len(system.parameters) < 2:
         raise InputError(f"{system.name}: a map needs two named parameters and their ranges")
-    first, second = (Side(axis.name, axis.low, axis.high, axis.n) for axis in axes)
-    system.values({first.name: 0.0, second.name: 0.0})  # refuses what it has not
-    for name in sorted({first.name, second.name} - system.names):
-        warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=2)
-    _checked(system, memory)
-    sides = (first, second)
+    sides = (
+        Side(axes[0].name, axes[0].low, axes[0].high, axes[0].n),
+        Side(axes[1].name, axes[1].low, axes[1].high, axes[1].n),
+    )
+    names = {side.name for side in sides}
+    system.values(dict.fromkeys(names, 0.0))  # refuses what it has not
+    for name in sorted(names - system.names):
+        warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=4)
     checkpoint = _kept(keep, system, sides=sides, wanted=wanted)
     found = system_chart(system, sides, wanted, progress, checkpoint)
     checkpoint.close()
-    basis = basis_row(found.reduction, wanted)
-    details = {"verdicts": [[NAMES[k] for k in row] for row in found.codes], "basis": basis}
-    growth = ("largest_real", "1/s", found.growth)
+    basis = _basis(found.reduction, wanted)
     return Map(
         system.name,
         sides,
         ("", ""),
         NAMES,
         found.codes,
-        growth,
-        details=details,
+        ("largest_real", "1/s", found.growth),
+        details={"verdicts": [[NAMES[k] for k in row] for row in found.codes], "basis": basis},
         notes=(basis_text(basis),) if basis else (),
         source=(file, found),
     )
 
 
 def reduced(
-    system: TermSystem,
-    wanted: Wanted,
-    values: Sequence[float],
-    method: str,
-    memory: float | None,
-    progress: Progress,
-) -> Reduction:
-    """The system reduced to the roots that are wanted, for these values of its parameter."""
-    _checked(system, memory)
-    changes = [{system.parameter: value} for value in few(values, SERVED)]
-    return sweeps.reduced_for(system, wanted, changes, method, progress)[0]
+    subject: object,
+    values: Sequence[float] | None = None,
+    band: Band | None = None,
+    region: Sequence[float] | None = None,
+    method: str = "reduced",
+    memory: float | None = None,
+    progress: Progress = quiet,
+) -> tuple[Reduction, dict[str, Any] | None]:
+    """The system reduced to the roots that are wanted, for these values of its parameter (its
+    own), and what a JSON object says of that."""
+    file, wanted = _read(subject, memory, band, region)
+    system, free = file.system, file.system.parameter
+    own = [system.parameters[free]] if values is None else values
+    changes = [{free: value} for value in few(own, SERVED)]
+    found = sweeps.reduced_for(system, wanted, changes, method, progress)[0]
+    return found, _basis(found, wanted)
 
 
-def sensitivity(file: SystemFile, found: Eigenvalues) -> Sensitivity:
+def sensitivity(
+    subject: object, of: str, high: float = 0.0, known: Eigenvalues | None = None
+) -> Sensitivity:
     """What moves the eigenvalues: -y^H (s^2 dM + s dC + dK) x over y^H (2 s M + C) x."""
-    system = file.system
+    if of == "threshold":
+        raise InputError("sensitivity: thresholds of a system are not allowed; advise takes them")
+    file, _ = _read(subject, None)
+    system, found = file.system, known or eigenvalues(file)
     M, C, _ = system.at()
     slopes = {}
     for name in system.parameters:
@@ -387,7 +405,6 @@ def sensitivity(file: SystemFile, found: Eigenvalues) -> Sensitivity:
             scale = y @ (2 * s * (M @ x) + (0.0 if C is None else C @ x))
             moved.append(-change / scale if scale else complex(np.nan, np.nan))
         slopes[name] = np.array(moved, dtype=complex)
-    values = dict(system.parameters)
+    values, free, verdict = dict(system.parameters), system.parameter, found.verdict or ""
     units = dict.fromkeys(values, "")
-    free, verdict = system.parameter, found.verdict or ""
     return Sensitivity("eigenvalues", free, found.values, verdict, slopes, values, units)

@@ -5,9 +5,6 @@ taken; both are in the derivatives below. Damping by ratios or Rayleigh's factor
 damping matrix stays.
 """
 
-import cmath
-import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +20,6 @@ from squeal.equilibrium.damping import (
     without_friction,
 )
 from squeal.errors import ComputationError
-from squeal.io.answer import Answer, Column, Table
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import CriticalPoint, complex_eigenvalues, sensitivities
 from squeal.model.equations import PadModel, net_loads
@@ -31,87 +27,6 @@ from squeal.model.mechanics import at_speed, coefficients, pose
 from squeal.model.states import State
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step, with_derivative
-
-DEGREE = math.pi / 180
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Sensitivity(Answer):
-    """Derivatives by each parameter, per unit of it, all others held.
-
-    what: the eigenvalues `at`, by rising frequency, or the first loss of stability in `parameter`
-    at a value of it; slopes: (m,) of the eigenvalues, not finite at a coalescence, or (1,) of the
-    loss, empty where stability is not lost; values, units: of the parameters; angles among them.
-    """
-
-    what: str
-    parameter: str
-    at: Any
-    kind: str
-    slopes: Mapping[str, np.ndarray]
-    values: Mapping[str, float]
-    units: Mapping[str, str]
-    angles: frozenset[str] = frozenset()
-
-    def step(self, name: str) -> float:
-        """The change of a parameter that the text shows: 1 per cent, of an angle one degree."""
-        return DEGREE if name in self.angles else 0.01 * self.values[name]
-
-    def table(self) -> Table:
-        """A row for each parameter: its unit, and the derivative of each eigenvalue or the loss."""
-
-        def part(i: int, name: str) -> Column:
-            return Column(
-                f"{name}_{i + 1}", value=lambda row: float(getattr(self.slopes[row][i], name))
-            )
-
-        count = len(next(iter(self.slopes.values()), ()))
-        told = [part(i, name) for i in range(count) for name in ("real", "imag")]
-        if self.what == "threshold":
-            told = [Column("slope", value=lambda row: float(self.slopes[row][0]))]
-        lead = (Column("parameter", value=str), Column("unit", value=lambda row: self.units[row]))
-        return Table((*lead, *told), list(self.slopes))
-
-    def parts(self) -> Sequence[str | Table]:
-        """What a small change of each parameter does."""
-        if self.what == "threshold" and not self.slopes:
-            return ["stability is not lost, so nothing moves its loss"]
-        told = [
-            Column("parameter", value=str),
-            Column("change", value=lambda row: "1 degree" if row in self.angles else "1 %"),
-        ]
-
-        def moved(i: int, factor: float, imag: bool) -> Column:
-            def value(row: str) -> str:
-                slope = complex(self.slopes[row][i])
-                part = (slope.imag if imag else slope.real) * factor * self.step(row)
-                return f"{part + 0.0:+.3g}" if cmath.isfinite(slope) else "-"
-
-            words = ("df, Hz" if imag else "dRe, 1/s") if self.what == "eigenvalues" else ""
-            return Column(f"{i + 1}: {words}" if words else f"d {self.parameter}", value=value)
-
-        if self.what == "threshold":
-            title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
-            told.append(moved(0, 1.0, False))
-        else:
-            title = "what a small change of a parameter does to each mode"
-            for i, value in enumerate(self.at):
-                if value.imag >= 0.0:
-                    told += [moved(i, 1 / math.tau, True), moved(i, 1.0, False)]
-        return [Table(told, [name for name in self.slopes if self.step(name)], title)]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON entry `sensitivity`; null where nothing is lost or two eigenvalues coincide."""
-        if self.what == "threshold":
-            slopes = {name: float(slope[0]) for name, slope in self.slopes.items()}
-            found = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": slopes}
-            return {"sensitivity": found if self.slopes else None}
-        rows: list[dict[str, Any]] = []
-        for name, every in self.slopes.items():
-            listed = [complex(slope) for slope in every]
-            told = [{"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None for d in listed]
-            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": told})
-        return {"sensitivity": rows}
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,22 +45,13 @@ class Change:
     gaps: np.ndarray
 
 
-def change(
-    model: PadModel,
-    q: np.ndarray,
-    state: State,
-    name: str,
-    held: bool = False,
-    moved: np.ndarray | None = None,
-) -> Change:
+def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool = False) -> Change:
     """Derivatives by the parameter `name` about q (3,) in a contact state, exact to rounding.
 
     `held` keeps q where it is, as B3 does. Where the balance is singular (a fold) the equilibrium
-    moves infinitely fast and only `loads` is finite. With `moved` (3,) the derivatives are those
-    along this displacement, and the parameter is what stays.
+    moves infinitely fast and only `loads` is finite.
     """
-    rate = 1.0 if moved is None else 0.0
-    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), rate)})
+    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
     def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
@@ -155,9 +61,7 @@ def change(
         return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
 
     loads = dq = np.zeros(3)
-    if moved is not None:
-        dq = moved
-    elif not held:
+    if not held:
         loads = slopes(q, dq)
         try:
             dq = np.linalg.solve(-model.jacobian(q, state), loads)

@@ -296,7 +296,7 @@ class PadStack:
             quiet = looked(who[i], middle)[0]
             low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
         found[who], unknown = high, unknown & ~np.isin(every, who)
-        hertz = np.full(self.n, np.nan)
+        hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
         places = at(who, high)
         A, B = self.matrices(who, places.z, places.touching)
         codes = np.where(places.there, verdicts(A, B), QUIET[0])
@@ -304,8 +304,6 @@ class PadStack:
             if code not in QUIET:
                 kinds[i] = VERDICTS[code]
                 hertz[i] = frequency if kinds[i] == "flutter" else 0.0
-            elif kinds[i] == "fold":
-                hertz[i] = 0.0
         return Losses(np.where(unknown, np.nan, found), kinds, hertz, unknown, nowhere)
 
     def _held(self, pad: np.ndarray, mu: np.ndarray) -> Places:
@@ -316,11 +314,10 @@ class PadStack:
         without damping, else of the pair that grows most."""
         rows = np.arange(len(A))
         if B is None or not B.any():
-            s = np.linalg.eigvals(A)
+            s = np.linalg.eigvals(A).astype(complex)
             i, j = np.triu_indices(3, 1)
             pair = np.argmin(np.abs((s[:, i] - s[:, j]).real), axis=1)
-            mean = (s[rows, i[pair]] + s[rows, j[pair]]).real / 2
-            rate = np.sqrt(np.maximum(mean, 0.0))
+            rate = (np.sqrt(s[rows, i[pair]]) + np.sqrt(s[rows, j[pair]])).real / 2
         else:
             roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)

@@ -182,10 +182,7 @@ class Varied:
 def _thresholds(subject: Scene | TermSystem, high: float) -> CriticalFriction:
     if isinstance(subject, Scene):
         return critical_friction(subject, high)
-    system: Any = subject
-    if subject.sparse:
-        system = lambda mu: subject.arrays({subject.parameter: mu})  # noqa: E731
-    return critical_parameter(system, high, subject.parameter)
+    return critical_parameter(subject.plain, high, subject.parameter)
 
 
 def _together(

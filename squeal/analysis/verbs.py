@@ -7,13 +7,14 @@ of pads and of systems are loaded by the first question about one.
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
+from squeal.analysis.answers import Eigenvalues, Map, Sensitivity, Sweep, Thresholds
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
@@ -22,41 +23,33 @@ from squeal.schema.arguments import Several
 from squeal.schema.place import Place
 from squeal.schema.values import Number
 
-if TYPE_CHECKING:
-    from squeal.analysis.sensitivity import Sensitivity
-
 Progress = Callable[[str], None]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
 
 
-def _quiet(_: str) -> None:
-    """Say nothing of the steps."""
+def _answer(verb: str, subject: object, **asked: Any) -> Any:
+    """What the room of pads, or that of systems, answers; both hold functions named like verbs.
 
-
-def _pad(subject: object, **asked: object) -> Any:
-    """The room of pads for a scene, else None. Raises InputError for what a scene cannot answer."""
-    if not isinstance(subject, Scene):
-        return None
-    for name, value in asked.items():
-        if value is not None:
-            raise InputError(
-                f"{name}: {value} is not allowed with a scene, which has six roots; a system from "
-                "matrices is allowed"
-            )
-    return importlib.import_module("squeal.analysis.of_pads")
-
-
-def _system(
-    subject: object,
-    band: Band | None = None,
-    region: Region | None = None,
-    modes: int | None = None,
-) -> tuple[Any, Any, Any]:
-    """The room of systems, the system with what is known of its files, and what is wanted of it."""
-    room = importlib.import_module("squeal.analysis.of_systems")
-    return room, room.file_of(subject), room.wanted(band, region, modes)
+    Raises InputError for what a room cannot take.
+    """
+    scene = isinstance(subject, Scene)
+    if scene:
+        room = importlib.import_module("squeal.analysis.of_pads")
+    else:
+        room = importlib.import_module("squeal.analysis.of_systems")
+    function = getattr(room, verb)
+    taken = inspect.signature(function).parameters
+    needed = {name for name, one in taken.items() if one.default is one.empty}
+    given = {name: v for name, v in asked.items() if v is not None or name in needed}
+    if scene:  # a pad is answered at once
+        given = {name: value for name, value in given.items() if name not in ("progress", "keep")}
+    for name in given.keys() - taken.keys():
+        other = "a scene, which has six roots; a system from matrices is allowed"
+        owner = other if scene else "a system of matrices; a scene is allowed"
+        raise InputError(f"{name}: {given[name]} is not allowed with {owner}")
+    return function(subject, **given)
 
 
 def System(
@@ -115,7 +108,7 @@ def eigenvalues(
     region: Region | None = None,
     modes: int | None = None,
     memory: float | None = None,
-    progress: Progress = _quiet,
+    progress: Progress | None = None,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -155,11 +148,8 @@ def eigenvalues(
     >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
     'flutter'
     """
-    room = _pad(subject, region=region, modes=modes, memory=memory, band=band)
-    if room is not None:
-        return room.eigenvalues(subject if at is None else subject.replace(mu=at))  # type: ignore
-    room, file, wanted = _system(subject, band, region, modes)
-    return room.eigenvalues(file if at is None else room.moved(file, at), wanted, memory, progress)
+    found: Eigenvalues = _answer("eigenvalues", **locals())
+    return found
 
 
 def sweep(
@@ -170,7 +160,7 @@ def sweep(
     modes: int | None = None,
     method: str | None = None,
     memory: float | None = None,
-    progress: Progress = _quiet,
+    progress: Progress | None = None,
     keep: Path | None = None,
 ) -> Sweep:
     """Compute eigenvalues at values of the friction or of the free parameter.
@@ -206,11 +196,8 @@ def sweep(
     ['marginal', 'flutter']
     """
     values = VALUES.read(values, Place("sweep", "values"))
-    room = _pad(subject, region=region, modes=modes, method=method, memory=memory, band=band)
-    if room is not None:
-        return room.sweep(subject, values)
-    room, file, wanted = _system(subject, band, region, modes)
-    return room.sweep(file, values, wanted, method, memory, progress, keep)
+    found: Sweep = _answer("sweep", **locals())
+    return found
 
 
 def thresholds(
@@ -220,7 +207,7 @@ def thresholds(
     band: Band | None = None,
     region: Region | None = None,
     memory: float | None = None,
-    progress: Progress = _quiet,
+    progress: Progress | None = None,
     keep: Path | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
@@ -255,11 +242,8 @@ def thresholds(
     >>> found.first.kind, round(found.first.mu, 9)
     ('flutter', 0.75)
     """
-    room = _pad(subject, region=region, low=low, memory=memory, band=band)
-    if room is not None:
-        return room.thresholds(subject, high)
-    room, file, wanted = _system(subject, band, region)
-    return room.thresholds(file, high, low, wanted, memory, progress, keep)
+    found: Thresholds = _answer("thresholds", **locals())
+    return found
 
 
 def map(
@@ -269,7 +253,7 @@ def map(
     curves: bool = False,
     band: Band | None = None,
     memory: float | None = None,
-    progress: Progress = _quiet,
+    progress: Progress | None = None,
     keep: Path | None = None,
 ) -> Map:
     """Compute the verdict over two parameters.
@@ -304,14 +288,9 @@ def map(
     >>> squeal.map(pair, axes).share["flutter"]
     0.4444444444444444
     """
-    room = _pad(subject, memory=memory, band=band)
-    if room is not None:
-        return room.map_over(subject, axes, quantity, curves)
-    for name, value in (("quantity", quantity), ("curves", curves)):
-        if value:
-            raise InputError(f"{name}: {value} is not allowed with a system of matrices")
-    room, file, wanted = _system(subject, band)
-    return room.map_over(file, axes, wanted, memory, progress, keep)
+    quantity, curves = quantity or None, curves or None  # type: ignore[assignment]
+    found: Map = _answer("map_over", **locals())
+    return found
 
 
 def sensitivity(
@@ -349,13 +328,8 @@ def sensitivity(
     """
     if of not in ("eigenvalues", "threshold"):
         raise InputError(f"of: {of} is not allowed; it must be one of eigenvalues, threshold")
-    room = _pad(subject)
-    if room is not None:
-        return room.sensitivity(subject, of, high, known)
-    if of == "threshold":
-        raise InputError("sensitivity: thresholds of a system are not allowed; advise takes them")
-    room, file, _ = _system(subject)
-    return room.sensitivity(file, eigenvalues(file) if known is None else known)
+    found: Sensitivity = _answer("sensitivity", **locals())
+    return found
 
 
 def reduce(
@@ -365,7 +339,7 @@ def reduce(
     region: Region | None = None,
     method: str = "reduced",
     memory: float | None = None,
-    progress: Progress = _quiet,
+    progress: Progress | None = None,
 ) -> TermSystem:
     """Reduce a system to the roots of a band or region, with the same parameters.
 
@@ -390,8 +364,7 @@ def reduce(
     """
     if isinstance(subject, Scene):
         raise InputError("reduce: a scene is not allowed; it must be a system from matrices")
-    room, file, wanted = _system(subject, band, region)
-    own = [file.system.parameters[file.system.parameter]]
-    values = own if values is None else VALUES.read(values, Place("reduce", "values"))
-    found: TermSystem = room.reduced(file.system, wanted, values, method, memory, progress).system
+    if values is not None:
+        values = VALUES.read(values, Place("reduce", "values"))
+    found: TermSystem = _answer("reduced", **locals())[0].system
     return found

@@ -39,7 +39,7 @@ def run(given: argparse.Namespace) -> Reply:
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
     subject, inputs = given.source.subject()
-    reduction = basis = None
+    basis = None
     if isinstance(subject, Scene):
         refuse(given, "method band region sweep", f"{given.source.name}, a scene with six roots")
         system = _of_scene(given.source.name, subject)
@@ -47,17 +47,14 @@ def run(given: argparse.Namespace) -> Reply:
         refuse(given, "band region sweep", "a whole system; --method reduced or modal takes it")
         system = subject.system
     else:
-        wanted = of_systems.wanted(given.band, given.region, None)
-        if wanted.rectangle is None:
+        if given.band is None and given.region is None:
             raise InputError(f"{said(given, 'method')}: needs --band or --region")
-        own = subject.system
-        values = given.sweep or [own.parameters[own.parameter]]
-        progress = steps(given.progress)
-        reduction = of_systems.reduced(own, wanted, values, given.method, given.memory, progress)
+        asked = (given.sweep, given.band, given.region, given.method, given.memory)
+        reduction, basis = of_systems.reduced(subject, *asked, steps(given.progress))
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)
-        system, basis = reduction.system, of_systems.basis_row(reduction, wanted)
+        system = reduction.system
     rows = write_system(folder, system, given.format)
     cells = [(r["file"], r["part"], r["factor"]) for r in rows]
     head = f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}"

@@ -213,6 +213,11 @@ class TermSystem:
         """M, C, K at a value of the free parameter."""
         return self.at({self.parameter: value})
 
+    @property
+    def plain(self) -> System:
+        """The function of the free parameter with NumPy arrays; itself where it holds such."""
+        return (lambda p: self.arrays({self.parameter: p})) if self.sparse else self
+
     def derivative(
         self, name: str, changes: Mapping[str, float] | None = None
     ) -> tuple[Matrix | None, Matrix | None, Matrix | None]:

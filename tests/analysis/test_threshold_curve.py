@@ -10,7 +10,6 @@ import pytest
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import Axis, codes_at, stability_map
-from squeal.analysis.sensitivity import change
 from squeal.analysis.stack import QUIET
 from squeal.analysis.threshold_curve import threshold_curves
 from squeal.analysis.thresholds import critical_friction
@@ -135,20 +134,6 @@ def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
                 e, _ = sliding_equilibrium(changed.pad_model)
                 gaps = changed.pad_model.gaps(np.array(e.q))
                 assert np.abs(gaps).min() < 1e-9 * scene.pad.w
-
-
-def test_derivatives_along_a_displacement_against_differences():
-    scene = read_scene(SCENES / "b2-c.yaml")
-    model = scene.pad_model
-    e, _ = sliding_equilibrium(model)
-    q, step = np.array(e.q), np.array([1e-7, -2e-7, 3e-6])
-    along = change(model, q, e.state, "mu", moved=step)
-    up, down = (-model.jacobian(q + sign * step, e.state) for sign in (1.0, -1.0))
-    assert pytest.approx((up - down) / 2, rel=1e-5, abs=1e-8 * np.abs(up).max()) == along.K
-    gaps = (model.gaps(q + step) - model.gaps(q - step)) / 2
-    assert along.gaps == pytest.approx(gaps, rel=1e-6)
-    assert not along.loads.any()
-    assert not along.M.any()
 
 
 def test_the_command_writes_and_prints_them(capsys, tmp_path):
