@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.writing import write_system
+from squeal.analysis.systems.matrices import write_system
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_csv
 from squeal.linear.system import Term, TermSystem

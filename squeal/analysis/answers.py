@@ -238,6 +238,10 @@ class Sweep(Answer):
         def upper(step: Step) -> str:
             return hertz(root for root in step.eigenvalues if root.value.imag > 0.0)
 
+        def told_verdict(step: Step) -> str:
+            unknown = "no equilibrium on the branch" if step.roots is None else "-"
+            return step.verdict or unknown
+
         def largest(step: Step) -> float | None:
             return max((root.growth_rate for root in step.eigenvalues), default=None)
 
@@ -247,7 +251,7 @@ class Sweep(Answer):
             Column("frequencies, Hz", value=upper),
             Column("growing, Hz", value=lambda step: hertz(step.growing())),
             Column("largest real, 1/s", value=largest),
-            Column("verdict", value=lambda step: step.verdict or "no equilibrium on the branch"),
+            Column("verdict", value=told_verdict),
         )
         if all(step.contact is None for step in self.steps):
             told = told[:1] + told[2:]

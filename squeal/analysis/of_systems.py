@@ -22,10 +22,10 @@ from squeal.analysis.answers import (
 )
 from squeal.analysis.modes import mode_shapes
 from squeal.analysis.systems import sweeps
-from squeal.analysis.systems.chart import NAMES, Side, system_chart
-from squeal.analysis.systems.checks import matrix_list, system_checks
-from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
+from squeal.analysis.systems.sweeps import NAMES, Side, system_chart
+from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted, check_memory, extent, is_small
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import fingerprint
@@ -251,8 +251,9 @@ def _full(
     kept = {} if is_small(system) else checkpoint.load()
     if kept:
         ends = np.cumsum(kept["counts"])[:-1]
+        verdicts = [word or None for word in kept["verdicts"].tolist()]
         roots, errors = (np.split(kept[each], ends) for each in ("roots", "residuals"))
-        every = zip(values, roots, errors, kept["verdicts"].tolist(), strict=False)
+        every = zip(values, roots, errors, verdicts, strict=False)
         rows = [sweeps.SweepRow(*row) for row in every]
     yield from rows
     for row in sweeps.full_rows(system, wanted, values[len(rows) :], progress):
@@ -262,7 +263,7 @@ def _full(
                 counts=np.array([len(one.roots) for one in rows]),
                 roots=np.concatenate([one.roots for one in rows]),
                 residuals=np.concatenate([one.residuals for one in rows]),
-                verdicts=np.array([one.verdict for one in rows]),
+                verdicts=np.array([one.verdict or "" for one in rows]),
             )
         yield row
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.analysis import of_systems
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.systems.writing import write_system
+from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, said, take, word
 from squeal.cli.streams import steps

@@ -8,7 +8,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from squeal.analysis.systems.separation import AGREES, Separation, separated
+from squeal.analysis.systems.matrices import AGREES, Separation, separated
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import numbers
 from squeal.errors import ComputationError, InputError

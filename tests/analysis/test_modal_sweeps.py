@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from squeal.analysis.systems.chart import Side, system_chart
-from squeal.analysis.systems.sweeps import reduced_for, reduced_rows
+from squeal.analysis.systems import sweeps
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.sweeps import Side, reduced_for, reduced_rows, system_chart
 from squeal.analysis.systems.wanted import Wanted
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
 
@@ -46,6 +47,15 @@ def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
     )
     inside = full[(full > 2 * np.pi) & (full < 80 * np.pi)]
     assert swept[1][0].imag == pytest.approx(inside, rel=1e-6)
+
+
+def test_roots_that_real_modes_lose_are_told(monkeypatch):
+    """Four real modes of the lowest frequencies reach no band above."""
+    monkeypatch.setattr(sweeps, "REAL_MODES", 4)
+    wanted = Wanted(band=(1.0, 40.0))
+    every = system_roots(disc_and_pad("plain"), wanted).eigenvalues
+    with pytest.warns(InputWarning, match=rf"lose {len(every) - 4} of {len(every)} roots"):
+        reduced_for(disc_and_pad("plain"), wanted, [{"mu": 0.0}], "modal")
 
 
 def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():

@@ -1,11 +1,15 @@
 """A verdict is of what was proven: some of a system's roots cannot make it stable."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
 
+from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.wanted import Wanted
+from squeal.errors import ComputationError, MatrixError
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Disc
 
@@ -53,3 +57,56 @@ def test_a_root_that_does_not_solve_the_equations_decides_nothing():
     solved = [e for e in found.eigenvalues if e.residual <= 1e-6]
     assert found.verdict not in ("flutter", "divergence")
     assert all(e.value.real <= 1e-6 * abs(e.value) for e in solved)
+
+
+@pytest.mark.parametrize("wanted", [Wanted(), Wanted(modes=3)])
+def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
+    whole, system = roots.spectrum_of, brake(10, -20.0)
+    assert system_roots(system, wanted).certified
+
+    def lacking(reduced):
+        spectrum = whole(reduced)
+        return replace(spectrum, eigenvalues=spectrum.eigenvalues[2:])
+
+    monkeypatch.setattr(roots, "spectrum_of", lacking)
+    found = system_roots(system, wanted)
+    assert found.count is not None
+    assert not found.certified
+
+
+ROWS = 2100
+
+
+def chain(held=(), mass=None):
+    """Equal masses and springs between walls, some rows held by penalties."""
+    side = np.full(ROWS - 1, -1e6)
+    K = sparse.lil_array(sparse.diags([side, np.full(ROWS, 2e6), side], [-1, 0, 1]))
+    for row, penalty in held:
+        K[row, row] = penalty
+    mass = sparse.eye_array(ROWS) if mass is None else mass
+    damping = 0.4 * sparse.eye_array(ROWS)
+    return TermSystem(*((Term(sparse.csc_array(X)),) for X in (mass, damping, K)))
+
+
+@pytest.mark.parametrize("penalty", [1e22, 1e36])
+def test_a_penalty_of_a_large_system_is_a_support(penalty):
+    found = system_roots(chain([(0, penalty), (700, penalty)]), Wanted(modes=6))
+    lengths = [700, 699, ROWS - 700][1:]  # masses between supports
+    exact = [2e3 * np.sin(np.pi * k / (2 * n)) for n in lengths for k in range(1, 7)]
+    exact = np.sqrt(np.sort(exact)[:6] ** 2 - 0.2**2)
+    assert [e.value.imag for e in found.eigenvalues] == pytest.approx(exact, rel=1e-9)
+    assert (found.verdict, found.certified) == (None, True)
+
+
+def test_a_large_pencil_that_is_singular_everywhere_is_refused():
+    empty = chain(mass=sparse.diags(np.r_[0.0, np.ones(ROWS - 1)]))
+    K = sparse.lil_array(empty.K[0].matrix)
+    K[0, :] = K[:, 0] = 0.0
+    alone = replace(empty, C=(), K=(Term(sparse.csc_array(K)),))
+    with pytest.raises(MatrixError, match="row 1 of M, C and K is empty"):
+        system_roots(alone, Wanted(band=(1.0, 9.0)))
+    turned = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    M, K = (sparse.block_diag([turned, X.matrix]) for X in (*chain().M, *chain().K))
+    hidden = TermSystem((Term(sparse.csc_array(M)),), (), (Term(sparse.csc_array(K)),))
+    with pytest.raises(ComputationError, match="share a null vector"):
+        system_roots(hidden, Wanted(band=(1.0, 9.0)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.separation import separated
+from squeal.analysis.systems.matrices import separated
 from squeal.errors import InputError
 
 K0, K1 = np.array([[3.0, -1.0], [-1.0, 2.0]]), np.array([[0.0, 0.5], [0.0, 0.0]])
@@ -23,15 +23,3 @@ def test_refusals():
         separated([0.0, 0.4, 0.4], [K0, K0, K0])
     with pytest.raises(InputError, match="of one size"):
         separated([0.0, 0.5], [K0, np.eye(3)])
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("values", [[0.0, 1e-310], [1e300, 1.1e300], [0.0, 1e-300]])
-def test_terms_are_finite_or_refused(values):
-    big = values[1] - values[0] < 1.0
-    parts = [1e10 * K0, 1e10 * K0 + 1e10 * K1] if big else [1e10 * K0, 1e10 * K0]
-    if big:
-        with pytest.raises(InputError, match="is not finite; values farther apart are allowed"):
-            separated(values, parts)
-    else:
-        assert separated(values, parts).linear.nnz == 0

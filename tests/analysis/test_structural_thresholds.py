@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from squeal.analysis.systems import critical
-from squeal.analysis.systems.critical import system_thresholds
+from squeal.analysis.systems import thresholds as critical
+from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.sparse import eigensolver

@@ -88,7 +88,7 @@ def test_a_band_without_roots_has_a_verdict_of_its_own(flutters, folder, capsys)
     path = flutters
     options = ("--sweep", "0:1:2", "--band", "1000:2000", "--csv", path.with_suffix(".csv"))
     found = answer(capsys, "eigenvalues", path, *options, "--png", path.with_suffix(".png"))
-    assert [row["verdict"] for row in found["sweep"]] == ["no root"] * 2
+    assert [row["verdict"] for row in found["sweep"]] == [None] * 2
     lines = path.with_suffix(".csv").read_text().splitlines()[1:]
     assert [(line[:3], line[-8:]) for line in lines] == [("0.0", ",no root"), ("1.0", ",no root")]
 

@@ -257,7 +257,8 @@ def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second
     exact = -0.005 + np.sqrt(0.005**2 - 2 + 1j * np.sqrt(0.333) + 0j)
     assert grows["growth_rate"] == pytest.approx(exact.real, rel=1e-6)
     sweep = answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", *options)["sweep"]
-    assert [row["verdict"] for row in sweep] == ["stable", "stable", "flutter"]
+    known = "stable" if len(options) == 2 else None  # of a band only what grows
+    assert [row["verdict"] for row in sweep] == [known, known, "flutter"]
     assert all(len(row["eigenvalues"]) == 1 for row in sweep)
 
 
@@ -308,5 +309,5 @@ def test_few_rows_are_swept_on_a_basis(method, tmp_path, capsys):
         expected = np.sqrt(np.array([2 - apart, 2 + apart]) - 0.01**2)
         found = [one["imag"] for one in row["eigenvalues"] if one["imag"] > 0]
         assert found == pytest.approx(expected, rel=1e-9)
-        assert row["verdict"] == "stable"
+        assert row["verdict"] is None  # of some of the roots
     assert_refused(capsys, "eigenvalues", path, *sweep)

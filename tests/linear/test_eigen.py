@@ -4,8 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import growing, system_roots
+from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge
 from squeal.linear.matrices import check_regular, reduce

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.critical import system_thresholds
 from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.linear import judge, thresholds
@@ -128,7 +128,7 @@ def test_a_threshold_of_a_band_with_damping_of_what_is_light():
 
 
 def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
-    from squeal.analysis.systems import critical
+    from squeal.analysis.systems import thresholds as critical
 
     monkeypatch.setattr(critical, "crossings_along", lambda *_: Found((), ()))
     found = system_thresholds(system(0.0, c=1e-2), 1.0, wanted=Wanted(band=(0.05, 1.0)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.analysis.systems.checks import condition
+from squeal.analysis.systems.matrices import condition
 from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.linear import GROWING, UnstableMode

@@ -1,25 +1,27 @@
-"""Sweeps of a system's parameter: on all roots, on full solutions, or on a reduced system."""
+"""A system at many values of its parameters: sweeps of one and charts of two, on all roots, on full
+solutions, or on a reduced system."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.systems.roots import NO_ROOT, system_roots
-from squeal.analysis.systems.wanted import Wanted, is_small
+from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError, InputWarning
-from squeal.io.writing import Checkpoint
+from squeal.io.journal import Checkpoint
+from squeal.linear import GROWING, VERDICTS
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import decide
+from squeal.schema.arguments import takes
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import lowest_modes
+from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import (
@@ -31,11 +33,11 @@ from squeal.sparse.reduction import (
 )
 
 METHODS = ("full", "reduced", "modal")
+NAMES = (*VERDICTS, NO_ROOT)
 REAL_MODES = 200  # of a modal reduction
+SAMPLES = 5  # values a side of a chart at which a reduced system has to be good
 NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
 SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
-AROUND = 1.2  # of the largest wanted root: the region of a sweep that asks for the lowest
-
 NO_BAND = (
     "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
     "a band, a region or modes"
@@ -47,38 +49,27 @@ Changes = Mapping[str, float]
 class SweepRow:
     """Roots (m,) at one value of the parameter, by rising frequency, and the verdict on them.
 
-    `residuals` are backward errors in the full problem; NaN where they were not computed.
-    `spurious` roots of a reduced system are none of the full one and left out.
+    Where only some roots are known the verdict is that of the fastest growing one, None if none of
+    them grows. `residuals` are backward errors in the full problem; NaN where they were not
+    computed. `spurious` roots of a reduced system are none of the full one and left out.
     """
 
     value: float
     roots: NDArray[np.complex128] = field(repr=False)
     residuals: NDArray[np.float64] = field(repr=False)
-    verdict: str
+    verdict: str | None
     spurious: int = 0
-
-    def to_dict(self) -> dict[str, Any]:
-        """As journals of interrupted sweeps hold it."""
-        residuals = [None if np.isnan(r) else float(r) for r in self.residuals]
-        return {
-            "value": self.value,
-            "real": self.roots.real.tolist(),
-            "imag": self.roots.imag.tolist(),
-            "residuals": residuals,
-            "verdict": self.verdict,
-        }
-
-    @staticmethod
-    def from_dict(given: dict[str, Any]) -> SweepRow:
-        """Read back what `to_dict` gave."""
-        roots = np.array(given["real"], dtype=float) + 1j * np.array(given["imag"], dtype=float)
-        residuals = np.array([np.nan if r is None else r for r in given["residuals"]], dtype=float)
-        return SweepRow(given["value"], roots, residuals, given["verdict"])
 
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
     """Verdict on roots of which a real part below `noise` |lambda| is none."""
     return decide(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
+
+
+def _growth_of(roots: NDArray[np.complex128], noise: float) -> str | None:
+    """The same of some roots, which prove no verdict but growth."""
+    found = verdict_of(roots, noise)
+    return found if found in GROWING else None
 
 
 def noise_of(system: TermSystem) -> float:
@@ -95,11 +86,12 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
     if is_small(scaled.system):
         roots = roots_of_all(scaled.system, Wanted(), changes)
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
-        far = AROUND * float(sizes[: wanted.modes][-1]) or 1.0
+        radius = float(sizes[: wanted.modes][-1])
     else:
         found = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
         assert isinstance(found.region, Disc)
-        far = AROUND * found.region.radius
+        radius = found.region.radius
+    far = 1.2 * radius or 1.0
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
@@ -114,12 +106,15 @@ def reduced_for(
     """The reduced system that serves some values of the parameters, and the region it serves.
 
     A `checkpoint` keeps what there is after each full solution, and a second run goes on from it.
-    Warns if the full problem is not met to the tolerance.
+    Warns if the full problem is not met to the tolerance, or if real modes lose roots that the
+    system has at its own parameters.
     """
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
-        return reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n)), region
+        found = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
+        _warn_of_lost_roots(found, region, progress)
+        return found, region
     kept, begun = checkpoint.load() if checkpoint else None, None
     if kept:
         begun = Begun(kept["vectors"], tuple(map(int, kept["samples"])))
@@ -130,14 +125,30 @@ def reduced_for(
 
     found = reduce_system(scaled, region, values, progress=progress, begun=begun, keep=keep)
     if not found.converged:
-        warnings.warn(
+        _warn(
             f"{len(found.samples)} full solutions do not suffice for the reduced system: a root "
             f"has a residual of {found.worst:.2g} in the full problem, {TOLERANCE:g} is wanted; a "
-            "narrower band or range is required",
-            InputWarning,
-            stacklevel=2,
+            "narrower band or range is required"
         )
     return found, region
+
+
+def _warn_of_lost_roots(found: Reduction, region: Rectangle, progress: Progress) -> None:
+    """Real modes know nothing of what friction and damping do: their roots beside the system's."""
+    if found.size == found.basis.scaled.n:
+        return
+    problem = found.basis.scaled.at()
+    exact = modes_in(problem, region, False, progress, exact=OPTIONS.accepted).values
+    lost = len(exact) - len(found.values(region))
+    if lost > 0:
+        _warn(
+            f"the real modes lose {lost} of {len(exact)} roots that the system has in the band at "
+            "its own parameters; the method reduced has all of them"
+        )
+
+
+def _warn(words: str) -> None:
+    warnings.warn(words, InputWarning, stacklevel=4)
 
 
 def reduced_rows(
@@ -151,7 +162,7 @@ def reduced_rows(
     noise = noise_of(reduction.system)
     for value in values:
         found = reduction.modes(region, {name: value})
-        verdict = verdict_of(found.values, noise)  # on all of them, however few are listed
+        verdict = _growth_of(found.values, noise)  # of all of them, however few are listed
         order = ordered(found.values)[:modes]
         residuals = found.residuals[order]
         yield SweepRow(value, found.values[order], residuals, verdict, found.spurious)
@@ -161,22 +172,24 @@ def full_rows(
     system: TermSystem, wanted: Wanted, values: Sequence[float], progress: Progress = quiet
 ) -> Iterator[SweepRow]:
     """The sweep on the system itself, one value after the other."""
-    if is_small(system):
-        for value in values:
-            roots = roots_of_all(system, wanted, {system.parameter: value})
-            verdict = verdict_of(roots, noise_of(system))  # on all of them, however few are listed
-            if wanted.modes is not None:
-                roots = roots[roots.imag >= 0.0][: wanted.modes]
-            yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
-        return
-    if wanted.rectangle is None and wanted.modes is None:
+    noise = noise_of(system)
+    if not is_small(system) and wanted.rectangle is None and wanted.modes is None:
         raise InputError(NO_BAND)
     for value in values:
-        progress(f"{system.parameter} = {value:g}")
-        found = system_roots(system, wanted, {system.parameter: value}, progress)
-        roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
-        residuals = np.array([e.residual for e in found.eigenvalues])
-        yield SweepRow(value, roots, residuals, verdict_of(roots, noise_of(system)))
+        changes = {system.parameter: value}
+        if not is_small(system):
+            progress(f"{system.parameter} = {value:g}")
+            found = system_roots(system, wanted, changes, progress)
+            roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
+            residuals = np.array([e.residual for e in found.eigenvalues])
+            yield SweepRow(value, roots, residuals, found.verdict)
+            continue
+        roots = roots_of_all(system, wanted, changes)
+        # on all of them, however few are listed
+        verdict = (verdict_of if wanted.rectangle is None else _growth_of)(roots, noise)
+        if wanted.modes is not None:
+            roots = roots[roots.imag >= 0.0][: wanted.modes]
+        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
@@ -184,7 +197,7 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
     roots = dense_values(*system.arrays(changes))
     if not system.real:
         roots = roots[roots.imag >= 0.0]
-    if wanted.band is not None:
+    if wanted.band is not None:  # whatever their real parts are
         low, high = (2 * np.pi * f for f in wanted.band)
         roots = roots[(roots.imag >= low) & (roots.imag <= high)]
     elif wanted.region is not None:
@@ -199,3 +212,80 @@ def check_method(method: str | None, system: TermSystem) -> str:
     if method not in METHODS:
         raise InputError(f"method: {method} is not allowed; it must be one of {', '.join(METHODS)}")
     return method
+
+
+@dataclass(frozen=True)
+class Side:
+    """A parameter of a chart: n values at the middles of n equal cells between low and high."""
+
+    name: str
+    low: float
+    high: float
+    n: int
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The n values."""
+        return self.low + (self.high - self.low) * (np.arange(self.n) + 0.5) / self.n
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Verdict codes (n1, n2), indices into NAMES, and the largest growth rates (1/s; NaN
+    without a root)."""
+
+    sides: tuple[Side, Side]
+    codes: NDArray[np.int8] = field(repr=False)
+    growth: NDArray[np.float64] = field(repr=False)  # largest real part
+    reduction: Reduction | None = field(default=None, repr=False)
+
+
+@takes(system=TERMS)
+def system_chart(
+    system: TermSystem,
+    sides: tuple[Side, Side],
+    wanted: Wanted | None = None,
+    progress: Progress = quiet,
+    checkpoint: Checkpoint | None = None,
+) -> Chart:
+    """The verdict on the wanted roots over two parameters.
+
+    A large system is reduced once for the whole rectangle; a `checkpoint` keeps what there is of
+    that. Raises InputError for a parameter that no matrix depends on, for one named twice, and for
+    a large system without a band or region.
+    """
+    wanted = wanted or Wanted()
+    first, second = sides
+    for side in sides:
+        system.values({side.name: 0.0})
+        if side.name not in system.names:
+            used = ", ".join(sorted(system.names)) or "no parameter"
+            raise InputError(
+                f"{side.name}: is not allowed in a chart, no matrix depends on it; {used} does"
+            )
+    if first.name == second.name:
+        raise InputError(f"{first.name}: is not allowed twice; a chart has two parameters")
+    reduction, region = None, None
+    if not is_small(system):
+        corners = [
+            {first.name: float(a), second.name: float(b)}
+            for a in np.linspace(first.low, first.high, SAMPLES)
+            for b in np.linspace(second.low, second.high, SAMPLES)
+        ]
+        reduction, region = reduced_for(
+            system, wanted, corners, progress=progress, checkpoint=checkpoint
+        )
+    codes = np.zeros((first.n, second.n), dtype=np.int8)
+    growth = np.zeros((first.n, second.n))
+    noise = noise_of(system)
+    for i, a in enumerate(first.values):
+        progress(f"{first.name} = {a:.6g}")
+        for j, b in enumerate(second.values):
+            changes = {first.name: float(a), second.name: float(b)}
+            if reduction is not None and region is not None:
+                roots = reduction.values(region, changes)
+            else:
+                roots = roots_of_all(system, wanted, changes)
+            codes[i, j] = NAMES.index(verdict_of(roots, noise))
+            growth[i, j] = roots.real.max() if len(roots) else np.nan
+    return Chart(sides, codes, growth, reduction)

@@ -1,0 +1,172 @@
+"""Matrices of a system before anything is solved: what they are, their terms, their files."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.matrices import fingerprint, write_matrix
+from squeal.io.system import SystemFile
+from squeal.io.writing import new_folder, whole_folder, write_text
+from squeal.linear.matrices import EPS, norm_of
+from squeal.linear.system import Matrix, TermSystem
+from squeal.sparse.factor import definite, factorise
+
+CHECKED_ROWS = 20_000  # larger ones are not factorised for a report
+AGREES = 1e-9  # of the largest entry: what a third matrix may differ by
+
+
+def is_symmetric(matrix: Matrix) -> bool:
+    """True if A and A' differ by rounding only."""
+    rest = abs(matrix - matrix.T).max() if matrix.shape[0] else 0.0
+    return bool(rest <= 1e-12 * abs(matrix).max())
+
+
+def condition(matrix: Any) -> float:
+    """Reciprocal condition of a CSC array in the 1-norm, estimated, its diagonal scaled to one."""
+    from scipy.sparse import csc_array, diags_array
+    from scipy.sparse.linalg import LinearOperator, onenormest
+
+    size = np.sqrt(np.abs(matrix.diagonal()))
+    size = diags_array(1.0 / np.where(size > 0, size, 1.0))
+    scaled = csc_array(size @ matrix @ size)
+    try:
+        factor = factorise(scaled)
+    except ZeroDivisionError:
+        return 0.0
+    n = scaled.shape[0]
+    inverse = LinearOperator(
+        (n, n),
+        matvec=lambda b: factor.solve(np.ravel(b)),
+        rmatvec=lambda b: factor.solve(np.ravel(b).conj(), True).conj(),
+        dtype=scaled.dtype,
+    )
+    largest = float(onenormest(inverse)) if n > 4 else float(abs(inverse @ np.eye(n)).sum(0).max())
+    return 1.0 / (largest * float(abs(scaled).sum(axis=0).max()))
+
+
+def _words(matrix: Matrix) -> str:
+    """Symmetry, definiteness and condition of M or K."""
+    from scipy.sparse import csc_array
+
+    sparse = csc_array(matrix)
+    if np.iscomplexobj(sparse.data):
+        return "complex"
+    parts = ["symmetric" if is_symmetric(sparse) else "not symmetric"]
+    if sparse.shape[0] <= CHECKED_ROWS:
+        reciprocal = condition(sparse)
+        if reciprocal <= 4 * EPS:
+            parts.append("numerically singular")
+        elif parts[0] == "symmetric" and definite(sparse):
+            parts.append("positive definite")
+        else:
+            parts.append("regular")
+        parts.append(f"reciprocal condition {reciprocal:.2g}")
+    return ", ".join(parts)
+
+
+def system_checks(system: TermSystem) -> dict[str, str]:
+    """What is to be said of M, C and K at the system's parameters."""
+    M, C, K = system.at()
+    found = {"M": _words(M), "K": _words(K)}
+    if C is not None and norm_of(C):
+        found["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
+    return found
+
+
+def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
+    """Each matrix of a system file: its part, file, factor, size, symmetry and fingerprint."""
+    return [
+        {
+            "part": o.part,
+            "file": o.file or None,
+            "factor": o.factor,
+            "rows": int(o.matrix.shape[0]),
+            "nonzeros": int(o.matrix.nnz),
+            "symmetric": is_symmetric(o.matrix),
+            "fingerprint": fingerprint(o.matrix),
+        }
+        for o in file.origins
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Separation:
+    """CSC arrays K0 and K1; `error` is what a third matrix differs by, of its largest entry."""
+
+    constant: Any = field(repr=False)
+    linear: Any = field(repr=False)
+    error: float | None
+
+
+def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
+    """The terms of K = K0 + p K1 from K at two values of p, and what a third says to them.
+
+    Differences of a few roundings count as zero, so that K1 has the entries that depend on p
+    alone. Raises InputError for equal values or different shapes.
+    """
+    from scipy.sparse import csc_array
+
+    twice = next((v for i, v in enumerate(values) if v in values[:i]), None)
+    if twice is not None:
+        raise InputError(f"{twice:g}: is there twice; different values are allowed")
+    if len({matrix.shape for matrix in matrices}) != 1:
+        listed = " and ".join(str(m.shape[0]) for m in matrices)
+        raise InputError(f"matrices of {listed} rows are not allowed; they must be of one size")
+    (a, b), (A, B) = values[:2], (csc_array(m) for m in matrices[:2])
+    noise = 16 * EPS * max(abs(A).max(), abs(B).max())
+    difference = _without(B - A, noise)
+    linear = csc_array(difference / (b - a))
+    constant = _without(A - a * linear, noise)
+    error = None
+    if len(values) == 3:
+        rest = abs(constant + values[2] * linear - matrices[2])
+        error = float(rest.max() / abs(matrices[2]).max())
+    return Separation(constant, linear, error)
+
+
+def _without(matrix: Any, noise: float) -> Any:
+    from scipy.sparse import csc_array
+
+    found = csc_array(matrix)
+    found.data[np.abs(found.data) <= noise] = 0.0
+    found.eliminate_zeros()
+    return found
+
+
+def write_system(
+    folder: Path, system: TermSystem, suffix: str, more: str = ""
+) -> list[dict[str, Any]]:
+    """Write the terms of a system and a system file into a folder; a row for each matrix.
+
+    `more` is added to the system file. Raises InputError for what the format does not hold,
+    complex matrices among it; nothing is written then.
+    """
+    rows = []
+    lines = [f"name: {_quoted(system.name)}"]
+    own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
+    lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
+    with new_folder(folder), whole_folder(folder) as place:
+        for part in ("M", "C", "K"):
+            terms = getattr(system, part)
+            lines += [f"{part}:"] if terms else []
+            for i, term in enumerate(terms):
+                if np.iscomplexobj(term.matrix):
+                    raise InputError(
+                        f"{part}: is complex (structural damping) and cannot be written; damping "
+                        "by rayleigh or ratios can"
+                    )
+                name, text = f"{part}{i}.{suffix}", term.factor.text
+                write_matrix(place / name, term.matrix, part)
+                lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
+                row = {"part": part, "file": name, "factor": text}
+                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
+        write_text(place / "system.yaml", "\n".join(lines) + f"\n{more}")
+    return rows
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
