@@ -90,7 +90,7 @@ def test_a_band_without_roots_has_a_verdict_of_its_own(flutters, folder, capsys)
     found = answer(capsys, "eigenvalues", path, *options, "--png", path.with_suffix(".png"))
     assert [row["verdict"] for row in found["sweep"]] == [None] * 2
     lines = path.with_suffix(".csv").read_text().splitlines()[1:]
-    assert [(line[:3], line[-8:]) for line in lines] == [("0.0", ",no root"), ("1.0", ",no root")]
+    assert [(line[:3], line[-8:]) for line in lines] == [("0.0", ".0,,,,,,"), ("1.0", ".0,,,,,,")]
 
 
 def test_a_chart_tells_points_without_roots(flutters, capsys):
