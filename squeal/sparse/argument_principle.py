@@ -111,26 +111,13 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: Quadratic, disc: Disc, known: ComplexArray, progress: Progress = quiet
 ) -> int | None:
-    """The number of roots of P inside a disc, multiple ones counted as often.
+    """The number of roots of P inside a disc, multiple ones counted as often; None if 48
+    determinants do not settle it.
 
-    Parameters
-    ----------
-    problem : Quadratic
-    disc : Disc
-        A root on its outline makes the number depend on rounding.
-    known : array (m,)
-        Roots in and around it, of real matrices with their conjugates. A root that is left out is
-        counted all the same; one outside the disc and near it costs determinants.
-
-    Returns
-    -------
-    int or None
-        None if 48 determinants do not settle it.
-
-    Raises
-    ------
-    ComputationError
-        If P is singular everywhere.
+    `known` (m,) are roots in and around it, of real matrices with their conjugates. A root that is
+    left out is counted all the same; one outside the disc and near it costs determinants, and one
+    on its outline makes the number depend on rounding. Raises ComputationError if P is singular
+    everywhere.
     """
     half = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
     logs: dict[int, complex] = {}  # by number of the finest steps

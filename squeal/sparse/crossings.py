@@ -29,39 +29,17 @@ from squeal.sparse.reduction import Reduction
 
 @dataclass(frozen=True)
 class AlongOptions:
-    """When the roots of a reduced system are in doubt, and what following them may cost.
+    """When the roots of a reduced system are in doubt, and what following them may cost."""
 
-    Parameters
-    ----------
-    least : float
-        Shortest step, of the range.
-    states : int
-        Values at which roots are computed; beyond, no step is halved.
-    doubt : float
-        Part of its way by which the slopes may miss a root that counts as matched.
-    near : float
-        Part of |lambda| by which they always may.
-    rounding : float
-        Part of |lambda|: real parts of reduced roots below it may be rounding.
-    real : float
-        Part of the region's highest imaginary part: below, a root of real matrices is real.
-    same : float
-        Crossings closer than this part of their value are one.
-    steps : int
-        Of Newton's method.
-    converged : float
-        Step relative to p and omega with which it ends; its error is the square.
-    """
-
-    least: float = 2.0**-40
-    states: int = 600
-    doubt: float = 0.25
-    near: float = 1e-4
-    rounding: float = 1e-10
-    real: float = 1e-6
-    same: float = 1e-7
-    steps: int = 20
-    converged: float = 1e-12
+    least: float = 2.0**-40  # shortest step, of the range
+    states: int = 600  # values at which roots are computed; beyond, no step is halved
+    doubt: float = 0.25  # of its way: how far the slopes may miss a root that counts as matched
+    near: float = 1e-4  # of |lambda|: ... or this
+    rounding: float = 1e-10  # of |lambda|: real parts of reduced roots that may be rounding
+    real: float = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
+    same: float = 1e-7  # relative: crossings closer than this are one
+    steps: int = 20  # of Newton's method
+    converged: float = 1e-12  # step relative to p and omega; its error is the square
 
 
 OPTIONS = AlongOptions()

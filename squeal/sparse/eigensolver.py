@@ -13,8 +13,8 @@ of them gives multiple roots, real ones and conjugates, and rigid bodies as the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,52 +30,28 @@ from squeal.sparse.quadratic import Array, ComplexArray, Quadratic, Roots, combi
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """What a search for roots may cost, and when it is content.
+    """What a search for roots may cost, and when it is content."""
 
-    Parameters
-    ----------
-    steps : int
-        Columns of a subspace; what it does not reach is left to other shifts.
-    block : int
-        Vectors of a step: roots of that multiplicity are found at once.
-    rough : float
-        Residual of a Ritz value that counts as found.
-    exact : float
-        Backward error of right and left vectors with which corrections end.
-    accepted : float
-        The same that suffices where they gain no more.
-    rounds : int
-        Corrections.
-    beyond : float
-        How far around a region roots are wanted, relative: the count then needs fewer
-        determinants. Each further attempt wants 0.3 more.
-    pieces : int
-        Shifts before a region is refused.
-    attempts : int
-        Starts for a region whose count tells of missing roots.
-    """
-
-    steps: int = 180
-    block: int = 3
-    rough: float = 1e-4
-    exact: float = 1e-13
-    accepted: float = 2e-9
-    rounds: int = 12
-    beyond: float = 1.6
-    pieces: int = 200
-    attempts: int = 3
+    steps: int = 180  # columns of a subspace; what it does not reach is left to other shifts
+    block: int = 3  # vectors of a step: roots of that multiplicity are found at once
+    rough: float = 1e-4  # residual of a Ritz value that counts as found
+    exact: float = 1e-13  # backward error of right and left vectors with which corrections end
+    accepted: float = 2e-9  # the same that suffices where they gain no more
+    rounds: int = 12  # corrections
+    beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
+    pieces: int = 200  # shifts before a region is refused
+    attempts: int = 3  # starts for a region whose count tells of missing roots
 
 
 OPTIONS = SolverOptions()
 
 
-@dataclass(frozen=True, eq=False)
-class Near:
+class Near(NamedTuple):
     """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
     shift: complex
     values: ComplexArray  # (m,) by distance
-    vectors: ComplexArray = field(repr=False)  # (n, m) of unit length, or (n, 0)
+    vectors: ComplexArray  # (n, m) of unit length, or (n, 0)
     reach: float
 
 
@@ -193,10 +169,7 @@ def near_roots(
     options: SolverOptions,
     progress: Progress,
 ) -> tuple[Near, Factor]:
-    """Roots near a shift until they are `enough` or the subspace is full, and P(shift) factorised.
-
-    Raises ComputationError if P is singular everywhere.
-    """
+    """Roots near a shift until they are `enough` or no more can be had, and P(shift) factorised."""
     progress(f"factorising {problem.n} rows at {shift:.6g}")
     shift, factor = factorise_at(problem, shift, single)
     rng = np.random.default_rng(seed)
@@ -211,12 +184,13 @@ def corrected(
     factor: Factor,
     V: Array,
     region: Region,
-    exact: float,
     options: SolverOptions,
 ) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
     and a factor of P near them; None if they do not come to be good."""
-    space, before = _Space(problem, V), np.inf
+    if not V.size:
+        return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
+    space, before, exact = _Space(problem, V), np.inf, options.exact
     mirrors = problem.real and isinstance(region, Disc) and region.centre.imag == 0.0
     for _ in range(options.rounds):
         M, C, K = space.parts
@@ -301,57 +275,36 @@ def modes_in(
 
     The region is divided until one subspace each finds all roots around it. If the count tells of
     more roots than are listed, the search starts again in double precision from more vectors.
-
-    Parameters
-    ----------
-    problem : Quadratic
-    region : Rectangle
-    certify : bool
-        Whether the roots are counted.
-    progress : callable
-    start : array (n, d), optional
-        Orthonormal vectors that nearly hold the modes, which save corrections.
-    exact : float, optional
-        Backward error that suffices, if not that of the options.
-    options : SolverOptions
-
-    Raises
-    ------
-    ComputationError
-        If the region holds too many roots, or some that rounding hides.
+    Orthonormal vectors `start` (n, d) that nearly hold the modes save corrections, whose backward
+    error is `exact`, if not that of the options. Raises ComputationError if the region holds too
+    many roots, or some that rounding hides.
     """
-    piece = _Pieces(problem, certify, progress, start, exact or options.exact, options)
-    todo, sure = [region], True
-    found: list[tuple[Roots, int | None]] = []
+    options = options if exact is None else replace(options, exact=exact)
+    V = np.zeros((problem.n, 0)) if start is None else start
+    none = np.zeros((problem.n, 0), dtype=complex)
+    found, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
+    todo, shifts, inner = [region], 0, region.widened(-1e-9)
     while todo:
-        if piece.shifts >= options.pieces:
-            number = sum(len(roots.values) for roots, _ in found)
+        if shifts >= options.pieces:
             raise ComputationError(
-                f"the region holds too many roots: {number} after {piece.shifts} shifts; a "
+                f"the region holds too many roots: {len(found.values)} after {shifts} shifts; a "
                 "narrower band or region is required"
             )
         part = todo.pop()
-        answer = piece.solved(part)
+        answer, tried = _around(problem, part, certify, V, progress, options)
+        shifts += tried
         if isinstance(answer, Near):
-            halves = _halves(part, answer)
-            todo += halves
+            todo += _halves(part, answer)
             continue
-        roots, count = answer
+        roots, lacking = answer
         # a root on the border of two parts might be in both of them, or in none
-        edge = part.widened(1e-9).contains(roots.values) & ~part.widened(-1e-9).contains(
-            roots.values
-        )
-        sure &= not np.any(edge & region.widened(-1e-9).contains(roots.values))
-        roots = roots.picked(part.contains(roots.values))
-        found.append((roots, count))
-    roots = found[0][0]
-    for other, _ in found[1:]:
-        roots = roots.joined(other)
-    missing = [count for _, count in found]
-    total = None
-    if certify and sure and all(m is not None for m in missing):
-        total = len(roots.values) + sum(m or 0 for m in missing)
-    return Modes(listed(problem, roots), region, total, piece.shifts, roots)
+        edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
+        if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
+            missing = None
+        missing = None if missing is None or lacking is None else missing + lacking
+        found = found.joined(roots.picked(part.contains(roots.values)))
+    count = None if missing is None else len(found.values) + missing
+    return Modes(listed(problem, found), region, count, shifts, found)
 
 
 def _halves(region: Rectangle, near: Near) -> list[Rectangle]:
@@ -371,71 +324,61 @@ def _halves(region: Rectangle, near: Near) -> list[Rectangle]:
     return [Rectangle(a, b, c, cut), Rectangle(a, b, cut, d)]
 
 
-@dataclass
-class _Pieces:
-    """The search for the roots of one part of a region after the other."""
+def _around(
+    problem: Quadratic,
+    region: Rectangle,
+    certify: bool,
+    V: Array,
+    progress: Progress,
+    options: SolverOptions,
+) -> tuple[Near | tuple[Roots, int | None], int]:
+    """The roots in and around a part with how many are missing among them (None if that is not
+    known), or what one subspace shows where it does not reach around the part; and the shifts."""
+    # beside the middle: a root exactly there would hide all others from single precision
+    shift = region.centre + (0.03 + 0.04j) * region.radius
+    aside = abs(shift - region.centre)
+    best: tuple[Roots, int | None] | None = None
+    for attempt in range(options.attempts):
+        wanted = aside + (options.beyond + 0.3 * attempt) * region.radius
 
-    problem: Quadratic
-    certify: bool
-    progress: Progress
-    start: Array | None
-    exact: float
-    options: SolverOptions
-    shifts: int = 0
+        def enough(near: Near, wanted: float = wanted) -> bool:
+            return near.reach >= wanted
 
-    def solved(self, region: Rectangle) -> Near | tuple[Roots, int | None]:
-        """The roots in and around a part with how many are missing among them (None if that is not
-        known), or what one subspace shows where it does not reach around the part."""
-        problem, options = self.problem, self.options
-        V = np.zeros((problem.n, 0)) if self.start is None else self.start
-        # beside the middle: a root exactly there would hide all others from single precision
-        shift = region.centre + (0.03 + 0.04j) * region.radius
-        aside = abs(shift - region.centre)
-        best: tuple[Roots, int | None] | None = None
-        for attempt in range(options.attempts):
-            wanted = aside + (options.beyond + 0.3 * attempt) * region.radius
-
-            def enough(near: Near, wanted: float = wanted) -> bool:
-                return near.reach >= wanted
-
-            near, factor = near_roots(
-                problem, shift, region.radius, enough, attempt, not attempt, options, self.progress
-            )
-            self.shifts += 1
-            reach = near.reach - aside
-            if reach < 1.02 * region.radius:
-                if attempt or reach > 0.3 * region.radius:
-                    return near
-                continue  # single precision may be what hides them
-            V = enlarged(V, near.vectors, 1e-6) if near.vectors.size else V
-            disc = disc_around(region, near.values, reach)
-            within: Region = disc if self.certify else region.widened(1e-6)
-            roots = self._roots(factor, V, within, near)
-            if roots is None:
-                continue
-            if not self.certify:
-                best = roots, None  # those close to the border may lie on its other side
-                if np.sum(region.widened(-0.01).contains(near.values)) <= len(roots.values):
-                    break
-                continue
-            outside = near.values[~disc.contains(near.values)]
-            count = count_roots(
-                problem, disc, np.concatenate([roots.values, outside]), self.progress
-            )
+        near, factor = near_roots(
+            problem, shift, region.radius, enough, attempt, not attempt, options, progress
+        )
+        reach = near.reach - aside
+        if reach < 1.02 * region.radius:
+            if attempt or reach > 0.3 * region.radius:
+                return near, attempt + 1
+            continue  # single precision may be what hides them
+        V = enlarged(V, near.vectors, 1e-6)
+        disc = disc_around(region, near.values, reach)
+        roots = corrected(problem, factor, V, disc if certify else region.widened(1e-6), options)
+        if roots is None:
+            continue
+        if certify:
+            count = _counted(problem, disc, roots, near, progress)
             best = roots, None if count is None else count - len(roots.values)
             if best[1] == 0:
                 break
-        if best is None:
-            raise ComputationError(
-                f"the roots around {region.centre:.6g} were not found: rounding hides them"
-            )
-        return best
+        else:
+            best = roots, None  # those close to the border may lie on its other side
+            if np.sum(region.widened(-0.01).contains(near.values)) <= len(roots.values):
+                break
+    if best is None:
+        raise ComputationError(
+            f"the roots around {region.centre:.6g} were not found: rounding hides them"
+        )
+    return best, attempt + 1
 
-    def _roots(self, factor: Factor, V: Array, region: Region, near: Near) -> Roots | None:
-        if not V.size:
-            none = np.zeros((self.problem.n, 0), dtype=complex)
-            return Roots(np.zeros(0, dtype=complex), none, none)
-        return corrected(self.problem, factor, V, region, self.exact, self.options)
+
+def _counted(
+    problem: Quadratic, disc: Disc, roots: Roots, near: Near, progress: Progress
+) -> int | None:
+    """How many roots lie in a disc that holds these, with others around it that are known."""
+    outside = near.values[~disc.contains(near.values)]
+    return count_roots(problem, disc, np.concatenate([roots.values, outside]), progress)
 
 
 def lowest_modes(
@@ -448,7 +391,7 @@ def lowest_modes(
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
     The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
-    root beyond, so that equal ones are in it together.
+    root beyond, so that equal ones are in it together. Raises ComputationError.
     """
     # a first look sets the scale, so that the discs end where roots do
     held = 10 * np.sqrt(64 * EPS) * problem.rate  # what is slower may be a rigid body
@@ -457,28 +400,25 @@ def lowest_modes(
     def four(near: Near) -> bool:
         return int(np.sum(np.abs(near.values) > held)) >= 4
 
-    look, _ = near_roots(problem, shift, abs(shift), four, 0, False, options, progress)
-    sizes = np.abs(look.values)
-    scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else abs(shift)
-    shift, V = complex(0.3 * scale), np.zeros((problem.n, 0))
-
     def within(near: Near) -> bool:
         far = (near.reach - abs(near.shift)) / 1.5
         return int(np.sum(np.abs(near.values) < far)) > 2 * modes
 
+    look, _ = near_roots(problem, shift, abs(shift), four, 0, False, options, progress)
+    sizes = np.abs(look.values)
+    scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else abs(shift)
+    V = np.zeros((problem.n, 0))
     for attempt in range(options.attempts):
-        near, factor = near_roots(problem, shift, scale, within, attempt, False, options, progress)
+        near, factor = near_roots(
+            problem, complex(0.3 * scale), scale, within, attempt, False, options, progress
+        )
         V = enlarged(V, near.vectors, 1e-6)
         region = Disc(_end(near.values, modes, near.reach - abs(near.shift), held))
-        roots = corrected(problem, factor, V, region, options.exact, options)
+        roots = corrected(problem, factor, V, region, options)
         if roots is None:
             continue
-        count = None
-        if certify:
-            outside = near.values[~region.contains(near.values)]
-            known = np.concatenate([roots.values, outside])
-            count = count_roots(problem, region, known, progress)
-        if not certify or count is None or count <= len(roots.values):
+        count = _counted(problem, region, roots, near, progress) if certify else None
+        if count is None or count <= len(roots.values):
             return Modes(listed(problem, roots), region, count, attempt + 2, roots)
     raise ComputationError("the lowest roots were not found: rounding hides them")
 

@@ -7,6 +7,7 @@ random vectors estimate.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +29,7 @@ SAMPLES = 20  # full solutions before a reduction is given up
 Changes = Mapping[str, float]
 
 
-@dataclass(frozen=True, eq=False)
-class ReducedModes:
+class ReducedModes(NamedTuple):
     """Roots (m,) of the reduced system in a region, with backward errors in the full one.
 
     The errors are estimates from random vectors, within a factor of two. `spurious` others were
@@ -37,16 +37,15 @@ class ReducedModes:
     """
 
     values: ComplexArray
-    vectors: ComplexArray = field(repr=False)  # (d, m), of unit length
+    vectors: ComplexArray  # (d, m), of unit length
     residuals: Array
     spurious: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class Begun:
+class Begun(NamedTuple):
     """A basis (n, d) that a reduction has come to, and the indices of the values that made it."""
 
-    vectors: Array = field(repr=False)
+    vectors: Array
     samples: tuple[int, ...]
 
 
