@@ -119,7 +119,13 @@ def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
     (a, b), (A, B) = values[:2], (csc_array(m) for m in matrices[:2])
     noise = 16 * EPS * max(abs(A).max(), abs(B).max())
     difference = _without(B - A, noise)
-    linear = csc_array(difference / (b - a))
+    with np.errstate(over="ignore"):
+        linear = csc_array(difference / (b - a))
+    if not np.isfinite(linear.data).all():
+        raise InputError(
+            f"the matrices at {a:g} and {b:g}: their difference over that of the values is not "
+            "finite; values farther apart are allowed"
+        )
     constant = _without(A - a * linear, noise)
     error = None
     if len(values) == 3:
