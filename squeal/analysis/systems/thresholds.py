@@ -14,8 +14,7 @@ from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
 from squeal.io.journal import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
-from squeal.linear.changes import Place, VerdictChange, Verdicts
-from squeal.linear.crossing import TIGHT
+from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.search import search
