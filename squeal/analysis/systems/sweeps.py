@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.roots import NO_ROOT, system_roots
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError, InputWarning
-from squeal.io.journal import Checkpoint
+from squeal.io.writing import Checkpoint
 from squeal.linear import GROWING, VERDICTS
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem

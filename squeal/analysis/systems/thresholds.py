@@ -12,7 +12,7 @@ import numpy as np
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.io.journal import Checkpoint
+from squeal.io.writing import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
 from squeal.linear.eigen import ComplexArray
