@@ -27,7 +27,6 @@ from squeal.linear.search import (
     Counter,
     Searched,
     difference,
-    explained,
     fastest_first,
     growing,
     growing_pairs,
@@ -278,23 +277,18 @@ def _beside(line: Continuation, interval: tuple[float, float], above: bool) -> f
 
 
 def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
-    line = found.line
     for k, place in enumerate(found.places):
         change = changes.get(k)
-        if explained(place, found.stretches[k].growth, found.stretches[k + 1].growth):
-            leads = tuple(_leads(line, place, change).values()) if change else ()
-            for c in place:
-                changing = change is not None and (c in leads or not any(leads))
-                yield c.crossing(_mode(line, c), changing, _residual(c))
-        elif (interval := _interval(place)) is not None:
-            below, above = ((line, _beside(line, interval, way)) for way in (False, True))
-            yield from _counted(place[0].value, interval, below, above, change is not None)
+        leads = tuple(_leads(found.line, place, change).values()) if change else ()
+        for c in place:
+            changing = change is not None and (c in leads or not any(leads))
+            yield c.crossing(_mode(found.line, c), changing, _residual(c))
 
 
 def _jump(
     at: float, before: Searched, after: Searched
 ) -> tuple[list[CriticalPoint], list[Crossing]]:
-    """What changes at a breakpoint."""
+    """What changes at a breakpoint, of which only the numbers on both sides are known."""
     sides = (before.line, before.line.high), (after.line, after.line.low)
     below, above = (growth_at(*side).verdict for side in sides)
     points = []
@@ -303,20 +297,11 @@ def _jump(
         omegas = growing_pairs(*sides[grows]) if (above if grows else below) == "flutter" else []
         hertz = next(iter(omegas), 0.0) / (2 * math.pi)
         points = [CriticalPoint(at, above if grows else "restabilised", hertz, (at, at), True)]
-    return points, list(_counted(at, (at, at), *sides, below != above))
-
-
-def _counted(
-    mu: float,
-    interval: tuple[float, float],
-    below: tuple[Continuation, float],
-    above: tuple[Continuation, float],
-    changes: bool,
-) -> Iterator[Crossing]:
-    """Crossings of which only the number is known, as at a jump."""
-    for omega, way in difference(below, above):
-        mode = _number(*(above if way > 0 else below), omega, 1e-6)
-        yield Event(mu, omega, way, interval).crossing(mode, changes, None)
+    crossed = []
+    for omega, way in difference(*sides):
+        mode = _number(*sides[way > 0], omega, 1e-6)
+        crossed.append(Event(at, omega, way, (at, at)).crossing(mode, below != above, None))
+    return points, crossed
 
 
 def _mode(line: Continuation, c: Event) -> int:
