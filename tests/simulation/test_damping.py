@@ -11,11 +11,9 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.article.findings.work import contact_work
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
-from squeal.io.scene import Damping, Scene, read_scene
+from squeal.io.scene import Damping, read_scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.model.pad import Pad
 from squeal.simulation import simulate
-from squeal.simulation.cycles import variations
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
 from tests.simulation.closed import assert_moves_so
@@ -104,17 +102,6 @@ def test_works_balance(name):
     assert not contact_work(dataclasses.replace(one, damping=None)).course.damping.any()
 
 
-def test_phase_space_shrinks_by_the_trace_of_damping():
-    one = scene("b1-c")
-    one = dataclasses.replace(one, stop=0.2 * one.stop)
-    found = variations(one)
-    _, logarithm = np.linalg.slogdet(found.matrix)
-    mass = np.array([one.pad.m, one.pad.m, one.pad.I])
-    rate = float(np.sum(np.diag(C) / mass))
-    total = logarithm + 6 * found.logarithm
-    assert total == pytest.approx(-rate * one.stop, rel=1e-3)
-
-
 def test_damping_that_has_no_modes_to_refer_to_is_refused():
     ratios = Damping(ratios=(0.01, 0.02, 0.03))
     scene = dataclasses.replace(read_scene(SCENES / "b3.yaml"), damping=ratios).replace(k_c=1e9)
@@ -127,24 +114,6 @@ def test_damping_that_has_no_modes_to_refer_to_is_refused():
     assert damping_matrix(scene).any()
     with pytest.raises(ComputationError, match="without friction the pad has no place of rest"):
         damping_matrix(scene.replace(y0=scene.pad.w))  # held far off the surface
-
-
-def test_a_damped_pad_of_upright_springs_in_closed_form():
-    # one degree of freedom, never apart: y'' + 2 d y' + w^2 y = 0 about the sag
-    k, m, c, F = 4e5, 2.0, 90.0, 400.0
-    upright = {"alpha1": np.pi / 2, "alpha2": np.pi / 2, "L1": 0.4, "L2": 0.4, "mu": 0.0}
-    pad = Pad(m=m, w=0.05, h=0.02, k1=k, k2=k, k3=k, k4=k, F_n=F, **upright)
-    d, w = c / (2 * m), np.sqrt(4 * k / m)
-    turn = np.sqrt(w * w - d * d)
-    rows = ((0.0, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, 0.0))
-    one = Scene(
-        "B1", pad, stop=0.05, samples=101, outputs=("history",), damping=Damping(matrix=rows)
-    )
-    found = simulate(one)
-    assert found.history is not None
-    t, sag = found.history["t"], F / (4 * k)
-    y = -sag + sag * np.exp(-d * t) * (np.cos(turn * t) + d / turn * np.sin(turn * t))
-    assert np.abs(found.history["y"] - y).max() < 1e-12 * sag * 10
 
 
 @needs_heyoka

@@ -12,11 +12,9 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
 from squeal.simulation import simulate
-from squeal.simulation.hybrid import Options, integrate
-from squeal.simulation.observers import Events
+from squeal.simulation.hybrid import integrate
 from squeal.simulation.run import in_natural_units
-from squeal.simulation.scipy_solver import SciPyIntegrator
-from tests.conftest import BACKENDS, HEYOKA, needs_heyoka, random_pad
+from tests.conftest import BACKENDS, HEYOKA, needs_heyoka
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce
 
@@ -144,28 +142,6 @@ def test_sliding_is_lost_however_narrowly(excess):
     if excess > 0:
         lost = math.asin(1 / (1 + excess)) / rate
         assert result.sliding_lost_at == pytest.approx(lost, rel=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(100, 106))
-@needs_heyoka
-def test_events_of_random_pads_against_scipy_with_short_steps(seed):
-    r = np.random.default_rng(seed)
-    angles = r.uniform(0.1, 3.0, 2)
-    pad = random_pad(seed, alpha1=angles[0], alpha2=angles[1])
-    model_name: Model = "B1" if seed % 2 else "B2"
-    pad = pad.replace(k_c=None) if model_name == "B1" else pad.replace(k3=None, k4=None)
-    start = (0.0, r.uniform(-0.02, 0.01), r.uniform(-0.01, 0.01), 0.0, 0.0, 0.0)
-    scene = Scene(model_name, pad, initial=start, stop=15.0, samples=2)
-    units, model, first, stop = in_natural_units(scene)
-    theirs = SciPyIntegrator(model, 1e-13, Options(scipy_step=0.05))
-    found = []
-    for integrator in (TaylorIntegrator(model, 1e-15), theirs):
-        events = Events()
-        integrate(model, integrator, units, first, stop, [events])
-        found.append(events.result()["events"])
-    ours, scipy = found
-    assert [(e.source, e.target) for e in ours] == [(e.source, e.target) for e in scipy]
-    assert [e.t for e in ours] == pytest.approx([e.t for e in scipy], abs=1e-9)
 
 
 PLAIN = {

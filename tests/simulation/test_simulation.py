@@ -156,12 +156,3 @@ def test_other_units_give_the_same_motion(stem):
     scale = np.array([1.0, 1e-4, 1e-4, 1e-3, 1.0, 1.0, 10.0])
     assert np.all(np.abs(back - one.final) < 1e-11 * scale)
     assert [e.target for e in one.events] == [e.target for e in two.events]
-
-
-def test_only_what_is_asked_for_is_there():
-    scene = bounce(upright(), 1e-3, 0.02, outputs=("shares",))
-    result = simulate(scene)
-    assert result.events is None
-    assert result.extrema is None
-    assert result.history is None
-    assert sum(result.shares.values()) == pytest.approx(1.0, abs=1e-13)

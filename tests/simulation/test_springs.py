@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from squeal.article.claims.motions import measures
-from squeal.article.findings.work import contact_work
 from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
@@ -124,13 +123,6 @@ def test_measures_of_edges_are_refused():
         simulate_many(
             "BN", stack([upright(**SPRUNG)]), np.full((1, 6), -1e-3), 1e-3, measure=measures
         )
-
-
-def test_the_normal_reaction_gives_back_what_it_took():
-    """With friction too: the springs have a potential."""
-    work = contact_work(on_springs(line("a", 0.25), 9))
-    assert abs(work.fed) < 1e-9 * work.kinetic
-    assert abs(work.friction) > 1e-3 * work.kinetic
 
 
 @pytest.mark.parametrize("count", [2, 3, 8])

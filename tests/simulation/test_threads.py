@@ -8,10 +8,7 @@ import pytest
 from squeal.io.scene import Scene
 from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many, stack
-from tests.conftest import HEYOKA, needs_heyoka, random_pad
-
-if HEYOKA:
-    pass
+from tests.conftest import needs_heyoka, random_pad
 
 THREADS, COUNT = 4, 12
 

@@ -18,6 +18,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
+from squeal.article.cycles import Cycle, Shooting
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
@@ -28,7 +29,6 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
 from squeal.model.equations import PadModel, natural_units
-from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.simulation.observers import Change, Events, Extrema
 

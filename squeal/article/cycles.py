@@ -16,11 +16,10 @@ from functools import partial
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene
 from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
 from squeal.simulation.hybrid import Course, Observer, Steps, integrate, state_rates
-from squeal.simulation.run import in_natural_units, make_integrator
+from squeal.simulation.run import make_integrator
 
 PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
 TOLERANCE = 1e-12  # of the integration
@@ -38,7 +37,6 @@ class Variations(Observer):
         self._model = model
         self.matrix = np.eye(6)
         self.logarithm = 0.0  # of the factor taken out of the matrix
-        self.t = 0.0
 
     def _rates(self, steps: Steps, share: float) -> np.ndarray:
         """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
@@ -74,28 +72,6 @@ class Variations(Observer):
             factor = float(np.abs(self.matrix).max())
             self.matrix /= factor
             self.logarithm += math.log(factor)
-        self.t = float(course.t1[0])
-
-    @property
-    def exponent(self) -> float:
-        """Largest Lyapunov exponent over the motion so far, per unit of time."""
-        return self.logarithm / self.t
-
-
-def variations(scene: Scene, longer: float = 1.0) -> Variations:
-    """Small deviations along a scene's motion, over `longer` times its time or till its model ends.
-
-    Raises ComputationError if that is at once.
-    """
-    units, model, start, stop = in_natural_units(scene)
-    watch = Variations(model)
-    integrator = make_integrator(model, scene.tolerance, "auto")
-    try:
-        integrate(model, integrator, units, start, longer * stop, [watch])
-    except ComputationError:
-        if watch.t == 0.0:
-            raise
-    return watch
 
 
 @dataclass(frozen=True, eq=False)

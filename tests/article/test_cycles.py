@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from squeal.analysis.thresholds import critical_friction
+from squeal.article.cycles import Cycle, Shooting
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 from tests.conftest import hammering_scene, needs_heyoka
