@@ -12,8 +12,6 @@ from squeal.linear.events import hertz_of
 from squeal.linear.verdict import UnstableCount
 
 TIGHT = 1e-9  # of mu: an interval shorter than this has converged
-HALVINGS = 5  # of a step in which growth may change hands twice
-COARSE = 8  # halvings before a meeting of two roots is looked for
 
 Count = Callable[[float], UnstableCount]
 """p -> what grows at p."""
@@ -132,17 +130,17 @@ class Verdicts:
     ) -> Iterator[VerdictChange]:
         """Changes from one mark to the next, which may lie beyond a place of crossings."""
         if "quiet" not in (a.verdict, b.verdict):
-            yield from self._between(a, b, HALVINGS)
+            yield from self._between(a, b)
         elif place is not None and a.verdict != "quiet":
             end = _Mark(place.value, a.growth, _only(place.ends, a.verdict))
-            yield from self._between(a, end, HALVINGS)
+            yield from self._between(a, end)
             yield VerdictChange(place.value, 0.0, end.verdict, b.verdict, index)
         elif place is not None and b.verdict != "quiet":
             start = _Mark(place.value, b.growth, _only(place.begins, b.verdict))
             yield VerdictChange(place.value, 0.0, "quiet", start.verdict, index)
-            yield from self._between(start, b, HALVINGS)
+            yield from self._between(start, b)
 
-    def _between(self, a: _Mark, b: _Mark, depth: int) -> Iterator[VerdictChange]:
+    def _between(self, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
         """Where growth changes hands between two marks."""
         if not b.value > a.value:
             return
@@ -179,7 +177,8 @@ class Verdicts:
         for k in range(120):
             low, high = a.value, b.value
             level = a.growth.numbers == b.growth.numbers and a.verdict != b.verdict
-            if k == COARSE and not level and (met := self.meeting(low, high)) is not None:
+            # a few halvings before a meeting of two roots is looked for
+            if k == 8 and not level and (met := self.meeting(low, high)) is not None:
                 return met
             if high - low <= 4 * np.spacing(max(abs(low), abs(high))):
                 break

@@ -75,6 +75,10 @@ class ContinuationOptions:
         Part of its greatest value by which a factor of a term may bend within a step.
     wide : float
         Part of the range that an interval of a certified search may take.
+    aside : float
+        Part of a step at which it is divided.
+    alike : float
+        Part of a frequency by which roots may differ that may be one.
     """
 
     steps: int = 24
@@ -88,6 +92,8 @@ class ContinuationOptions:
     sure: float = 4.0
     resolved: float = 0.02
     wide: float = 1e-4
+    aside: float = 0.4837
+    alike: float = 1e-3
 
 
 def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:

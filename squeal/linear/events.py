@@ -30,7 +30,6 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.matrices import EPS, Array, norm_of
 
-ASIDE = 0.4837  # of a step: where it is divided
 FINE = 101  # points at which a pair's roots are looked at
 ROUNDS = 25  # of Newton's method, and of inverse iteration
 SMALL = 40  # rows up to which loading SciPy costs more than it saves
@@ -134,7 +133,7 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     for k in doubtful:  # the best there is if no step can be halved any more
         guesses += _singles(step, k, form, False)
     touches = known if form == "damped" else known & real
-    return guesses, ASIDE if doubtful else _touch(step, touches, high - low)
+    return guesses, step.options.aside if doubtful else _touch(step, touches, high - low)
 
 
 def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:

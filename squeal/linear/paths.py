@@ -23,9 +23,6 @@ from squeal.linear.search import grows
 from squeal.linear.system import System, check_system, matrices_at, values_of
 from squeal.linear.thresholds import Thresholds
 
-AT_ONCE = 1e-9  # of the range: what begins to grow here grows from its start on
-BESIDE = 1e-6  # of the range: so close to a crossing rounding may hide it
-
 
 @dataclass(frozen=True, eq=False)
 class TrackedModes:
@@ -156,7 +153,7 @@ def _onsets(found: Thresholds, mu: float) -> Iterator[tuple[complex, float | Non
             for k in np.flatnonzero(now & ~grew):
                 hertz = line.omega(complex(state.roots[k])) / (2 * np.pi)
                 own = min(fresh, key=lambda c: abs(c.frequency_hz - hertz), default=None)
-                at_once = own is None or own.mu - low <= AT_ONCE * (mu - low)
+                at_once = own is None or own.mu - low <= line.options.same * (mu - low)
                 onset[k] = np.nan if own is None or at_once else own.mu
         grew, before = now, (line, state)
     for k in np.flatnonzero(grew):
@@ -165,7 +162,7 @@ def _onsets(found: Thresholds, mu: float) -> Iterator[tuple[complex, float | Non
 
 def _looked_at(found: Thresholds, mu: float) -> Iterator[tuple[Continuation, State]]:
     """The states up to mu, without those next to a crossing, and that at mu."""
-    margin = BESIDE * (mu - found.searched[0].line.low)
+    margin = 1e-6 * (mu - found.searched[0].line.low)  # rounding may hide what grows there
     for part in found.searched:
         line = part.line
         for p in [s.value for s in line.states if line.low <= s.value < min(mu, line.high)]:

@@ -30,7 +30,7 @@ from squeal.linear.continuation import (
     Step,
 )
 from squeal.linear.eigen import hidden
-from squeal.linear.events import ASIDE, Event, certain, guesses_of, located, windows
+from squeal.linear.events import Event, certain, guesses_of, located, windows
 from squeal.linear.light import Slow
 from squeal.linear.matrices import checked, norm_of, reduce
 from squeal.linear.system import System, TermSystem, dense
@@ -38,8 +38,6 @@ from squeal.linear.verdict import UnstableCount
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
-
-ALIKE = 1e-3  # of a frequency: roots that may be one
 
 
 def grows(state: State) -> Bools:
@@ -201,7 +199,7 @@ class _Walk:
         several = any(one.doubtful for _, one in step.meetings)
         divide = share
         if bent or (several and len(along.states) < self.budget / 2):
-            divide = ASIDE
+            divide = along.options.aside
         if divide is not None and depth > 0 and len(along.states) < self.budget:
             middle = low + divide * (high - low)
             if low < middle < high:
@@ -289,7 +287,7 @@ class _Walk:
     def _middle(self, a: float, b: float, inside: list[Event]) -> float | None:
         """Where to halve, beside the intervals of events; None where there is no room for that."""
         least = max(1e-10 * self.wide, 4 * float(np.spacing(max(abs(a), abs(b)))))
-        tried = [a + ASIDE * (b - a)]
+        tried = [a + self.along.options.aside * (b - a)]
         tried += [one.interval[k] + way * least for one in inside for k, way in ((0, -1), (1, 1))]
         for p in tried:
             free = all(not c.interval[0] - least < p < c.interval[1] + least for c in inside)
@@ -300,7 +298,7 @@ class _Walk:
     def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
         """The located event of that frequency and direction between low and high."""
         for one in self.found:
-            apart = abs(one.omega - omega) <= ALIKE * min(one.omega, omega)
+            apart = abs(one.omega - omega) <= self.along.options.alike * min(one.omega, omega)
             if low <= one.value <= high and one.direction == way and apart:
                 return one
         return None
@@ -382,7 +380,10 @@ def _quiet(along: Continuation, p: float, omega: float) -> bool:
     state = along.at(p)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
-    near = np.abs([along.omega(complex(z)) - omega for z in state.roots]) <= ALIKE * omega
+    near = (
+        np.abs([along.omega(complex(z)) - omega for z in state.roots])
+        <= along.options.alike * omega
+    )
     on = near & state.on_line
     if along.form == "damped":
         return bool(on.any())
@@ -402,7 +403,8 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
     rates = way * along.exponents(state.roots).real
 
     def rate(one: Event) -> float:
-        own = np.abs(omegas - one.omega) <= ALIKE * max(one.omega, float(omegas.min()))
+        near = along.options.alike * max(one.omega, float(omegas.min()))
+        own = np.abs(omegas - one.omega) <= near
         return float(np.max(rates[own & (rates > 0)], initial=-np.inf))
 
     return sorted(place, key=rate, reverse=True)
