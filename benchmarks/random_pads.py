@@ -18,8 +18,9 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
+from squeal.analysis.answers import Thresholds
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import CriticalFriction, critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError
@@ -126,10 +127,10 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
     return float(min(found) / point.mu) if found else np.inf
 
 
-def _told(critical: CriticalFriction, mu: float) -> str:
+def _told(critical: Thresholds, mu: float) -> str:
     """The verdict at mu that the list of thresholds tells."""
     kinds = [point.kind for point in critical.points if point.mu < mu]
-    last = kinds[-1] if kinds else critical.at_zero
+    last = kinds[-1] if kinds else critical.verdict
     return "marginal" if last == "restabilised" else last
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from squeal.analysis.modes import ModeShape
 from squeal.io.answer import Answer, Column, Table, columns, located, number
 from squeal.io.writing import plain
-from squeal.linear import CriticalPoint, Crossing, UnstableMode
+from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.schema.place import Place
 from squeal.schema.values import Number, Whole
@@ -289,9 +289,9 @@ class Thresholds(Answer):
 
     parameter: what is varied, from low to high; verdict: at the lower end; points: changes of the
     verdict; end: why the search ends at `high`; certified: whether counts of what grows agree with
-    the list, None where nothing is counted. Of a pad `admissible_to` is how far its equilibria are
-    those that the model means, and `warnings` say why not farther. notes: lines for people;
-    details: what else the JSON object says.
+    the list, None where nothing is counted. notes: lines for people; details: what else the JSON
+    object says, `admissible_to` among it: how far the equilibria of a pad are those that the model
+    means; warnings: why not farther, or why a scene's own mu is not on the branch.
     """
 
     name: str
@@ -312,6 +312,17 @@ class Thresholds(Answer):
     def first(self) -> CriticalPoint | None:
         """The first threshold at which stability or the equilibrium is lost."""
         return next((point for point in self.points if point.kind != "restabilised"), None)
+
+    def stable_to(self, most: float) -> float | None:
+        """The least value from 0 to `most` without a stable equilibrium; None if there is none.
+
+        0 if it grows there; also where the branch of a pad ends without a threshold.
+        """
+        if self.verdict in GROWING:
+            return 0.0
+        if self.first is not None:
+            return self.first.mu
+        return self.high if self.high < most else None
 
     def table(self) -> Table:
         """A row for each crossing, and for each change of verdict where nothing crosses."""

@@ -105,21 +105,7 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
 
 def thresholds(scene: Scene, high: float) -> Thresholds:
     """The thresholds along the branch from mu = 0."""
-    found = critical_friction(scene, high)
-    return Thresholds(
-        scene.model,
-        "mu",
-        0.0,
-        found.mu_end,
-        found.at_zero,
-        found.points,
-        found.crossings,
-        found.end,
-        found.certified,
-        found.warnings,
-        details={"admissible_to": min(found.admissible_to, found.mu_end)},
-        source=(scene, found),
-    )
+    return critical_friction(scene, high)
 
 
 def _axis(given: Any) -> maps.Axis:

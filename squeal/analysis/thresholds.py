@@ -1,10 +1,11 @@
 """Critical friction: where a pad's stability changes along its equilibrium branch."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
+from squeal.analysis.answers import Thresholds
 from squeal.analysis.eigenvalues import LOST, branch_system, roots_and_verdict
 from squeal.analysis.maps import MU_MAX
 from squeal.equilibrium import Path
@@ -12,7 +13,6 @@ from squeal.equilibrium.admissible import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import (
-    GROWING,
     CriticalPoint,
     Crossing,
     System,
@@ -23,62 +23,12 @@ from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
 from squeal.linear.matrices import checked, reduce
 from squeal.schema.arguments import takes
 
-MOST_SHOWN = 5  # thresholds in a representation
 Located = TypeVar("Located", CriticalPoint, Crossing)
-
-
-@dataclass(frozen=True, repr=False)
-class CriticalFriction:
-    """Every change of the verdict in 0 < mu <= mu_max, sorted by mu.
-
-    `crossings` are all crossings of the imaginary axis, whatever else grows. `at_zero` is the
-    verdict without friction; `mu_end` how far the branch reaches and `end` why it stops there.
-    `admissible_to` is the mu up to which the equilibria keep to `AdmissibleLimits`; warnings: a
-    sentence for each reason why they do not, or why the scene's own mu is not on the branch.
-    `certified`: counts of what grows agree with the list, between crossings and at all values
-    looked at; None where eigenvalues are not followed (without damping, up to three degrees of
-    freedom) and nothing is counted.
-    """
-
-    at_zero: str
-    points: tuple[CriticalPoint, ...]
-    mu_end: float
-    end: str
-    crossings: tuple[Crossing, ...] = ()
-    admissible_to: float = np.inf
-    warnings: tuple[str, ...] = ()
-    certified: bool | None = None
-
-    @property
-    def admissible(self) -> bool:
-        """True if all equilibria on the way are those that the model means."""
-        return not self.warnings
-
-    def __repr__(self) -> str:
-        shown = "; ".join(str(point) for point in self.points[:MOST_SHOWN]) or "no threshold"
-        more = f"; {len(self.points) - MOST_SHOWN} more" if len(self.points) > MOST_SHOWN else ""
-        return f"CriticalFriction({self.at_zero} at 0; {shown}{more}; {self.end})"
-
-    @property
-    def first(self) -> CriticalPoint | None:
-        """The first threshold at which stability or the equilibrium is lost, None if none is."""
-        return next((p for p in self.points if p.kind != "restabilised"), None)
-
-    def stable_to(self, mu_max: float) -> float | None:
-        """The least mu in 0 to mu_max without stable sliding; None if there is none.
-
-        0 if the pad grows without friction; also where the branch ends without a threshold.
-        """
-        if self.at_zero in GROWING:
-            return 0.0
-        if self.first is not None:
-            return self.first.mu
-        return self.mu_end if self.mu_end < mu_max else None
 
 
 @takes_scene
 @takes(mu_max=MU_MAX)
-def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
+def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
@@ -87,7 +37,8 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
     """
     system, path = branch_system(scene, mu_max)
     if path is None:
-        return critical_parameter(system, mu_max)
+        found = critical_parameter(system, mu_max)
+        return replace(found, name=scene.model, source=(scene,))
     if path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
@@ -97,11 +48,11 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
         raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
     if share > LOST:
         raise ComputationError(f"no threshold can be given: {STIFF}")
-    found = thresholds(system, path.mu_end, path.breakpoints)
-    if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in found.points):
+    located = thresholds(system, path.mu_end, path.breakpoints)
+    if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in located.points):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9) - path.error(path.fold)
-    reached = [_widened(point, path) for point in found.points if point.mu < end_of_path]
+    reached = [_widened(point, path) for point in located.points if point.mu < end_of_path]
     if path.fold is not None:
         fold = CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True)
         reached.append(_widened(fold, path))
@@ -111,10 +62,21 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> CriticalFriction:
             f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 turns "
             f"back at mu = {path.fold:.9g}",
         )
-    crossed = tuple(_widened(one, path) for one in found.crossings if one.mu < end_of_path)
-    ends = (path.mu_end, path.end, crossed)
-    more = (admissible_to, warnings, found.certified)
-    return CriticalFriction(at_zero, tuple(reached), *ends, *more)
+    crossed = tuple(_widened(one, path) for one in located.crossings if one.mu < end_of_path)
+    return Thresholds(
+        scene.model,
+        "mu",
+        0.0,
+        path.mu_end,
+        at_zero,
+        tuple(reached),
+        crossed,
+        path.end,
+        located.certified,
+        warnings,
+        details={"admissible_to": min(admissible_to, path.mu_end)},
+        source=(scene,),
+    )
 
 
 def _widened(at: Located, path: Path) -> Located:
@@ -128,13 +90,12 @@ def _widened(at: Located, path: Path) -> Located:
     return replace(at, interval=wide, converged=2 * error <= TIGHT * at.mu)
 
 
-def critical_parameter(system: System, high: float, name: str = "mu") -> CriticalFriction:
+def critical_parameter(system: System, high: float, name: str = "mu") -> Thresholds:
     """The same for a system of matrices along its parameter from 0 to `high`."""
-    found = thresholds(system, high)
-    end = f"{name} = {high:g} is reached"
-    _, at_zero = roots_and_verdict(*system(0.0))
-    located = tuple(found.points), high, end, tuple(found.crossings)
-    return CriticalFriction(at_zero.verdict, *located, certified=found.certified)
+    found, end = thresholds(system, high), f"{name} = {high:g} is reached"
+    verdict = roots_and_verdict(*system(0.0))[1].verdict
+    located = tuple(found.points), tuple(found.crossings), end, found.certified
+    return Thresholds("", name, 0.0, high, verdict, *located, details={"admissible_to": high})
 
 
 def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:

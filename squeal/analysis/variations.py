@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.answers import Thresholds
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import MU_MAX
 from squeal.analysis.stack import PadStack, parameters
-from squeal.analysis.thresholds import CriticalFriction, critical_friction, critical_parameter
+from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.answer import Answer, Column, Table, columns, number, unit_word
@@ -147,8 +148,8 @@ class Varied:
         if mu is None:
             return Outcome()
         if mu <= AT_ONCE:
-            grows = first is None or found.at_zero in GROWING
-            return Outcome(critical=0.0, kind=found.at_zero if grows else first.kind)  # type: ignore[union-attr]
+            grows = first is None or found.verdict in GROWING
+            return Outcome(critical=0.0, kind=found.verdict if grows else first.kind)  # type: ignore[union-attr]
         if first is not None and first.mu == mu:
             return Outcome(None, mu, first.kind, first.frequency_hz)
         return Outcome(critical=mu, kind="end of the branch")
@@ -179,7 +180,7 @@ class Varied:
             return Outcome(reason=str(error), no_pad=not rests)
 
 
-def _thresholds(subject: Scene | TermSystem, high: float) -> CriticalFriction:
+def _thresholds(subject: Scene | TermSystem, high: float) -> Thresholds:
     if isinstance(subject, Scene):
         return critical_friction(subject, high)
     return critical_parameter(subject.plain, high, subject.parameter)

@@ -92,7 +92,7 @@ def test_a_scene_s_sweep_is_that_of_its_branch():
     found = sweep_modes(scene, 0.1, 2.0)
     critical = critical_friction(scene)
     assert (found.low, found.high) == (0.1, 2.0)
-    assert found.end == critical.mu_end < 2.0
+    assert found.end == critical.high < 2.0
     assert found.mus[0] == 0.1
     assert found.mus[-1] <= found.end
     pick = found.mus[::40].tolist()

@@ -159,4 +159,4 @@ def test_range_of_mu_ends_where_it_is_told_to():
     scene = scene_of("b1-a")
     assert critical_friction(scene, 0.3).points == ()
     assert len(critical_friction(scene, 0.4).points) == 1
-    assert math.isclose(critical_friction(scene, 0.3).mu_end, 0.3)
+    assert math.isclose(critical_friction(scene, 0.3).high, 0.3)
