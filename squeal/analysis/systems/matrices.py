@@ -15,7 +15,6 @@ from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.sparse.factor import definite, factorise
 
-CHECKED_ROWS = 20_000  # larger ones are not factorised for a report
 AGREES = 1e-9  # of the largest entry: what a third matrix may differ by
 
 
@@ -56,7 +55,7 @@ def _words(matrix: Matrix) -> str:
     if np.iscomplexobj(sparse.data):
         return "complex"
     parts = ["symmetric" if is_symmetric(sparse) else "not symmetric"]
-    if sparse.shape[0] <= CHECKED_ROWS:
+    if sparse.shape[0] <= 20_000:  # larger ones are not factorised for a report
         reciprocal = condition(sparse)
         if reciprocal <= 4 * EPS:
             parts.append("numerically singular")

@@ -24,8 +24,6 @@ from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
-REGULAR = 1e-8  # reciprocal condition of a stiffness that leaves no root at zero
-FARTHEST = 16.0  # of a band's right edge: where roots of large systems are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +102,7 @@ def _band_modes(
     the growth rate at which that ends."""
     bound = growth_bound(problem, region)
     if bound is not None and bound > region.high_real:
-        if bound <= FARTHEST * region.high_real or problem.n <= OPTIONS.steps:
+        if bound <= 16 * region.high_real or problem.n <= OPTIONS.steps:
             with suppress(ComputationError):  # too many roots: of the region there are fewer
                 found = modes_in(problem, replace(region, high_real=bound), progress=progress)
                 if found.count is not None:
@@ -154,7 +152,7 @@ def _of_all(
                 words = (verdict.verdict, str(verdict))
     if words is None:
         every = dense_spectrum(M, C, K)
-        if not all(e.value for e in every) and condition(csc_array(K)) > REGULAR:
+        if not all(e.value for e in every) and condition(csc_array(K)) > 1e-8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     # of complex matrices those of falling motion mean nothing
     values = every if real else tuple(e for e in every if e.value.imag >= 0.0)

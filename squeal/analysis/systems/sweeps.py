@@ -36,8 +36,6 @@ METHODS = ("full", "reduced", "modal")
 NAMES = (*VERDICTS, NO_ROOT)
 REAL_MODES = 200  # of a modal reduction
 SAMPLES = 5  # values a side of a chart at which a reduced system has to be good
-NOISE = 1e-10  # of |lambda|: growth of a damped root that may be rounding
-SPLIT = 1e-7  # of |lambda|: what rounding may part two equal roots of an undamped system by
 NO_BAND = (
     "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
     "a band, a region or modes"
@@ -74,7 +72,8 @@ def _growth_of(roots: NDArray[np.complex128], noise: float) -> str | None:
 
 def noise_of(system: TermSystem) -> float:
     """What of |lambda| may be rounding in a real part."""
-    return NOISE if system.C or not system.real else SPLIT
+    damped, split = 1e-10, 1e-7  # undamped, rounding parts two equal roots
+    return damped if system.C or not system.real else split
 
 
 def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:

@@ -29,7 +29,6 @@ from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
-BESIDE = 1e-6  # of the range: next to a crossing the verdict may be that of either side
 
 
 @dataclass(frozen=True)
@@ -246,7 +245,7 @@ class _Band:
         """Crossings by rising value; `values` from the first to the last are looked at."""
         low, high = values[0], values[-1]
         groups = _together(rows, 1e-9 * (high - low))
-        margin = BESIDE * (high - low)
+        margin = 1e-6 * (high - low)  # where the verdict may be that of either side
         beyond = bool(groups) and high - groups[-1][-1].mu <= margin  # what follows is seen there
         edges = [low, *(group[0].mu for group in groups), high + 2 * margin * beyond]
         inside = [v for v in values if all(abs(v - c.mu) > margin for c in rows)]

@@ -13,9 +13,6 @@ from squeal.sparse.argument_principle import Disc, Rectangle, band
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
 MODES = 20  # of a larger system where nothing else is asked for
-FILL = 18.0  # bytes of a factorisation for each non-zero and cube root of the rows (3-D solids)
-SUBSPACE = 16 * 2 * 180  # bytes a row
-EDGE = 1e-6  # of a band from 0, or a region: how far it reaches beyond the real axis
 
 TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
 BAND = Row(2)
@@ -56,7 +53,7 @@ class Wanted:
             found = band(*self.band)
         if found is None or (found.low_imag and found.high_imag):
             return found
-        edge = EDGE * max(found.high_imag, -found.low_imag)
+        edge = 1e-6 * max(found.high_imag, -found.low_imag)
         low, high = found.low_imag or -edge, found.high_imag or edge
         return Rectangle(found.low_real, found.high_real, low, high)
 
@@ -81,8 +78,8 @@ def needed_memory(system: TermSystem) -> float:
     Measured on three-dimensional solids; a full matrix takes what its entries need.
     """
     largest = max(_entries(t.matrix) for part in (system.M, system.C, system.K) for t in part)
-    full = 16.0 * system.n**2
-    return min(full, FILL * largest * system.n ** (1 / 3)) + SUBSPACE * system.n
+    full, subspace = 16.0 * system.n**2, 16 * 2 * 180
+    return min(full, 18.0 * largest * system.n ** (1 / 3)) + subspace * system.n
 
 
 def _entries(matrix: object) -> int:
