@@ -149,9 +149,12 @@ class Provenance:
 
     @staticmethod
     def from_dict(found: dict[str, Any]) -> Provenance:
-        """Read back what `to_dict` gave."""
+        """Read back what `to_dict` gave. Raises KeyError, TypeError or ValueError."""
         inputs = tuple(InputFile(**entry) for entry in found["inputs"])
-        return Provenance(**found | {"inputs": inputs, "loaded": tuple(found["loaded"])})
+        loaded = tuple(found["loaded"])
+        if not all(isinstance(found["versions"][name], str) for name in loaded):
+            raise ValueError("a version is no text")
+        return Provenance(**found | {"inputs": inputs, "loaded": loaded})
 
 
 def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Provenance:

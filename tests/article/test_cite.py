@@ -67,6 +67,12 @@ def test_files_without_provenance_are_refused(capsys, tmp_path):
         (tmp_path / name).write_text(content)
         assert main(["cite", str(tmp_path / name)]) == 2
         assert "holds no provenance; the JSON output" in capsys.readouterr().err
+    made = provenance([], "squeal.article.commands.sliding").to_dict() | {"loaded": ["numpy"]}
+    for versions in ({}, {"numpy": 2}):
+        file = tmp_path / "versions.json"
+        file.write_text(json.dumps({"provenance": made | {"versions": versions}}))
+        assert main(["cite", str(file)]) == 2
+        assert "holds no provenance" in capsys.readouterr().err
     assert main(["cite", str(tmp_path / "none.json")]) == 2
     assert "a result file is allowed" in capsys.readouterr().err
 

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import subprocess
 import sys
 
@@ -73,43 +72,6 @@ def test_every_command_has_help(capsys, command):
         main([command, "--help"])
     assert stop.value.code == 0
     assert f"usage: squeal {command}" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    "command", sorted(set(COMMANDS) - {"identify", "cite", "take", "export", "terms"})
-)
-def test_every_query_prints_a_table(capsys, command):
-    scene = (
-        [] if command in ("claims", "findings") else [B3 if command in ("map", "advise") else B2]
-    )
-    extra = ["--n", "10"] if command == "map" else []
-    code, out, err = run(capsys, command, *scene, *extra)
-    assert code == 0
-    assert all(line.startswith("squeal: warning: ") for line in err.splitlines())
-    assert out.strip()
-
-
-def test_csv_history(capsys, tmp_path):
-    target = tmp_path / "h.csv"
-    assert run(capsys, "simulate", B1, "--csv", target)[0] == 0
-    with target.open() as stream:
-        rows = list(csv.DictReader(stream))
-    assert ",".join(rows[0]) == (
-        "t [s],x [m],y [m],theta [rad],x_dot [m/s],y_dot [m/s],theta_dot [rad/s],"
-        "state,F3 [F_n],F4 [F_n]"
-    )
-    assert len(rows) == 4001
-    assert {row["state"] for row in rows} <= {"1", "2", "3", "4"}
-    assert sorted(os.listdir(tmp_path)) == ["h.csv"]
-
-
-def test_a_map_in_a_file(capsys, tmp_path):
-    cells = tmp_path / "m.csv"
-    found = answer(capsys, "map", B3, "--n", "12", "--csv", cells)
-    rows = cells.read_text().splitlines()
-    assert rows[0] == "alpha1 [rad],alpha2 [rad],verdict"
-    counted = sum(row.endswith("marginal") for row in rows) / (len(rows) - 1)
-    assert counted == pytest.approx(found["share"]["marginal"])
 
 
 def rows_of(path):

@@ -34,13 +34,6 @@ def test_a_parameter_is_swept_over_any_range(forms, capsys, option):
     ] * 2
 
 
-def test_a_figure_of_a_range_below_zero(forms, capsys, tmp_path):
-    for path in forms:
-        figure = tmp_path / f"{path.stem}.svg"
-        assert run(capsys, "eigenvalues", path, "--mu", "-3:1:5", "--svg", figure)[0] == 0
-        assert figure.stat().st_size > 1000
-
-
 def test_both_names_of_the_first_verdict(forms, capsys):
     for path in (*forms, SCENES / "b3.yaml"):
         found = answer(capsys, "critical-friction", path)

@@ -46,11 +46,6 @@ def test_people_are_given_the_range_and_its_unit(capsys):
     assert "growth rate of the most unstable mode: 0 to " in capsys.readouterr().out
 
 
-def test_another_quantity_is_refused_in_one_sentence(capsys):
-    assert main(["map", B3, "--quantity", "colour"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
 def test_logarithmic_axes_in_files_and_figures(capsys, tmp_path):
     cells, drawing = tmp_path / "m.csv", tmp_path / "m.svg"
     files = ("--csv", str(cells), "--pdf", str(drawing), "--n", "10", "--json")

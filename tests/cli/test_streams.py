@@ -77,14 +77,6 @@ def test_help_and_version_of_the_module():
     assert (done.returncode, done.stdout) == (2, "")
 
 
-def test_help_into_a_closed_pipe():
-    read, write = os.pipe()
-    os.close(read)
-    done = fresh("--help", stdout=write, stderr=subprocess.PIPE)
-    os.close(write)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
 @pytest.mark.parametrize(
     "arguments",
@@ -186,16 +178,6 @@ def test_a_file_may_have_a_name_that_is_no_text(tmp_path):
     done = fresh("eigenvalues", os.fsdecode(path), capture_output=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("b\\xf6se, mu = 0")
-
-
-def test_only_plain_files_are_written(capsys, tmp_path):
-    # a device or pipe would be replaced by the finished file
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    for target in (pipe, tmp_path):
-        err = assert_refused(capsys, "simulate", B1, "--csv", target)
-        assert str(target) in err
-    assert pipe.is_fifo()
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path):

@@ -4,7 +4,7 @@ import pytest
 
 import squeal
 from squeal.errors import InputError
-from squeal.schema.arguments import FILE, Instance, Several, takes
+from squeal.schema.arguments import FILE, Several, takes
 from squeal.schema.values import Number
 
 ABOVE = Number(low=0.0)
@@ -45,11 +45,6 @@ def test_refusals_name_function_argument_and_what_is_allowed(more, told):
     with pytest.raises(InputError) as caught:
         asked("n", **more)
     assert str(caught.value) == told
-
-
-def test_a_class_says_what_it_is_called():
-    with pytest.raises(InputError, match="x: 1 is not allowed; it must be a word"):
-        takes(x=Instance(str, "a word"))(lambda x: x)(1)
 
 
 def test_figures_are_part_of_the_package():

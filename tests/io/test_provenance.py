@@ -10,7 +10,6 @@ from importlib import metadata
 
 import pytest
 
-from squeal.article.studies.__main__ import main
 from squeal.cli.main import command
 from squeal.io.provenance import NOT_INSTALLED, Provenance, digest, packages, provenance, version
 from tests.conftest import ROOT, SCENES
@@ -36,14 +35,6 @@ def test_sources_versions_and_machine():
     assert Provenance.from_dict(json.loads(json.dumps(made.to_dict()))) == made
 
 
-def test_version_is_that_of_the_loaded_package(monkeypatch):
-    class Loaded:
-        __version__ = "0.0.7"
-
-    monkeypatch.setitem(sys.modules, "numpy", Loaded)
-    assert version("numpy") == "0.0.7"
-
-
 def test_version_of_a_package_of_another_name_that_is_not_loaded(monkeypatch):
     monkeypatch.delitem(sys.modules, "yaml", raising=False)
     assert version("yaml") == metadata.version("PyYAML")
@@ -51,13 +42,6 @@ def test_version_of_a_package_of_another_name_that_is_not_loaded(monkeypatch):
 
 def test_a_missing_package_is_told():
     assert version("surely_no_such_package") == NOT_INSTALLED
-
-
-def test_studies_of_several_scenes_name_them_all(capsys):
-    files = [str(SCENES / f"b2-{case}.yaml") for case in "ac"]
-    assert main(["eigenvalues", *files]) == 0
-    made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
-    assert [file.name for file in made.inputs] == ["b2-a.yaml", "b2-c.yaml"]
 
 
 @pytest.mark.parametrize(("name", "more"), [("claims", []), ("findings", ["b3.yaml"])])

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-import yaml
 
 from squeal.errors import InputError
 from squeal.io.document import DEEPEST, named_files, parse_document, read_document, scalar
@@ -184,11 +183,6 @@ def test_refused_times(read, time, parts):
     assert_refused(read, text().replace("{stop: 0.05, samples: 2001}", time), *parts)
 
 
-@pytest.mark.parametrize("key", ["initial: {x: 0.1}", "time: {stop: 1, samples: 2}"])
-def test_b3_takes_no_initial_state_and_no_time(read, key):
-    assert_refused(read, text("B3", more=key + "\n"), key.split(":")[0], "B3", "leave it out")
-
-
 @pytest.mark.parametrize(
     "content", [b"", b"[1, 2]", b"just words", b"\xff\xfe", b"model: \xe9\n", b"a: &a [*a]\n"]
 )
@@ -232,19 +226,6 @@ def test_formulations(read):
     assert_refused(
         read, text("B2", more="formulation: {line_force: sum}\n"), "line_force", "integral, mean"
     )
-
-
-def test_defaults_are_those_of_the_documentation(read):
-    scene = read(text(drop=["V", "x0", "y0", "theta0"]))
-    assert (scene.pad.V, scene.pad.x0, scene.pad.y0, scene.pad.theta0) == (None, 0.0, 0.0, 0.0)
-    assert scene.outputs == ("events", "shares", "extrema")
-    assert scene.initial == (0.0,) * 6
-
-
-def test_the_scenes_of_the_article_are_valid_yaml_of_one_document(scenes):
-    for path in scenes.glob("*.yaml"):
-        assert len(list(yaml.safe_load_all(path.read_text()))) == 1
-        read_scene(path)
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import Axis, angle_axes, stability_map
+from squeal.analysis.maps import Axis
 from squeal.errors import InputError
-from squeal.io.scene import Damping, Scene, check_simulation, read_scene
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import Dual
 from squeal.schema.place import Place
-from squeal.simulation import simulate
-from tests.io.test_scene import FALLING, VALUES, text
+from tests.io.test_scene import FALLING, text
 
 BASIC: dict[str, Any] = {
     "m": 1.0,
@@ -158,36 +157,6 @@ def test_refusals_name_record_key_and_what_is_allowed(make, parts):
         assert part in told
 
 
-def test_what_the_records_allow_passes():
-    # the other side of the refusals above
-    Scene("B1", B1, initial=(0, 0, 1.5, 0, 0, 0), stop=1.0, samples=2, tolerance=1e-3, outputs=())
-    Scene("B2", B2, Formulation("mean", "frame", "-"))
-    Scene("B3", B3, damping=Damping(ratios=(0.0, 0.1, 0.2)))
-    PadModel("B3", B2)  # a model passes over what it does not use
-    assert Axis("k3", 0.0, 1.0, 5).values[0] == pytest.approx(0.1)
-
-
-def test_maps_refuse_what_the_scene_does_not_use():
-    axes = (Axis("k3", 1.0, 2.0, 3), Axis("mu", 0.0, 1.0, 3))
-    told = sentence(lambda: stability_map(Scene("B2", B2), axes))
-    assert "'k3'" in told
-    assert "k_c" in told
-    assert "first parameter too" in sentence(
-        lambda: stability_map(Scene("B2", B2), (axes[1], axes[1]))
-    )
-    assert stability_map(Scene("B3", B3), angle_axes(3)).codes.shape == (3, 3)
-
-
-def test_simulate_refuses_what_cannot_be_simulated():
-    scene = Scene("B1", B1, stop=1e-3, samples=2)
-    assert "'foo'" in sentence(lambda: simulate(scene, backend=word("foo")))
-    assert "B3 is not allowed" in sentence(lambda: simulate(Scene("B3", B3)))
-    assert "time: missing" in sentence(lambda: simulate(Scene("B1", B1)))
-    assert "F_n" in sentence(lambda: simulate(scene.replace(F_n=0.0)))
-    check_simulation(scene, Place("here"))
-    check_simulation(scene.replace(F_n=0.0, outputs=("shares",)), Place("here"))
-
-
 def test_replace_takes_parameters_and_fields():
     scene = Scene("B1", B1)
     other = scene.replace(m=2.0, tolerance=1e-9)
@@ -221,7 +190,3 @@ def test_short_representations():
         "Pad(m=1, w=0.05, h=0.02, k1=1e+06, k2=1e+06, k_c=4e+06, alpha1=2, alpha2=2, mu=0.4)"
     )
     assert repr(Scene("B3", B3, tolerance=1e-6)) == f"Scene('B3', {B3!r}, tolerance=1e-06)"
-
-
-def test_the_values_of_the_tests_cover_the_table():
-    assert set(VALUES) == set(PARAMETERS)
