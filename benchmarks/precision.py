@@ -12,10 +12,10 @@ from pathlib import Path
 from benchmarks.peers import peers
 from squeal.article.cases import title
 from squeal.article.figures.accuracy import draw
+from squeal.article.studies._reference import precision_in_words, reference
 from squeal.article.studies.accuracy import WAYS, Accuracy, points_of
 from squeal.io.scene import read_scene
 from squeal.plots.style import save
-from squeal.simulation.reference import precision_in_words, reference
 
 ROOT = Path(__file__).resolve().parent.parent
 STEMS = ("b1-c", "b2-c", "b1-b", "b2-b")

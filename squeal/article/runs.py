@@ -27,14 +27,14 @@ class StoredSummary(Summary):
         for key in ("events", "shares", "extrema"):
             if key not in found:
                 raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
-        same = {key: found[key] for key in ("model", "shares", "method", "tolerance", "steps")}
         return cls(
             name=file.stem,
+            model=found["model"],
+            shares=found["shares"],
             stop=found["final"]["t"],
             events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
             extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
             provenance=Provenance.from_dict(found["provenance"]),
-            **same,
         )
 
 

@@ -108,9 +108,6 @@ def _motion(found: Simulation, name: str, scene: Scene | None = None, inputs: An
         events=found.events,
         shares=found.shares or {},
         extrema=found.extrema or {},
-        method=found.method,
-        tolerance=found.tolerance,
-        steps=found.steps,
         provenance=provenance(inputs, "squeal.cli.simulate"),
     )
     run = motion.Run(summary, dict(found.history))

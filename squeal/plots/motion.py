@@ -58,15 +58,7 @@ class Summary:
     events: tuple[Event, ...]
     shares: dict[str, float]
     extrema: dict[str, tuple[float, float] | None]
-    method: str
-    tolerance: float
-    steps: int
     provenance: Provenance
-
-    @property
-    def scene(self) -> str:
-        """Name of the scene's file."""
-        return self.provenance.inputs[0].name
 
     @cached_property
     def timeline(self) -> list[Interval]:

@@ -1,6 +1,8 @@
 """SciPy stand-in for platforms without heyoka, and an independent check of its results."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,49 +40,32 @@ class SciPyIntegrator(Integrator):
         )
 
     def _rhs(self, contact: State) -> Any:
-        c, law = self._model.c, self._model.law
-        inverse_m, turn = 1.0 / c.m, c.w / c.I
-        D, falls = self._model.decay, "falling" in self._model.terms
+        c, law, model = self._model.c, self._model.law, self._model
+        inverse_m, turn, D = 1.0 / c.m, c.w / c.I, model.decay
+        falls, damped = ("falling" in model.terms), ("damping" in model.terms)
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
-            now = self._model.at_speed(state[3], math) if falls else c
+            now = model.at_speed(state[3], math) if falls else c
             f = net_loads(math, now, law, c.place(state), contact)
-            return [*state[3:], f.x * inverse_m, f.y * inverse_m, f.moment * turn]
+            rates = [f.x * inverse_m, f.y * inverse_m, f.moment * turn]
+            return [*state[3:], *((rates - D @ s[3:]).tolist() if damped else rates)]
 
-        def damped(t: float, s: np.ndarray) -> list[float]:
-            rates = rhs(t, s)
-            taken = D @ s[3:]
-            return [*rates[:3], *(rates[3:] - taken).tolist()]
-
-        return damped if "damping" in self._model.terms else rhs
+        return rhs
 
     def _events(self, contact: State) -> list[Any]:
-        c, law = self._model.c, self._model.law
-        found = []
-        for point in range(law.points):
+        """Those of the contact points, then of the limits `_UPRIGHT` and `_SLOWER`."""
+        c, law, V = self._model.c, self._model.law, self._model.pad.V
 
-            def gap(_t: float, s: np.ndarray, point: int = point) -> float:
-                return float(law.gaps(c, pose(math, c.place(s)))[point])
+        def gap(point: int, s: np.ndarray) -> Any:
+            return law.gaps(c, pose(math, c.place(s)))[point]
 
-            gap.terminal = True  # type: ignore[attr-defined]
-            gap.direction = 1.0 if contact[point] else -1.0  # type: ignore[attr-defined]
-            found.append(gap)
-
-        def upright(_t: float, s: np.ndarray) -> float:
-            return float(facing(c, pose(math, c.place(s))))
-
-        def slower(_t: float, s: np.ndarray) -> float:
-            return float(V - s[3])
-
-        ends = [upright]
-        V = self._model.pad.V
+        ways = [1.0 if touches else -1.0 for touches in contact]
+        found = [_event(partial(gap, i), way) for i, way in enumerate(ways)]
+        found.append(_event(lambda s: facing(c, pose(math, c.place(s))), -1.0))
         if "falling" in self._model.terms:
-            ends.append(slower)
-        for end in ends:
-            end.terminal = True  # type: ignore[attr-defined]
-            end.direction = -1.0  # type: ignore[attr-defined]
-        return [*found, *ends]
+            found.append(_event(lambda s: V - s[3], -1.0))
+        return found
 
     def _collapse(self, y: np.ndarray) -> tuple[int, int] | None:
         """The first step (its end) in which a spring turns by more than 90 degrees, and its limit.
@@ -132,6 +117,14 @@ class SciPyIntegrator(Integrator):
             limit=np.array([limit]),
             smooth=_steps(nodes, solution.sol, on) if dense else None,
         )
+
+
+def _event(value: Callable[[np.ndarray], Any], direction: float) -> Any:
+    def event(_t: float, s: np.ndarray) -> float:
+        return float(value(s))
+
+    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
+    return event
 
 
 def _steps(nodes: np.ndarray, motion: Any, on: np.ndarray) -> Steps:

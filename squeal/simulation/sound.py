@@ -15,7 +15,6 @@ from squeal.simulation.observers import Samples
 from squeal.simulation.run import Backend, in_natural_units, make_integrator
 
 RATE = 44_100  # samples a second
-FINER = 4  # times as many samples are taken first, so that what is too high to hear is filtered out
 LENGTH = 1.0  # s
 PEAK = 0.9  # of the full scale
 
@@ -60,7 +59,8 @@ def sound(scene: Scene, backend: Backend = "auto") -> Sound:
     stop = max(LENGTH, scene.stop or 0.0)
     own = scene.stop or LENGTH
     units, model, first, _ = in_natural_units(dataclasses.replace(scene, stop=stop))
-    count = FINER * RATE
+    finer = 4  # times as many samples: what is too high to hear is filtered out
+    count = finer * RATE
     times = (stop - LENGTH + np.arange(count) / count * LENGTH) / units.time
     integrator = make_integrator(model, scene.tolerance, backend)
 
@@ -78,7 +78,7 @@ def sound(scene: Scene, backend: Backend = "auto") -> Sound:
     if len(states) < min(own, LENGTH) * count:
         states = run(own)
     velocity = states[:, 4] * units.velocity
-    heard = decimate(velocity - velocity.mean(), FINER, ftype="fir")
+    heard = decimate(velocity - velocity.mean(), finer, ftype="fir")
     full_scale = float(np.abs(heard).max()) / PEAK
     scale = 32767.0 / full_scale if full_scale > 0.0 else 0.0
     return Sound(stop - LENGTH, full_scale, np.round(heard * scale).astype(np.int16))

@@ -13,11 +13,11 @@ from squeal.article.studies import energy as energy_study
 from squeal.article.studies import extreme as extreme_study
 from squeal.article.studies import line_springs as springs_study
 from squeal.article.studies.__main__ import main
+from squeal.article.studies._reference import reference
 from squeal.article.studies.accuracy import Accuracy, compare_times
 from squeal.article.studies.energy import Stay
 from squeal.article.studies.extreme import Case, Extreme, Outcome
 from squeal.simulation import Simulation
-from squeal.simulation.reference import reference
 from tests.conftest import HAMMERING as SCENES
 from tests.conftest import hammering_scene, needs_heyoka
 

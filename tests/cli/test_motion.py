@@ -60,9 +60,7 @@ def test_the_marked_line_is_where_it_was_told():
         dataclasses.replace(scene, samples=4001, outputs=("events", "shares", "extrema", "history"))
     )
 
-    summary = Summary(
-        "bounce", "B2", 0.2, (), result.shares or {}, result.extrema or {}, "", 1e-12, 1, MADE
-    )
+    summary = Summary("bounce", "B2", 0.2, (), result.shares or {}, result.extrema or {}, MADE)
     assert result.history is not None
     figure = motion_figure(Run(summary, result.history), scene.pad_model, PULSE / (2 * math.pi))
     spectrum = figure.axes[-1]

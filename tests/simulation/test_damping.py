@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import expm
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.article.findings.work import contact_work
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
@@ -88,18 +87,6 @@ def test_rayleigh_damping_has_the_ratios_of_its_formula(name):
     w = np.array([abs(e.value.imag) for e in plain])
     expected = (alpha / w + beta * w) / 2
     assert [e.damping_ratio for e in damped] == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-def test_works_balance(name):
-    one = scene(name, tolerance=1e-14)
-    found = contact_work(one)
-    c = found.course
-    assert c.damping[-1] < -1e-3 * found.kinetic
-    bare = c.kinetic + c.springs - c.load
-    total = c.normal[-1] + c.friction[-1] + c.damping[-1]
-    assert total == pytest.approx(bare[-1] - bare[0], abs=1e-9 * found.kinetic)
-    assert not contact_work(dataclasses.replace(one, damping=None)).course.damping.any()
 
 
 def test_damping_that_has_no_modes_to_refer_to_is_refused():

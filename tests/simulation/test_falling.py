@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.sensitivity import eigenvalue_sensitivities
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
@@ -159,30 +158,3 @@ def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
     fast = dataclasses.replace(one, initial=(0.0, 0.0, 0.0, 2.0, 0.0, 0.0))
     with pytest.raises(InputError, match=r"x_dot: 2.0 is not allowed .* it must be below V = 2$"):
         simulate(fast)
-
-
-def difference(value, x):
-    """Derivative by central differences."""
-    h = 1e-4 * x
-    return (value(x + h) - value(x - h)) / (2 * h)
-
-
-NAMES = ["mu_s", "mu_k", "v_ref", "V", "F_n", "k_c", "h", "alpha1"]
-
-
-def test_sensitivities_of_eigenvalues_against_differences():
-    one = scene("b2-d", damping=Damping(matrix=((9.0, 0, 0), (0, 8.0, 0), (0, 0, 0.01))))
-    analysis = analyse(one)
-    rates = eigenvalue_sensitivities(one, analysis)
-    assert set(NAMES) <= set(rates)
-    first = analysis.spectrum.values[0]
-
-    def value(name, x):
-        values = analyse(one.replace(**{name: x})).spectrum.values
-        return values[np.argmin(np.abs(values - first))]
-
-    for name in NAMES:
-        x = getattr(one.pad, name)
-        expected = difference(lambda x, n=name: value(n, x), x)
-        size = max(abs(expected), 1e-6 * abs(first) / abs(x))
-        assert abs(rates[name][0] - expected) < 1e-4 * size

@@ -1,24 +1,21 @@
 """Motion on many springs: model B1 as two of them, the line contact as their limit."""
 
 import dataclasses
-import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 from squeal.article.claims.motions import measures
+from squeal.article.studies._reference import reference
 from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import CONSISTENT, ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
-from squeal.model.pad import Pad
 from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many, stack
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Events
-from squeal.simulation.reference import reference
 from squeal.simulation.run import in_natural_units, make_integrator
 from tests.conftest import SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -123,16 +120,3 @@ def test_measures_of_edges_are_refused():
         simulate_many(
             "BN", stack([upright(**SPRUNG)]), np.full((1, 6), -1e-3), 1e-3, measure=measures
         )
-
-
-@pytest.mark.parametrize("count", [2, 3, 8])
-def test_where_the_reaction_acts_is_known_while_the_pad_touches(count):
-    # a level drop of a pad that is its own mirror image: all springs touch and part together
-    alike: dict[str, Any] = {"k1": 2e6, "k2": 2e6, "L1": 0.8, "L2": 0.8, "mu": 0.0, "F_n": 450.0}
-    alike |= {"alpha1": 0.7 * math.pi, "alpha2": 0.7 * math.pi}
-    level = Pad(m=0.2, w=0.04, h=0.014, k_c=1.8e7, **alike)
-    start = (0.0, 1e-4, 0.0, 0.0, 0.0, 0.0)
-    scene = Scene("BN", level, Formulation(springs=count), initial=start, stop=1e-2, samples=2)
-    result = simulate(dataclasses.replace(scene, outputs=("extrema", "events")))
-    assert len(result.events) > count
-    assert result.extrema["delta"] == pytest.approx((0.0, 0.0), abs=1e-6)

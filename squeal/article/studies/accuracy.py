@@ -17,6 +17,12 @@ import numpy as np
 
 from squeal.article.cases import title
 from squeal.article.records import Record, Result
+from squeal.article.studies._reference import (
+    Reference,
+    error_against,
+    precision_in_words,
+    reference,
+)
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.extreme import scene_of
 from squeal.errors import ComputationError
@@ -28,7 +34,6 @@ from squeal.model.states import State
 from squeal.simulation.ensemble import simulate_starts
 from squeal.simulation.hybrid import first_state, integrate
 from squeal.simulation.observers import Events
-from squeal.simulation.reference import Reference, error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units
 
 STEMS = ("b1-c", "b2-c")

@@ -13,13 +13,13 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from squeal.article.records import Record, Result
+from squeal.article.studies._reference import error_against, precision_in_words, reference
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
 from squeal.simulation import Simulation, simulate
-from squeal.simulation.reference import error_against, precision_in_words, reference
 from squeal.simulation.run import in_natural_units
 
 LIMIT = 1e-9  # greatest relative error of a right answer
