@@ -407,6 +407,13 @@ class Axis:
             allowed = "a range with low < high" + (", above 0" if self.log else "")
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
 
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The n values."""
+        low, high = (math.log(end) if self.log else end for end in (self.low, self.high))
+        middles = low + (high - low) * (np.arange(self.n) + 0.5) / self.n
+        return np.exp(middles) if self.log else middles
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Map(Answer):

@@ -24,7 +24,7 @@ from squeal.analysis.modes import mode_shapes
 from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
-from squeal.analysis.systems.sweeps import NAMES, Side, system_chart
+from squeal.analysis.systems.sweeps import NAMES, system_chart
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted, check_memory, extent, is_small
 from squeal.errors import InputError, InputWarning
@@ -229,14 +229,7 @@ def sweep(
         )
         rows = list(sweeps.reduced_rows(reduction, region_served, name, values, wanted.modes))
     checkpoint.close()
-    return Sweep(system.name, name, _steps(rows), _basis(reduction, wanted), file)
-
-
-def _steps(rows: Sequence[sweeps.SweepRow]) -> tuple[Step, ...]:
-    return tuple(
-        Step(row.value, row.roots, row.residuals, row.verdict, spurious=row.spurious)
-        for row in rows
-    )
+    return Sweep(system.name, name, tuple(rows), _basis(reduction, wanted), file)
 
 
 def _full(
@@ -245,23 +238,24 @@ def _full(
     values: Sequence[float],
     progress: Progress,
     checkpoint: Checkpoint,
-) -> Iterator[sweeps.SweepRow]:
+) -> Iterator[Step]:
     """The sweep on the system itself, after the values that a stopped run has left."""
-    rows: list[sweeps.SweepRow] = []
+    rows: list[Step] = []
     kept = {} if is_small(system) else checkpoint.load()
     if kept:
         ends = np.cumsum(kept["counts"])[:-1]
         verdicts = [word or None for word in kept["verdicts"].tolist()]
         roots, errors = (np.split(kept[each], ends) for each in ("roots", "residuals"))
         every = zip(values, roots, errors, verdicts, strict=False)
-        rows = [sweeps.SweepRow(*row) for row in every]
+        rows = [Step(*row) for row in every]
     yield from rows
     for row in sweeps.full_rows(system, wanted, values[len(rows) :], progress):
         rows.append(row)
         if not is_small(system):
+            found = [one.roots for one in rows if one.roots is not None]
             checkpoint.save(
-                counts=np.array([len(one.roots) for one in rows]),
-                roots=np.concatenate([one.roots for one in rows]),
+                counts=np.array([len(one) for one in found]),
+                roots=np.concatenate(found),
                 residuals=np.concatenate([one.residuals for one in rows]),
                 verdicts=np.array([one.verdict or "" for one in rows]),
             )
@@ -325,7 +319,7 @@ def along(found: Thresholds) -> Sweep:
         rows = list(sweeps.full_rows(system, wanted, values))
     else:
         rows = list(sweeps.reduced_rows(basis, region, system.parameter, values))
-    return Sweep(system.name, system.parameter, _steps(rows))
+    return Sweep(system.name, system.parameter, tuple(rows))
 
 
 def map_over(
@@ -341,21 +335,17 @@ def map_over(
     system = file.system
     if axes is None or len(system.parameters) < 2:
         raise InputError(f"{system.name}: a map needs two named parameters and their ranges")
-    sides = (
-        Side(axes[0].name, axes[0].low, axes[0].high, axes[0].n),
-        Side(axes[1].name, axes[1].low, axes[1].high, axes[1].n),
-    )
-    names = {side.name for side in sides}
+    names = {axis.name for axis in axes}
     system.values(dict.fromkeys(names, 0.0))  # refuses what it has not
     for name in sorted(names - system.names):
         warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=4)
-    checkpoint = _kept(keep, system, sides=sides, wanted=wanted)
-    found = system_chart(system, sides, wanted, progress, checkpoint)
+    checkpoint = _kept(keep, system, axes=axes, wanted=wanted)
+    found = system_chart(system, axes, wanted, progress, checkpoint)
     checkpoint.close()
     basis = _basis(found.reduction, wanted)
     return Map(
         system.name,
-        sides,
+        axes,
         ("", ""),
         NAMES,
         found.codes,

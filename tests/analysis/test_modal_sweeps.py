@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from squeal.analysis.answers import Axis
 from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.sweeps import Side, reduced_for, reduced_rows, system_chart
+from squeal.analysis.systems.sweeps import reduced_for, reduced_rows, system_chart
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem
@@ -63,4 +64,4 @@ def test_roots_that_real_modes_lose_are_told(monkeypatch):
 
 def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
     with pytest.raises(InputError, match="kc"):
-        system_chart(disc_and_pad("plain"), (Side("mu", 0.0, 1.0, 2), Side("kc", 1e6, 2e6, 2)))
+        system_chart(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
+from squeal.analysis.answers import Axis
 from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.sweeps import (
     NAMES,
-    Side,
     full_rows,
     reduced_for,
     reduced_rows,
@@ -135,7 +135,7 @@ def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, ver
         (Term(K, Formula("s + mu")),),
         {"s": 1.0},
     )
-    sides = (Side("mu", 0.0, 1.0, 5), Side("s", 0.5, 2.0, 5))
+    sides = (Axis("mu", 0.0, 1.0, 5), Axis("s", 0.5, 2.0, 5))
     assert np.all(system_chart(system, sides).codes == NAMES.index(verdict))
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.answers import Axis, Step
 from squeal.analysis.systems.roots import NO_ROOT, system_roots
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError, InputWarning
@@ -41,22 +42,6 @@ NO_BAND = (
     "a band, a region or modes"
 )
 Changes = Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class SweepRow:
-    """Roots (m,) at one value of the parameter, by rising frequency, and the verdict on them.
-
-    Where only some roots are known the verdict is that of the fastest growing one, None if none of
-    them grows. `residuals` are backward errors in the full problem; NaN where they were not
-    computed. `spurious` roots of a reduced system are none of the full one and left out.
-    """
-
-    value: float
-    roots: NDArray[np.complex128] = field(repr=False)
-    residuals: NDArray[np.float64] = field(repr=False)
-    verdict: str | None
-    spurious: int = 0
 
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
@@ -156,7 +141,7 @@ def reduced_rows(
     name: str,
     values: Sequence[float],
     modes: int | None = None,
-) -> Iterator[SweepRow]:
+) -> Iterator[Step]:
     """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
     noise = noise_of(reduction.system)
     for value in values:
@@ -164,12 +149,12 @@ def reduced_rows(
         verdict = _growth_of(found.values, noise)  # of all of them, however few are listed
         order = ordered(found.values)[:modes]
         residuals = found.residuals[order]
-        yield SweepRow(value, found.values[order], residuals, verdict, found.spurious)
+        yield Step(value, found.values[order], residuals, verdict, spurious=found.spurious)
 
 
 def full_rows(
     system: TermSystem, wanted: Wanted, values: Sequence[float], progress: Progress = quiet
-) -> Iterator[SweepRow]:
+) -> Iterator[Step]:
     """The sweep on the system itself, one value after the other."""
     noise = noise_of(system)
     if not is_small(system) and wanted.rectangle is None and wanted.modes is None:
@@ -181,14 +166,14 @@ def full_rows(
             found = system_roots(system, wanted, changes, progress)
             roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
             residuals = np.array([e.residual for e in found.eigenvalues])
-            yield SweepRow(value, roots, residuals, found.verdict)
+            yield Step(value, roots, residuals, found.verdict)
             continue
         roots = roots_of_all(system, wanted, changes)
         # on all of them, however few are listed
         verdict = (verdict_of if wanted.rectangle is None else _growth_of)(roots, noise)
         if wanted.modes is not None:
             roots = roots[roots.imag >= 0.0][: wanted.modes]
-        yield SweepRow(value, roots, np.full(len(roots), np.nan), verdict)
+        yield Step(value, roots, np.full(len(roots), np.nan), verdict)
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
@@ -214,26 +199,11 @@ def check_method(method: str | None, system: TermSystem) -> str:
 
 
 @dataclass(frozen=True)
-class Side:
-    """A parameter of a chart: n values at the middles of n equal cells between low and high."""
-
-    name: str
-    low: float
-    high: float
-    n: int
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The n values."""
-        return self.low + (self.high - self.low) * (np.arange(self.n) + 0.5) / self.n
-
-
-@dataclass(frozen=True)
 class Chart:
     """Verdict codes (n1, n2), indices into NAMES, and the largest growth rates (1/s; NaN
     without a root)."""
 
-    sides: tuple[Side, Side]
+    sides: tuple[Axis, Axis]
     codes: NDArray[np.int8] = field(repr=False)
     growth: NDArray[np.float64] = field(repr=False)  # largest real part
     reduction: Reduction | None = field(default=None, repr=False)
@@ -242,7 +212,7 @@ class Chart:
 @takes(system=TERMS)
 def system_chart(
     system: TermSystem,
-    sides: tuple[Side, Side],
+    sides: tuple[Axis, Axis],
     wanted: Wanted | None = None,
     progress: Progress = quiet,
     checkpoint: Checkpoint | None = None,
