@@ -9,6 +9,7 @@ from __future__ import annotations
 import html
 import importlib
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,16 +99,11 @@ def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
     """Rows of text as aligned columns, the first to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
-    for row in rows:
-        cells = zip(row, widths, strict=True)
-        lines.append(
-            "  "
-            + "  ".join(
-                cell.rjust(width) if right and i else cell.ljust(width)
-                for i, (cell, width) in enumerate(cells)
-            )
-        )
-    return "\n".join(line.rstrip() for line in lines)
+    for first, *others in rows:
+        cells = zip(others, widths[1:], strict=True)
+        rest = [cell.rjust(width) if right else cell.ljust(width) for cell, width in cells]
+        lines.append("  ".join(["", first.ljust(widths[0]), *rest]).rstrip())
+    return "\n".join(lines)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,14 +161,14 @@ class Table:
         write_table(path, units, ([column.of(row) for column in self.columns] for row in self.rows))
 
 
-class Answer:
+class Answer(ABC):
     """What a question is answered with. Subclasses are records with a `table`."""
 
     warnings: tuple[str, ...] = ()  # what a user should know before using the answer
 
+    @abstractmethod
     def table(self) -> Table:
         """The columns and rows of the answer."""
-        raise NotImplementedError
 
     def parts(self) -> Sequence[str | Table]:
         """What stands under each other for people: lines of text and tables."""
