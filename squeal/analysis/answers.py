@@ -399,20 +399,40 @@ class Axis:
     log: bool = False
 
     def __post_init__(self) -> None:
-        at = Place("Axis", self.name)
-        Whole(2, 100_000).read(self.n, at / "n")
+        self.check(Whole(2, 100_000), Place("Axis", self.name))
+
+    def check(self, count: Whole, at: Place) -> None:
+        """Refuse an empty range. Raises InputError."""
+        count.read(self.n, at / "n")
         for end in (self.low, self.high):
             Number().check(end, at)
         if not self.low < self.high or (self.log and not self.low > 0.0):
-            allowed = "a range with low < high" + (", above 0" if self.log else "")
+            allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
 
     @property
     def values(self) -> NDArray[np.float64]:
         """The n values."""
-        low, high = (math.log(end) if self.log else end for end in (self.low, self.high))
-        middles = low + (high - low) * (np.arange(self.n) + 0.5) / self.n
-        return np.exp(middles) if self.log else middles
+        low, high = self.ends
+        return np.asarray(self.uneven(low + (high - low) * (np.arange(self.n) + 0.5) / self.n))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends as the cells are equal in them."""
+        return self.even(self.low), self.even(self.high)
+
+    def at(self, share: Any) -> Any:
+        """Values at shares of the way from low to high."""
+        low, high = self.ends
+        return self.uneven(low + (high - low) * share)
+
+    def even(self, value: Any) -> Any:
+        """Values as the cells are equal in them: themselves or their logarithms."""
+        return np.log10(value) if self.log else value
+
+    def uneven(self, value: Any) -> Any:
+        """What `even` was made from."""
+        return 10.0**value if self.log else value
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,10 +8,11 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from squeal.analysis.answers import Axis as AnyAxis
 from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.admissible import LIMITED
 from squeal.errors import InputError
@@ -39,68 +40,17 @@ FIELD_POINTS = 2_000  # that are followed together
 
 
 @dataclass(frozen=True)
-class Axis:
-    """One parameter of a map: n values at the middles of n equal cells between low and high.
-
-    log: the cells are equal in the logarithm. Raises InputError for an unknown parameter or for
-    values that it may not take.
-    """
-
-    name: str
-    low: float
-    high: float
-    n: int
-    log: bool = False
+class Axis(AnyAxis):
+    """One parameter of a map of pads; raises InputError for values that it may not take."""
 
     def __post_init__(self) -> None:
         at = Place("Axis")
-        check_axis(self.name, self.low, self.high, self.n, at, self.log)
-
-    @property
-    def values(self) -> np.ndarray:
-        """The n values."""
-        numbers = np.arange(self.n)
-        low, high = self.ends
-        return np.asarray(self.uneven(low + (high - low) * (numbers + 0.5) / self.n))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Both ends as the cells are equal in them."""
-        return self.even(self.low), self.even(self.high)
-
-    def at(self, share: Any) -> Any:
-        """Values at shares of the way from low to high."""
-        low, high = self.ends
-        return self.uneven(low + (high - low) * share)
-
-    def share(self, value: Any) -> Any:
-        """What `at` makes values of."""
-        low, high = self.ends
-        return (self.even(value) - low) / (high - low)
-
-    def even(self, value: Any) -> Any:
-        """Values as the cells are equal in them: themselves or their logarithms."""
-        return np.log10(value) if self.log else value
-
-    def uneven(self, value: Any) -> Any:
-        """What `even` was made from."""
-        return 10.0**value if self.log else value
-
-
-def check_axis(name: str, low: float, high: float, n: int, at: Place, log: bool = False) -> None:
-    """Refuse an axis that no pad could take; `at` tells messages where it stands."""
-    if name not in PARAMETERS:
-        raise at.must_be(name, f"one of {', '.join(PARAMETERS)}")
-    Number().check(low, at / "low")
-    Number().check(high, at / "high")
-    COUNT.read(n, at / "n")
-    if not low < high:
-        raise at.must_be(f"{low:g} to {high:g}", "a range with low < high")
-    if log and not low > 0.0:
-        raise at.must_be(f"{low:g} to {high:g}", "a range above 0 on a logarithmic axis")
-    half = (high / low) ** (0.5 / n) if log else (high - low) / 2 / n
-    for end in (low * half, high / half) if log else (low + half, high - half):
-        PARAMETERS[name].kind.check(end, at)
+        if self.name not in PARAMETERS:
+            raise at.must_be(self.name, f"one of {', '.join(PARAMETERS)}")
+        self.check(COUNT, at)
+        share = 0.5 / self.n  # of the way: the outermost values
+        for end in (self.at(share), self.at(1.0 - share)):
+            PARAMETERS[self.name].kind.check(float(end), at)
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
