@@ -141,7 +141,7 @@ def test_mode_coupling_scatters_as_its_closed_form_says():
     # |d| < sqrt(4 k (x - k)), with an even k the whole is moved
     mean, size, k = 1.0, 0.2, 0.5
     system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
-    count = 200
+    count = 80
     found = scatter(system, Spreads((Spread("a", "absolute", size),), count, 5), mu_max=3.0)
     assert (found.failed, found.beyond) == (0, 0)
 
