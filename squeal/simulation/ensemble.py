@@ -97,9 +97,17 @@ def _work(task: _Task) -> Arrays:
     # long motions first: their lanes take up short ones at the end
     rates = np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     order = np.argsort(-stop * rates, kind="stable")
-    size = n if task.measure is None else options.looked_at_together
-    for begin in range(0, n, size):
+    begin = 0
+    while begin < n:
+        # of long motions fewer are measured at once: their steps are kept meanwhile
+        size = int(100 * options.looked_at_together / (stop * rates)[order[begin]])
+        size = (
+            n
+            if task.measure is None
+            else min(max(size, 2 * options.lanes), options.looked_at_together)
+        )
         block = order[begin : begin + size]
+        begin += size
         start = touching[:, block], state[:, block], stop[block]
         how = task.tolerance, task.measure is not None, options
         course = taylor.run_together(_some(model, block), *start, *how)
