@@ -404,8 +404,8 @@ class Axis:
     def check(self, count: Whole, at: Place) -> None:
         """Refuse an empty range. Raises InputError."""
         count.read(self.n, at / "n")
-        for end in (self.low, self.high):
-            Number().check(end, at)
+        for name, end in (("low", self.low), ("high", self.high)):
+            Number().check(end, at / name)
         if not self.low < self.high or (self.log and not self.low > 0.0):
             allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)

@@ -62,7 +62,7 @@ def _needed(path: Path) -> frozenset[Path]:
     """Files of this package that a file imports itself, or loads by name."""
     names, text = _imports(path), _TEXT.sub("", path.read_text(encoding="utf-8"))
     late = set(_NAMED.findall(text))
-    if PACKAGE in names:  # `squeal.eigenvalues` loads where it stands when it is used
+    if PACKAGE in names:  # a verb of the package loads where it stands when it is used
         used = set(re.findall(r"\bsqueal\.(\w+)", text)) & _HOME.keys()
         late |= {f"{PACKAGE}.{_HOME[name]}" for name in used}
     return frozenset().union(*map(_files, names | late))

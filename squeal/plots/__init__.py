@@ -3,6 +3,7 @@
 What an answer draws by `answer.plot("picture.png")` is made here; Matplotlib loads with it.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,6 +15,4 @@ __all__ = ["draw"]
 def __getattr__(name: str) -> Any:
     if name != "draw":
         raise AttributeError(f"module 'squeal.plots' has no attribute {name!r}")
-    import squeal.plots.answers as answers
-
-    return answers.draw
+    return import_module("squeal.plots.answers").draw

@@ -44,7 +44,8 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
     # whatever was asked before
     for other in (falling(V=2.0), pad):
         critical_friction(other, 0.3)
-        assert critical_friction(pad, 0.5) == found
+        again = critical_friction(pad, 0.5)
+    assert (again.points, again.crossings) == (found.points, found.crossings)
 
 
 @pytest.fixture(params=[400, 8], ids=["full", "reduced"])

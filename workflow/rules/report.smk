@@ -9,8 +9,11 @@ rule text:
         results=RESULTS,
         texts=expand("paper/{text}.tex", text=TEXTS),
         package=sources("squeal.article.report.__main__"),
-        own=[str(path) for folder in ("figures", "report/tables", "studies")
-             for path in sorted(Path("squeal/article", folder).glob("*.py"))],
+        own=[
+            str(path)
+            for folder in ("figures", "report/tables", "studies")
+            for path in sorted(Path("squeal/article", folder).glob("*.py"))
+        ],
     output:
         expand("{folder}/{name}.tex", folder=GENERATED, name=["values", "captions", *TABLES]),
     log:
@@ -34,10 +37,10 @@ rule paper:
         text="paper/{text}.tex",
     output:
         "paper/{text}.pdf",
-    wildcard_constraints:
-        text="|".join(TEXTS),
     log:
         "logs/{text}.log",
+    wildcard_constraints:
+        text="|".join(TEXTS),
     params:
         folder="generated/tex",
     shell:
