@@ -28,9 +28,8 @@ from squeal.linear.verdict import decide
 from squeal.model.contact import contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.model.states import State
-from squeal.schema.arguments import Several, takes
 from squeal.schema.place import Place
-from squeal.schema.values import Number
+from squeal.schema.values import Number, Several, takes
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 _AT_ORIGIN = "about the origin, full contact"

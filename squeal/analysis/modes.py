@@ -13,8 +13,7 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear import Crossing, Spectrum, System, thresholds, track, verdict
 from squeal.linear.system import check_system
-from squeal.schema.arguments import Instance, takes
-from squeal.schema.values import Number
+from squeal.schema.values import Instance, Number, takes
 
 PAD_COORDINATES = ("x", "y", "theta")
 FINE, COARSE = 201, 81  # values of mu that a sweep looks at, of small and of larger systems

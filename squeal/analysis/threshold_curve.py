@@ -14,7 +14,7 @@ from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, Axis, Found, codes_
 from squeal.analysis.stack import QUIET, PadStack
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS
-from squeal.schema.arguments import takes
+from squeal.schema.values import takes
 
 Kind = Literal["flutter", "divergence", "fold", "contact"]
 KINDS: tuple[Kind, ...] = ("flutter", "divergence", "fold", "contact")

@@ -21,7 +21,7 @@ from squeal.linear import (
 from squeal.linear.changes import TIGHT
 from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
 from squeal.linear.matrices import checked, reduce
-from squeal.schema.arguments import takes
+from squeal.schema.values import takes
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
 

@@ -1,8 +1,9 @@
 """Parameters varied and everything recomputed: what moves the critical friction (advise), and what
 tolerances make of it (scatter).
 
-Variations of a pad are followed together as a stack. One that a stack cannot decide is a query of
-its own, which decides it or says why it cannot.
+Variations of a pad are followed together as a stack over values of friction, not by the
+certified search of a query: a window of growth narrower than a step may be missed. One that a stack
+cannot decide is a query of its own, which decides it or says why it cannot.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -30,11 +32,9 @@ from squeal.io.scene import Scene
 from squeal.linear import GROWING, Spectrum, complex_eigenvalues
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.numerics.shares import wilson
-from squeal.schema.arguments import FILE, takes
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
-from squeal.schema.values import Kind, Number, Whole
+from squeal.schema.values import FILE, Kind, Number, Whole, takes
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
@@ -379,7 +379,7 @@ def advise(
     mu_max : float
         Upper end of the range in which the critical friction is sought.
     progress : callable, optional
-        Called with (done, count) after each parameter.
+        Called with (done, count) after some of the parameters.
 
     Returns
     -------
@@ -734,3 +734,16 @@ def scatter(
     high = wilson(above + failed, made + failed, CONFIDENCE)[1]
     counts = (no_pad, failed, above / made, (low, high), asked)
     return Scatter(varied.free, varied.at, mu_max, critical, *counts)
+
+
+def wilson(count: int, total: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Wilson's interval for a share of which `count` of `total` were seen.
+
+    By hand, since loading scipy.stats takes longer than what asks for it.
+    """
+    z = NormalDist().inv_cdf((1.0 + confidence) / 2.0)
+    middle, whole = count + z * z / 2.0, total + z * z
+    half = z * math.sqrt(count * (total - count) / total + z * z / 4.0)
+    low = (middle - half) / whole if count > 0 else 0.0
+    high = (middle + half) / whole if count < total else 1.0
+    return low, high

@@ -19,9 +19,8 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.formula import Formula
-from squeal.schema.arguments import Several
 from squeal.schema.place import Place
-from squeal.schema.values import Number
+from squeal.schema.values import Number, Several
 
 Progress = Callable[[str], None]
 Band = tuple[float, float]

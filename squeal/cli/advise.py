@@ -1,5 +1,6 @@
 """`squeal advise`: each parameter lowered and raised by a tolerance, the critical friction computed
-anew, the strongest lever first."""
+anew, the strongest lever first. Variations of a pad are followed in steps of friction: windows of
+growth narrower than a step may be missed, which `squeal critical-friction` finds."""
 
 import argparse
 import math

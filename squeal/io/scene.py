@@ -25,10 +25,21 @@ from squeal.model.contact import (
 )
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.schema.arguments import FILE, Instance, takes
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place, shown
-from squeal.schema.values import Angle, Number, Row, Square, Whole, Word, Words, warn_of_degrees
+from squeal.schema.values import (
+    FILE,
+    Angle,
+    Instance,
+    Number,
+    Row,
+    Square,
+    Whole,
+    Word,
+    Words,
+    takes,
+    warn_of_degrees,
+)
 
 OUTPUTS = ("events", "shares", "extrema", "response", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")

@@ -33,10 +33,9 @@ from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffn
 from squeal.linear.matrices import reduce
 from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.formula import ALLOWED, Formula
-from squeal.schema.arguments import FILE, takes
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
-from squeal.schema.values import Flag, Kind, Named, Number, Numbers, Row, Square, Text
+from squeal.schema.values import FILE, Flag, Kind, Named, Number, Numbers, Row, Square, Text, takes
 
 PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not

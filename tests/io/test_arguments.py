@@ -4,8 +4,7 @@ import pytest
 
 import squeal
 from squeal.errors import InputError
-from squeal.schema.arguments import FILE, Several, takes
-from squeal.schema.values import Number
+from squeal.schema.values import FILE, Number, Several, takes
 
 ABOVE = Number(low=0.0)
 

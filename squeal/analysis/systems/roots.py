@@ -16,7 +16,7 @@ from squeal.linear.eigen import STIFF, Eigenvalue, hidden, spectrum_of
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import ACCEPTED, decide, judge_reduced
-from squeal.schema.arguments import takes
+from squeal.schema.values import takes
 from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around, growth_bound
 from squeal.sparse.dense import dense_spectrum
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in

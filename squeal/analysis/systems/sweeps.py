@@ -19,7 +19,7 @@ from squeal.linear import GROWING, VERDICTS
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import decide
-from squeal.schema.arguments import takes
+from squeal.schema.values import takes
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from squeal.analysis.variations import wilson
 from squeal.article.claims import CLAIMS
 from squeal.article.identify.judging import INDEPENDENT, margins
 from squeal.article.identify.space import DIMENSIONS, decode
 from squeal.article.records import Record, Result, Share
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.numerics.shares import wilson
 
 SETS, SEED = 2000, 1
 CONFIDENCE = 0.95

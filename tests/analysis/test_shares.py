@@ -3,7 +3,7 @@
 import pytest
 from scipy.stats import binomtest
 
-from squeal.numerics.shares import wilson
+from squeal.analysis.variations import wilson
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 1), (1, 1), (0, 7), (3, 7), (7, 7), (96, 192)])
