@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -34,6 +35,7 @@ from squeal.analysis.sensitivity import (
 from squeal.analysis.stack import parameters
 from squeal.analysis.threshold_curve import threshold_curves
 from squeal.analysis.thresholds import critical_friction
+from squeal.errors import InputWarning
 from squeal.io.answer import number, unit_word
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
@@ -140,6 +142,8 @@ def map_over(
         known = shown.values[np.isfinite(shown.values)]
         span = f"{known.min():.6g} to {known.max():.6g} {values[1]}" if known.size else "nowhere"
         notes = (f"{QUANTITIES[shown.quantity][0]}: {span}",)
+        for words in shown.warnings:  # of the quantity; those of the record are of equilibria
+            warnings.warn(words, InputWarning, stacklevel=4)
     return Map(
         scene.model,
         pair,

@@ -27,7 +27,7 @@ def options(parser: Parser) -> None:
         parser,
         table="the verdicts",
         figure="the map",
-        curve="the curves on which stability is lost, continued,",
+        curve="the curves on which stability is lost",
     )
 
 

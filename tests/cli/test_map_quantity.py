@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from squeal.analysis.stack import PadStack
 from squeal.analysis.thresholds import critical_friction
 from squeal.cli.main import main
 from squeal.io.scene import read_scene
@@ -39,6 +40,24 @@ def test_values_are_those_of_single_scenes(capsys, tmp_path):
                 assert value == pytest.approx(loss.mu, rel=1e-9)
                 assert float(written) == value
     assert picture.read_text().startswith("<?xml")
+
+
+def test_values_that_could_not_be_decided_are_told(capsys, monkeypatch):
+    losses = PadStack.first_losses
+
+    def undecided(stack, mu_max):
+        found = losses(stack, mu_max)
+        return found._replace(unknown=np.ones(stack.n, dtype=bool))
+
+    monkeypatch.setattr(PadStack, "first_losses", undecided)
+    query = ["map", B3, "--n", "2", "--quantity", "critical-friction", "--json"]
+    assert main(query) == 0
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    (words,) = found["warnings"]
+    assert "100 %" in words
+    assert words in err
+    assert found["admissible"]  # the warning speaks of the quantity, not of equilibria
 
 
 def test_people_are_given_the_range_and_its_unit(capsys):
