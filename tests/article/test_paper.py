@@ -15,51 +15,53 @@ from tests.conftest import ROOT
 PAPER = {name: (ROOT / "paper" / name).read_text(encoding="utf-8") for name in report.TEXTS}
 NUMBERS = {"h": 0.59, "mu": 0.32}
 FLAT = {"h": 0.2, "mu": 0.59}
-C_ONLY = {"a": None, "b": None, "c": 0.2, "d": None}
-NONE = dict.fromkeys("abcd")
+LINE_C = {"B1": (), "B2": ("c",)}
+POINTS_A = {"B1": ("a",), "B2": ()}
 
 
-def one_set(numbers=FLAT, satisfied=14, line=("c",), critical=NONE, lasting=(0.0, 0.0)):
+def one_set(numbers=FLAT, satisfied=14, line=("c",), flutters=POINTS_A, lasting=0.0, growth=-1.0):
     return sets.ParameterSet(
         numbers=numbers,
         satisfied=satisfied,
         failing=(),
         hammering={"B1": ("c", "d"), "B2": line},
-        critical=critical,
-        points=NONE,
+        flutters=flutters,
+        critical=0.2,
         lost={"B1": 0.3, "B2": 0.1},
-        lasting=dict(zip(("B1", "B2"), lasting, strict=True)),
+        apart={"B1": 0.3, "B2": 0.4},
+        lasting={"B1": lasting, "B2": lasting},
+        growth={"B1": growth, "B2": growth},
     )
 
 
 def four_sets(**changes):
-    found = {
-        "reference": one_set(NUMBERS, critical=C_ONLY, lasting=(0.8, 0.7)),
+    made = {
+        "reference": one_set(NUMBERS, flutters=LINE_C, lasting=0.8),
         "set-2": one_set(),
-        "set-3": one_set(line=(), lasting=(1.0, 0.0)),
+        "set-3": one_set(line=(), lasting=1.0, growth=1.0),
         "set-4": one_set(satisfied=15),
     }
     for name, change in changes.items():
         key = name.replace("_", "-")
-        found[key] = dataclasses.replace(found[key], **change)
-    return sets.Sets(sets=found, statements=16)
+        made[key] = dataclasses.replace(made[key], **change)
+    return sets.Sets(sets=made, statements=16)
 
 
-D_ALONE = {"B1": ("d",), "B2": ("d",)}
+ONCE = {"B1": 0.5, "B2": 0.5}
 BROKEN = [
     ("three-flat-sets", {"set_2": {"numbers": NUMBERS}}),
     ("one-set-satisfies-all-that-can-hold", {"set_4": {"satisfied": 13}}),
     ("flat-sets-need-much-friction", {"set_3": {"numbers": FLAT | {"mu": 0.3}}}),
     (
-        "line-hammers-in-c-alone-in-three-sets",
+        "c-alone-with-both-models-in-all-but-set-3",
         {"set_3": {"hammering": {"B1": ("d",), "B2": ("d",)}}},
     ),
-    ("points-hammer-in-d-in-every-set", {"set_2": {"hammering": {"B1": (), "B2": ("c",)}}}),
+    ("cases-differ-in-each-set", {"set_2": {"hammering": {"B1": (), "B2": ("c",)}}}),
     ("points-lose-more-in-every-set", {"set_4": {"lost": {"B1": 0.1, "B2": 0.2}}}),
-    ("only-c-flutters", {"reference": {"critical": NONE}}),
-    ("no-point-contact-flutters", {"reference": {"points": C_ONLY}}),
-    ("flutter-explains-the-reference-alone", {"set_2": {"critical": C_ONLY}}),
-    ("coexistence-depends-on-the-set", {"set_2": {"lasting": {"B1": 1.0, "B2": 1.0}}}),
+    ("loss-from-full-contact-turns-the-order", {"set_4": {"apart": {"B1": 0.9, "B2": 0.2}}}),
+    ("only-c-of-the-line-flutters", {"reference": {"flutters": POINTS_A}}),
+    ("flat-sets-flutter-on-points-alone", {"set_2": {"flutters": LINE_C}}),
+    ("coexistence-in-the-reference-alone", {"set_2": {"lasting": ONCE}}),
 ]
 
 

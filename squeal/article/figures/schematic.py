@@ -41,11 +41,11 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
 def lamps(hammering: Hammering, sets: Sets, onset: Onset) -> dict[str, dict[str, bool]]:
     """The answers by question and case."""
     first = {name: one["1"] for name, one in hammering.motions.items()}
-    critical = sets.sets[REFERENCE].critical
+    flutters = sets.sets[REFERENCE].flutters
     found: dict[str, dict[str, bool]] = {
         "points: an edge separates": {c: first[f"b1-{c}"].apart > 0.0 for c in CASES},
         "line: the surfaces separate": {c: first[f"b2-{c}"].separated > 0.0 for c in CASES},
-        "line: sliding flutters": {c: critical[c] is not None for c in CASES},
+        "line: sliding flutters": {c: c in flutters["B2"] for c in CASES},
     }
     if onset.after:
         at = onset.ratios.index(RATIO)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
+from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
@@ -11,8 +12,7 @@ from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.hammering import contact, motion
-from squeal.article.studies.onset import RATIO, after
-from squeal.errors import ComputationError
+from squeal.article.studies.onset import RATIO, After, after
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 
@@ -24,23 +24,30 @@ Share = Annotated[float, ".1%"]
 class ParameterSet(Record):
     """A parameter set under the article's statements.
 
-    numbers: h/w, k2/k1, k3/k1, k4/k1, k_c/k1, L/w, mu and F_n/(k1 w); satisfied: the independent
-    statements; failing: ids of all that it does not satisfy; hammering: the cases that hammer by
-    model; critical, points: by case of B2 and of B1 the friction at which the equilibrium begins to
-    flutter without damping, None if it does not up to that of the set; lost: mean share of time
-    over the cases in which an edge is separated that touches in the equilibrium, by model; lasting:
-    share of the initial conditions from which contact is lost on and on in case (d) with damping,
-    by model.
+    numbers: ratios of parameters and initial values, as `ratios` gives them; satisfied: the
+    independent statements; failing: ids of all that it does not satisfy; hammering, flutters: the
+    cases by model that hammer, and whose sliding equilibrium flutters without damping; critical:
+    the friction at which B2 (c) begins to; lost: mean share of time over the cases in which an edge
+    is separated that touches in the equilibrium, apart: in which any is, by model; lasting: share
+    of the initial conditions from which contact is lost on and on in case (d) with damping, growth:
+    greatest real part of the eigenvalues there, 1/ms, by model.
     """
 
     numbers: dict[str, float]
     satisfied: int
     failing: tuple[str, ...]
     hammering: dict[str, tuple[str, ...]]
-    critical: dict[str, float | None]
-    points: dict[str, float | None]
+    flutters: dict[str, tuple[str, ...]]
+    critical: float | None
     lost: dict[str, Share]
+    apart: dict[str, Share]
     lasting: dict[str, Share]
+    growth: dict[str, float | None]
+
+    def coexists(self, model: str) -> bool:
+        """Whether contact is lost on and on beside a stable equilibrium in case (d)."""
+        growth = self.growth.get(model)
+        return growth is not None and growth < 0.0 and self.lasting[model] > 0.0
 
 
 class Sets(Result):
@@ -55,53 +62,67 @@ class Sets(Result):
         return [one for one in self.sets.values() if one.numbers["h"] < FLATTEST]
 
 
-def _critical(scene: Scene) -> float | None:
-    try:
-        points = critical_friction(scene, scene.pad.mu).points
-    except ComputationError:
-        return None
-    return next((point.mu for point in points if point.kind == "flutter"), None)
+def ratios(points: Scene, line: Scene) -> dict[str, float]:
+    """Ratios of the parameters and initial values of both models to w, m, k1 and F_n / k1."""
+    b1, b2 = points.pad, line.pad
+    assert b1.k3 is not None
+    assert b1.k4 is not None
+    assert b2.k_c is not None
+    assert b2.F_n is not None
+    assert b2.I is not None
+    sag = b2.F_n / b2.k1
+    return {
+        "h": b2.h / b2.w,
+        "I": b2.I / (b2.m * (b2.w**2 + b2.h**2) / 3.0),
+        "k2": b2.k2 / b2.k1,
+        "k3": b1.k3 / b1.k1,
+        "k4": b1.k4 / b1.k1,
+        "k_c": b2.k_c / b2.k1,
+        "L": b2.L1 / b2.w,
+        "mu": b2.mu,
+        "F_n": b2.F_n / (b2.k1 * b2.w),
+        "x": line.initial[0] / sag,
+        "y1": points.initial[1] / sag,
+        "y2": line.initial[1] / sag,
+        "y0": (b2.y0 or 0.0) / sag,
+    }
 
 
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
-    """A set from its nine scenes."""
+    """A set from its eight scenes."""
     b1, b2 = ({c: scenes[stem(m, c)] for c in CASES} for m in ("B1", "B2"))
     cases = measure_scenes(b1, b2)
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     judged = judge_claims({**cases, "b3": linear})
     independent = {claim.id for claim in CLAIMS if claim.informative}
-    line, points = b2["c"].pad, b1["c"].pad
-    lost = {name: motion(case, contact(scenes[name])).lost for name, case in cases.items()}
-    assert points.k3 is not None
-    assert points.k4 is not None
-    assert line.k_c is not None
-    assert line.F_n is not None
-    late = {}
+    motions = {name: motion(case, contact(scenes[name])) for name, case in cases.items()}
+    verdicts = {name: analyse(scene).judgement.verdict for name, scene in scenes.items()}
+    losses = critical_friction(b2["c"], b2["c"].pad.mu).points
+    late: dict[str, After] = {}
     if version("heyoka") != NOT_INSTALLED:
-        for model, scene in (("B1", b1["d"]), ("B2", b2["d"])):
-            row, _ = after(scene, RATIO)
-            late[model] = row.lasting / row.starts
+        late = {model: after(one["d"], RATIO)[0] for model, one in (("B1", b1), ("B2", b2))}
+
+    def mean(key: str) -> dict[str, float]:
+        """Over the cases, by model."""
+        return {
+            model: sum(getattr(motions[stem(model, case)], key) for case in CASES) / len(CASES)
+            for model in ("B1", "B2")
+        }
+
     return ParameterSet(
-        numbers={
-            "h": line.h / line.w,
-            "k2": line.k2 / line.k1,
-            "k3": points.k3 / points.k1,
-            "k4": points.k4 / points.k1,
-            "k_c": line.k_c / line.k1,
-            "L": line.L1 / line.w,
-            "mu": line.mu,
-            "F_n": line.F_n / (line.k1 * line.w),
-        },
+        numbers=ratios(b1["c"], b2["c"]),
         satisfied=sum(one.holds for one in judged if one.id in independent),
         failing=tuple(one.id for one in judged if not one.holds),
         hammering=hammering_cases(cases),
-        critical={case: _critical(scene) for case, scene in b2.items()},
-        points={case: _critical(scene) for case, scene in b1.items()},
-        lost={
-            model: sum(v for name, v in lost.items() if name.startswith(model.lower())) / 4
+        flutters={
+            model: tuple(case for case in CASES if verdicts[stem(model, case)] == "flutter")
             for model in ("B1", "B2")
         },
-        lasting=late,
+        critical=next((point.mu for point in losses if point.kind == "flutter"), None),
+        lost=mean("lost"),
+        apart=mean("apart"),
+        lasting={model: row.lasting / row.starts for model, row in late.items()},
+        growth={model: row.growth for model, row in late.items()},
     )
 
 
@@ -119,22 +140,26 @@ def study(files: Sequence[Path]) -> Sets:
 def sentences(found: Sets) -> Mapping[str, bool]:
     """What the paper says of all sets."""
     every, flat, first = found.sets.values(), found.flat, found.sets[REFERENCE]
-    lines = [one.hammering["B2"] for one in every]
-    lasting = {name: one.lasting for name, one in found.sets.items() if one.lasting}
+    hammering = [one.hammering for one in every]
+    both = [set(one["B1"]) & set(one["B2"]) for one in hammering]
+    without_batches = not first.lasting
     return {
         "three-flat-sets": len(flat) >= 3,
         "one-set-satisfies-all-that-can-hold": found.sets["set-4"].satisfied
         == found.statements - 1,
         "flat-sets-need-much-friction": all(one.numbers["mu"] > 0.58 for one in flat),
-        "line-hammers-in-c-alone-in-three-sets": sorted(lines) == [(), ("c",), ("c",), ("c",)],
-        "points-hammer-in-d-in-every-set": all("d" in one.hammering["B1"] for one in every),
-        "cases-differ-in-each-set": all(0 < len(one.hammering["B1"]) < len(CASES) for one in every),
+        "c-alone-with-both-models-in-all-but-set-3": both == [{"c"}, {"c"}, set(), {"c"}],
+        "points-hammer-in-d-in-every-set": all("d" in one["B1"] for one in hammering),
+        "cases-differ-in-each-set": all(0 < len(one["B1"]) < len(CASES) for one in hammering),
         "points-lose-more-in-every-set": all(one.lost["B1"] > one.lost["B2"] for one in every),
-        "only-c-flutters": [c for c, mu in first.critical.items() if mu is not None] == ["c"],
-        "no-point-contact-flutters": all(mu is None for mu in first.points.values()),
-        "flutter-explains-the-reference-alone": all(
-            mu is None for one in flat for mu in one.critical.values()
+        "loss-from-full-contact-turns-the-order": all(
+            one.apart["B1"] < one.apart["B2"] for one in every
         ),
-        "coexistence-depends-on-the-set": not lasting
-        or [min(one.values()) > 0.0 for one in lasting.values()] == [True, False, False, False],
+        "only-c-of-the-line-flutters": first.flutters == {"B1": (), "B2": ("c",)},
+        "flat-sets-flutter-on-points-alone": all(
+            one.flutters["B2"] == () and "a" in one.flutters["B1"] for one in flat
+        ),
+        "coexistence-in-the-reference-alone": without_batches
+        or [[one.coexists(model) for model in ("B1", "B2")] for one in every]
+        == [[True, True], *[[False, False]] * 3],
     }

@@ -130,7 +130,10 @@ def sentences(found: Starts) -> Mapping[str, bool]:
     b1 = [name for name in found.cases if name.startswith("b1")]
     return {
         "b1-can-keep-contact": all(found.share(name, permanent, 10) > 0.0 for name in b1),
-        "b2-c-hammers-from-most": found.share("b2-c", hammering, 10) > 0.5,
+        "b1-hammers-from-most-in-a-c-d": all(
+            found.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
+        ),
+        "b2-c-hammers-from-all": found.share("b2-c", hammering, 10) == 1.0,
         "b2-others-hammer-nowhere": all(
             found.share(f"b2-{case}", hammering, 10) == 0.0 for case in "ab"
         ),

@@ -1,17 +1,28 @@
 """The parameter sets with their verdicts."""
 
-from squeal.article.cases import CASES
 from squeal.article.report.latex import number, percent, tabular
 from squeal.article.studies.sets import ParameterSet, Sets
 
-CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed) and verdicts
-under each. Ratios on an edge of the searched range are marked $\dagger$. Lost: mean share of
-time in which an edge is separated that touches at rest. Lasting: share of initial conditions
-from which case (d) loses contact on and on, at $\zeta = {}$\val[p1]{onset.ratio}."""
+CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
+same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
+$\dagger$. Contact lost: mean share of time in which an edge is separated that touches at rest.
+Lasting: share of initial conditions from which case (d) loses contact on and on, at
+$\zeta = {}$\val[p1]{onset.ratio}."""
 NAMES = {
-    "h": "$h/w$", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$", "k4": "$k_4/k_1$", "k_c": "$k_c/k_1$",
-    "L": "$L/w$", "mu": r"$\mu$", "F_n": "$F_n/(k_1 w)$",
-}  # fmt: skip
+    "h": "$h/w$",
+    "I": "$I$ over a uniform rectangle's",
+    "k2": "$k_2/k_1$",
+    "k3": "$k_3/k_1$",
+    "k4": "$k_4/k_1$",
+    "k_c": "$k_c/k_1$",
+    "L": "$L/w$",
+    "mu": r"$\mu$",
+    "F_n": "$F_n/(k_1 w)$",
+    "x": r"$x(0)\,k_1/F_n$",
+    "y1": r"$y(0)\,k_1/F_n$, B1",
+    "y2": r"$y(0)\,k_1/F_n$, B2",
+    "y0": r"$y_0\,k_1/F_n$, B2",
+}
 EDGES = {"L": (0.5, 1.0, 10.0), "mu": (0.1, 0.6), "F_n": (1e-4, 2e-4, 3e-2)}
 """Ends of the searched ranges, of both searches."""
 
@@ -25,13 +36,18 @@ def _ratio(key: str, value: float) -> str:
     return number(value, 3) + (r"$^\dagger$" if near else "")
 
 
+def _lasting(one: ParameterSet, model: str) -> str:
+    if not one.lasting:
+        return "--"
+    return percent(one.lasting[model], 0) + (
+        " (flutters)" if (one.growth[model] or 0.0) > 0.0 else ""
+    )
+
+
 def table(sets: Sets) -> str:
     """A column a set."""
     every: list[ParameterSet] = list(sets.sets.values())
     ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
-
-    def flutter(one: ParameterSet) -> str:
-        return _cases(tuple(case for case in CASES if one.critical[case] is not None))
 
     verdicts = [
         [
@@ -40,16 +56,16 @@ def table(sets: Sets) -> str:
         ],
         ["B1 hammers in", *(_cases(one.hammering["B1"]) for one in every)],
         ["B2 hammers in", *(_cases(one.hammering["B2"]) for one in every)],
-        ["sliding of B2 flutters in", *(flutter(one) for one in every)],
+        *(
+            [f"sliding of {model} flutters in", *(_cases(one.flutters[model]) for one in every)]
+            for model in ("B1", "B2")
+        ),
         *(
             [f"contact lost, {model}", *(percent(one.lost[model], 0) for one in every)]
             for model in ("B1", "B2")
         ),
         *(
-            [
-                f"lasting in (d), {model}",
-                *(percent(one.lasting[model], 0) if one.lasting else "--" for one in every),
-            ]
+            [f"lasting in (d), {model}", *(_lasting(one, model) for one in every)]
             for model in ("B1", "B2")
         ),
     ]
