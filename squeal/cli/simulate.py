@@ -23,7 +23,7 @@ def options(parser: Parser) -> None:
     take_files(
         parser,
         table="the history",
-        figure="a picture of forces, place of the reaction, contact states and spectrum",
+        figure="a picture of forces, position of the reaction, contact states and spectrum",
         sound="one second of the pad's normal velocity",
     )
     parser.add_argument(

@@ -105,7 +105,7 @@ class ContactLaw(Hashable, Protocol):
 
 NORMAL_REACTION = (
     Signal("Rn", "F_n", "R_n", "normal reaction", "normal reaction"),
-    Signal("delta", "w", r"\delta", "place of the reaction", "place of the reaction"),
+    Signal("delta", "w", r"\delta", "position of the reaction", "position of the reaction"),
 )
 FACE_STATES = {"FC": "full contact", "PC": "partial contact", "SS": "surface separation"}
 

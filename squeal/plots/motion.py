@@ -1,4 +1,4 @@
-"""A motion at a glance: forces, place of the reaction, contact states, and the forces' spectrum.
+"""A motion at a glance: forces, position of the reaction, contact states, and the forces' spectrum.
 
 Time histories are coloured by contact state, as in Figs. 4-7 (B1) and 9-12 (B2).
 """
@@ -202,7 +202,7 @@ def alternative_text(run: Summary) -> str:
 
 
 def with_place(run: Run, model: PadModel) -> Run:
-    """The run with the place of the reaction over w in its history, if its law does not plot it.
+    """The run with the position of the reaction over w in its history, if its law does not plot it.
 
     The place jumps nowhere but is steep at a change of contact, so the history gets the located
     changes as times of their own, with what touches before or after.
@@ -261,7 +261,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
 
 
 def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
-    """Panels of forces and of the place of the reaction, a strip of states, and the spectrum.
+    """Panels of forces and of the position of the reaction, a strip of states, and the spectrum.
 
     `frequency` (Hz) is marked in it if it is known.
     """

@@ -41,7 +41,7 @@ def test_pictures_of_a_motion(tmp_path, capsys, scene, ending, head):
         forces = [s.name for s in contact_law(read_scene(scene).model).plotted if s.is_force]
         assert all(f'id="spectrum {name}"' in text for name in forces)
         assert "A last panel shows the spectrum" in text
-        assert text.count("place of the reaction over the half length") == 1
+        assert text.count("position of the reaction over the half length") == 1
 
 
 def test_a_history_over_a_zero_brake_force_is_refused(tmp_path, capsys):

@@ -137,7 +137,7 @@ def fed_by_the_law(study: Study) -> Measured:
 
 
 def static_balance(study: Study) -> Measured:
-    """E7: tilt in case b, and the place of the reaction at its sliding equilibrium."""
+    """E7: tilt in case b, and the position of the reaction at its sliding equilibrium."""
     case, scene = study.cases["b2-b"], study.b2["b"]
     tilt = case.tilt
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
