@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.two_ways.asking import (
@@ -11,6 +11,7 @@ from tests.two_ways.asking import (
     ask,
     cases,
     near,
+    pad_of,
     pads,
     path,
     quiet,
@@ -23,6 +24,7 @@ from tests.two_ways.asking import (
 
 WIDTH = uniform(1e-3, 0.5)
 CELL = st.integers(0, 3)
+MU_MAX = 2.0  # of both, if left out
 UNKNOWN = "unknown"  # of a place where the map cannot know
 
 
@@ -71,7 +73,7 @@ def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
 
 
 def assert_one_critical_friction(scene, widths, cell):
-    """A contour's value at one place is the first loss of the query."""
+    """A contour's value is where the query first loses stability or the equilibrium."""
     found, row, place = mapped(scene, widths, cell, "--quantity", "critical-friction")
     if row["verdict"] == UNKNOWN:
         return
@@ -81,8 +83,10 @@ def assert_one_critical_friction(scene, widths, cell):
     assert row["critical-friction"] == ("" if value is None else repr(value))
     if thresholds["verdict_at_zero"] in ("flutter", "divergence"):
         assert value in (None, 0.0), place
-    elif not losses:
+    elif not losses and thresholds["mu_end"] == MU_MAX:
         assert value is None, (place, value)
+    elif not losses:  # the equilibrium ends without a change of verdict, say turned past 90 degrees
+        assert value == pytest.approx(thresholds["mu_end"], rel=1e-9), (place, thresholds["end"])
     else:
         exact = 1e-6 if losses[0]["kind"] == "fold" else 1e-9
         assert value == pytest.approx(losses[0]["mu"], rel=exact), (place, losses[0])
@@ -90,6 +94,7 @@ def assert_one_critical_friction(scene, widths, cell):
 
 @cases(5, 0.05)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
+@example(pad_of(912), (0.346555, 0.157498), 0)
 def test_a_map_has_the_critical_friction_of_the_queries(scene, widths, cell):
     assert_one_critical_friction(scene, widths, cell)
 
