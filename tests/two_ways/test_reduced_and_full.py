@@ -11,6 +11,7 @@ from scipy.sparse import coo_array
 from tests.two_ways.asking import SEEDS, ask, cases, path, uniform
 
 LOW, HIGH = 60.0, 260.0  # Hz
+FASTEST = 0.2 * 2 * np.pi * HIGH  # 1/s, inside the 0.25 to which a band's region reaches
 
 
 @st.composite
@@ -43,7 +44,7 @@ def upper(found):
     """
     roots = [complex(e["real"], e["imag"]) for e in found["eigenvalues"] if e["imag"] > 0]
     inside = [z for z in roots if LOW <= z.imag / (2 * np.pi) <= HIGH]
-    inside = [z for z in inside if abs(z.real) < 0.2 * 2 * np.pi * HIGH]
+    inside = [z for z in inside if abs(z.real) < FASTEST]
     return np.array(sorted(inside, key=lambda z: z.imag))
 
 
@@ -63,7 +64,10 @@ def test_a_sweeps_reduced_roots_are_the_full_ones(file, values):
     full, reduced = (ask("eigenvalues", file, *sweep, way) for way in ("full", "reduced"))
     for one, other in zip(full["sweep"], reduced["sweep"], strict=True):
         assert_same_roots(upper(one), upper(other), 1e-6)
-        assert one["verdict"] == other["verdict"]
+        if any(e["real"] >= FASTEST for e in one["eigenvalues"]):  # outside the reduced region
+            assert other["verdict"] in (one["verdict"], None)
+        else:
+            assert one["verdict"] == other["verdict"]
 
 
 @cases(5, 0.03)
