@@ -19,14 +19,18 @@ LINE_C = {"B1": (), "B2": ("c",)}
 POINTS_A = {"B1": ("a",), "B2": ()}
 
 
-def one_set(numbers=FLAT, satisfied=14, line=("c",), flutters=POINTS_A, lasting=0.0, growth=-1.0):
+def one_set(
+    numbers=FLAT, satisfied=14, line=("c",), flutters=POINTS_A, lasting=0.0, growth=-1.0, ends=None
+):
     return sets.ParameterSet(
         numbers=numbers,
         satisfied=satisfied,
         failing=(),
         hammering={"B1": ("c", "d"), "B2": line},
         flutters=flutters,
+        without={"B1": (), "B2": ("c",) if ends else ()},
         critical=0.2,
+        ends=ends,
         lost={"B1": 0.3, "B2": 0.1},
         apart={"B1": 0.3, "B2": 0.4},
         lasting={"B1": lasting, "B2": lasting},
@@ -37,7 +41,7 @@ def one_set(numbers=FLAT, satisfied=14, line=("c",), flutters=POINTS_A, lasting=
 def four_sets(**changes):
     made = {
         "reference": one_set(NUMBERS, flutters=LINE_C, lasting=0.8),
-        "set-2": one_set(),
+        "set-2": one_set(ends=0.54),
         "set-3": one_set(line=(), lasting=1.0, growth=1.0),
         "set-4": one_set(satisfied=15),
     }
@@ -61,6 +65,7 @@ BROKEN = [
     ("loss-from-full-contact-turns-the-order", {"set_4": {"apart": {"B1": 0.9, "B2": 0.2}}}),
     ("only-c-of-the-line-flutters", {"reference": {"flutters": POINTS_A}}),
     ("flat-sets-flutter-on-points-alone", {"set_2": {"flutters": LINE_C}}),
+    ("c-of-set-2-alone-has-no-equilibrium", {"set_4": {"without": {"B1": (), "B2": ("d",)}}}),
     ("coexistence-in-the-reference-alone", {"set_2": {"lasting": ONCE}}),
 ]
 

@@ -26,11 +26,13 @@ class ParameterSet(Record):
 
     numbers: ratios of parameters and initial values, as `ratios` gives them; satisfied: the
     independent statements; failing: ids of all that it does not satisfy; hammering, flutters: the
-    cases by model that hammer, and whose sliding equilibrium flutters without damping; critical:
-    the friction at which B2 (c) begins to; lost: mean share of time over the cases in which an edge
-    is separated that touches in the equilibrium, apart: in which any is, by model; lasting: share
-    of the initial conditions from which contact is lost on and on in case (d) with damping, growth:
-    greatest real part of the eigenvalues there, 1/ms, by model.
+    cases by model that hammer, and whose sliding equilibrium flutters without damping; without: the
+    cases by model that have no sliding equilibrium; critical: the friction at which B2 (c) begins
+    to flutter, ends: at which its branch of equilibria ends; lost: share of time in which an edge
+    is separated that touches in the equilibrium, mean over the cases in which both models have one,
+    apart: in which any is; lasting: share of the initial conditions from which contact is lost on
+    and on in case (d) with damping, growth: greatest real part of the eigenvalues there, 1/ms, by
+    model.
     """
 
     numbers: dict[str, float]
@@ -38,7 +40,9 @@ class ParameterSet(Record):
     failing: tuple[str, ...]
     hammering: dict[str, tuple[str, ...]]
     flutters: dict[str, tuple[str, ...]]
+    without: dict[str, tuple[str, ...]]
     critical: float | None
+    ends: float | None
     lost: dict[str, Share]
     apart: dict[str, Share]
     lasting: dict[str, Share]
@@ -95,17 +99,32 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     judged = judge_claims({**cases, "b3": linear})
     independent = {claim.id for claim in CLAIMS if claim.informative}
-    motions = {name: motion(case, contact(scenes[name])) for name, case in cases.items()}
-    verdicts = {name: analyse(scene).judgement.verdict for name, scene in scenes.items()}
+    rests = {name: contact(scenes[name]) for name in cases}
+    motions = {name: motion(case, rests[name]) for name, case in cases.items()}
+    verdicts = {
+        name: analyse(scenes[name]).judgement.verdict if rest is not None else None
+        for name, rest in rests.items()
+    }
     losses = critical_friction(b2["c"], b2["c"].pad.mu).points
+    ends = [point.mu for point in losses if point.kind in ("fold", "lift-off")]
     late: dict[str, After] = {}
     if version("heyoka") != NOT_INSTALLED:
         late = {model: after(one["d"], RATIO)[0] for model, one in (("B1", b1), ("B2", b2))}
 
-    def mean(key: str) -> dict[str, float]:
-        """Over the cases, by model."""
+    def those(verdict: str | None) -> dict[str, tuple[str, ...]]:
+        """The cases of that verdict, by model."""
         return {
-            model: sum(getattr(motions[stem(model, case)], key) for case in CASES) / len(CASES)
+            model: tuple(case for case in CASES if verdicts[stem(model, case)] == verdict)
+            for model in ("B1", "B2")
+        }
+
+    without = those(None)
+    both = [case for case in CASES if not any(case in cases for cases in without.values())]
+
+    def mean(key: str) -> dict[str, float]:
+        """Over the cases in which both models have an equilibrium, by model."""
+        return {
+            model: sum(getattr(motions[stem(model, case)], key) for case in both) / len(both)
             for model in ("B1", "B2")
         }
 
@@ -114,11 +133,10 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         satisfied=sum(one.holds for one in judged if one.id in independent),
         failing=tuple(one.id for one in judged if not one.holds),
         hammering=hammering_cases(cases),
-        flutters={
-            model: tuple(case for case in CASES if verdicts[stem(model, case)] == "flutter")
-            for model in ("B1", "B2")
-        },
+        flutters=those("flutter"),
+        without=without,
         critical=next((point.mu for point in losses if point.kind == "flutter"), None),
+        ends=ends[0] if ends else None,
         lost=mean("lost"),
         apart=mean("apart"),
         lasting={model: row.lasting / row.starts for model, row in late.items()},
@@ -159,6 +177,10 @@ def sentences(found: Sets) -> Mapping[str, bool]:
         "flat-sets-flutter-on-points-alone": all(
             one.flutters["B2"] == () and "a" in one.flutters["B1"] for one in flat
         ),
+        "c-of-set-2-alone-has-no-equilibrium": {
+            name: one.without for name, one in found.sets.items() if any(one.without.values())
+        }
+        == {"set-2": {"B1": (), "B2": ("c",)}},
         "coexistence-in-the-reference-alone": without_batches
         or [[one.coexists(model) for model in ("B1", "B2")] for one in every]
         == [[True, True], *[[False, False]] * 3],

@@ -5,7 +5,8 @@ from squeal.article.studies.sets import ParameterSet, Sets
 
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
-$\dagger$. Contact lost: mean share of time in which an edge is separated that touches at rest.
+$\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
+equilibrium, mean over the cases in which both models have one.
 Lasting: share of initial conditions from which case (d) loses contact on and on, at
 $\zeta = {}$\val[p1]{onset.ratio}."""
 NAMES = {
@@ -60,6 +61,7 @@ def table(sets: Sets) -> str:
             [f"sliding of {model} flutters in", *(_cases(one.flutters[model]) for one in every)]
             for model in ("B1", "B2")
         ),
+        ["B2 has no equilibrium in", *(_cases(one.without["B2"]) for one in every)],
         *(
             [f"contact lost, {model}", *(percent(one.lost[model], 0) for one in every)]
             for model in ("B1", "B2")
