@@ -7,8 +7,8 @@ from squeal.article.studies.onset import After, Onset
 from squeal.plots.style import SINGLE, Drawing, blank, origin, style
 
 COLOURS = ("#CFE6F5", "#F2C14E", "#C8380E")
-CAPTION = r"""Share of initial conditions from which contact is lost on and on, by case and
-damping ratio (B2 with the energy-consistent law). Red: from the reference initial conditions
+CAPTION = r"""Share of initial conditions from which the loss of contact is sustained, by case
+and damping ratio (B2 with the energy-consistent law). Red: from the reference initial conditions
 too; yellow: from others alone, beside a stable equilibrium; blue: permanent contact from all."""
 
 
@@ -51,5 +51,5 @@ def draw(found: Onset) -> Drawing:
         for row in rows
         if row.lasting
     ]
-    text = f"Cases by damping ratio in which contact is lost on and on: {'; '.join(lasting)}."
+    text = f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}."
     return Drawing(figure, text, title, origin(__name__, found.provenance))

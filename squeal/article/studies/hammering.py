@@ -2,7 +2,7 @@
 
 How the verdicts move with the least impulse of a blow and with the observation time; losses of
 contact relative to the state of the sliding equilibrium; both models with equal stiffness and load;
-the same motions without rotation; how far from its equilibrium a pad on points keeps contact.
+the same motions without rotation; up to which height a pad on points is in permanent contact.
 """
 
 import dataclasses
@@ -174,6 +174,14 @@ def study(files: Sequence[Path]) -> Hammering:
     )
 
 
+def _between(amplitude: Mapping[str, float | None], low: str, high: str) -> bool:
+    """Whether two cases have the least and the greatest height; true where they were left out."""
+    heights = {name: value for name, value in amplitude.items() if value is not None}
+    if not heights:
+        return True
+    return min(heights, key=heights.__getitem__) == low and max(heights.values()) == heights[high]
+
+
 def sentences(found: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
     by = found.hammering
@@ -192,5 +200,6 @@ def sentences(found: Hammering) -> Mapping[str, bool]:
         ),
         "no-separation-without-rotation": found.locked == {"B1": ("c", "d"), "B2": ()},
         "light-blows-in-b1-a": found.motions["b1-a"]["1"].leading < found.level,
+        "least-heights-from-b-to-a": _between(found.amplitude, "b1-b", "b1-a"),
         "b1-b-keeps-its-leading-edge": found.motions["b1-b"]["1"].vanishes == 0.0,
     }

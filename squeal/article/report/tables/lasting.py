@@ -4,7 +4,7 @@ from squeal.article.report.latex import number, percent, tabular
 from squeal.article.studies.energy import motion_title
 from squeal.article.studies.onset import Onset
 
-CAPTION = r"""Motions with damping that lose contact on and on, seen over \val[n]{onset.seen}
+CAPTION = r"""Motions with damping and sustained loss of contact, over \val[n]{onset.seen}
 observation times after \val[n]{onset.longer}: whether from the reference initial conditions,
 from how many others; of the liveliest the share of time with an edge separated, the peak force
 over $F_n$, the changes of the edge struck, and whether it hammers; greatest real part of the

@@ -6,8 +6,9 @@ from squeal.article.studies.sets import ParameterSet, Sets
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
 $\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
-equilibrium, mean over the cases in which both models have one.
-Lasting: share of initial conditions from which case (d) loses contact on and on, at
+equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
+models have an equilibrium. Lasting: share of initial conditions from which the loss of contact in
+case (d) is sustained, at
 $\zeta = {}$\val[p1]{onset.ratio}."""
 NAMES = {
     "h": "$h/w$",
@@ -50,6 +51,10 @@ def table(sets: Sets) -> str:
     every: list[ParameterSet] = list(sets.sets.values())
     ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
 
+    losses = {
+        "equilibrium": [one.lost for one in every],
+        "full contact": [one.apart for one in every],
+    }
     verdicts = [
         [
             "independent statements satisfied",
@@ -63,7 +68,8 @@ def table(sets: Sets) -> str:
         ),
         ["B2 has no equilibrium in", *(_cases(one.without["B2"]) for one in every)],
         *(
-            [f"contact lost, {model}", *(percent(one.lost[model], 0) for one in every)]
+            [f"contact lost from {origin}, {model}", *(percent(one[model], 0) for one in shares)]
+            for origin, shares in losses.items()
             for model in ("B1", "B2")
         ),
         *(
