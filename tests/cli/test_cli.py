@@ -10,8 +10,8 @@ import pytest
 from squeal.cli.main import COMMANDS, main
 from squeal.io.provenance import ROOT
 from squeal.io.writing import column_name
-from tests.cli.calls import answer, assert_refused, run
-from tests.conftest import SCENES, needs_heyoka
+from tests.cli.calls import answer, assert_refused
+from tests.conftest import SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
@@ -54,16 +54,6 @@ def test_inner_keys_of_the_answers(capsys):
     found = answer(capsys, "claims")
     assert len(found["claims"]) == 33
     assert {"id", "verdict", "measured", "where"} <= found["claims"][0].keys()
-
-
-@pytest.mark.parametrize(("stem", "flat"), [("b2-a", True), ("b2-c", False)])
-def test_conditions_without_bounds_hold_and_say_nothing(capsys, stem, flat):
-    """Case (a): each spring is along an axis, so that K21 = 0 and no friction is too great."""
-    scene = str(SCENES / f"{stem}.yaml")
-    found = answer(capsys, "sliding", scene)
-    assert (found["bound_23a"] is None, found["bound_23b"] is None) == (flat, flat)
-    assert found["holds_as_printed"] or not flat
-    assert ("they say nothing of sliding" in run(capsys, "sliding", scene)[1]) == flat
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -153,13 +143,6 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     assert not any(found.values()), found
 
 
-@needs_heyoka
-def test_a_simulation_loads_no_plots_and_no_second_integrator():
-    (loaded,) = modules_after(["simulate", B1])
-    assert "heyoka" in loaded
-    assert not loaded & {"matplotlib", "control", "scipy.integrate", "squeal.equilibrium"}
-
-
 def test_a_minus_sign_by_itself_is_one(capsys, tmp_path):
     scene = tmp_path / "minus.yaml"
     text = (SCENES / "b2-c.yaml").read_text()
@@ -169,27 +152,3 @@ def test_a_minus_sign_by_itself_is_one(capsys, tmp_path):
     assert by_set["eigenvalues"] == quoted["eigenvalues"]
     told = assert_refused(capsys, "eigenvalues", scene, "--set", "formulation.line_force=-")
     assert "it must be one of" in told
-
-
-def test_a_missing_package_is_named(capsys, monkeypatch, pad, tmp_path):
-    for name in [n for n in sys.modules if n.startswith("squeal.plots")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    code, out, err = run(capsys, "eigenvalues", pad, "--png", tmp_path / "modes.png")
-    assert (code, out) == (1, "")
-    assert err.startswith("squeal: the package matplotlib cannot be imported (")
-    assert err.count("\n") == 1
-
-
-def test_stopped_while_modules_load(capsys, monkeypatch):
-    def interrupted(name):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("squeal.cli.main.command", interrupted)
-    assert run(capsys, "eigenvalues", "pad.yaml") == (130, "", "squeal: stopped\n")
-
-
-def test_beyond_double_precision_is_no_verdict(capsys):
-    code, out, err = run(capsys, "eigenvalues", SCENES / "b3.yaml", "--set", "I=1e-300")
-    assert (code, out) == (1, "")
-    assert "beyond double precision" in err.splitlines()[-1]

@@ -127,25 +127,6 @@ def test_complex_matrices_are_not_written(tmp_path, capsys):
     assert not list((tmp_path / "out").iterdir())
 
 
-def test_terms_are_written_both_or_not_at_all(tmp_path, capsys):
-    mmwrite(tmp_path / "k.mtx", csc_array(np.eye(2)))
-    given = [f"{mu}:{tmp_path / 'k.mtx'}" for mu in (0.0, 0.4)]
-    assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.hb")  # K1 is zero
-    assert [p.name for p in tmp_path.iterdir()] == ["k.mtx"]
-    answer(capsys, "terms", *given, "--output", tmp_path / "S.inp")
-    assert read_matrix(tmp_path / "S1.inp").matrix.shape == (2, 2)
-
-
-@pytest.mark.filterwarnings("error")
-def test_terms_that_are_not_finite_are_not_written(tmp_path, capsys):
-    for name, size in (("a", 1.0), ("b", 2.0)):
-        mmwrite(tmp_path / f"{name}.mtx", csc_array(size * np.eye(2)))
-    given = [f"0:{tmp_path / 'a.mtx'}", f"1e-320:{tmp_path / 'b.mtx'}"]
-    err = assert_refused(capsys, "terms", *given, "--output", tmp_path / "S.mtx")
-    assert "their difference over that of the values is not finite" in err
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mtx", "b.mtx"]
-
-
 def test_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
     folder = tmp_path / "out"
     answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder)

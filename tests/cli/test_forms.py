@@ -1,10 +1,8 @@
 """The short and the general form of one system: the same ranges, keys and answers; no scenes."""
 
-import json
-
 import pytest
 
-from tests.cli.calls import answer, run
+from tests.cli.calls import answer
 from tests.conftest import SCENES
 
 # lambda^2 = -2 +- sqrt(1 - 4/3 mu): flutter above mu = 3/4, divergence below -9/4
@@ -43,14 +41,3 @@ def test_both_names_of_the_first_verdict(forms, capsys):
     for path in forms:
         found = answer(capsys, "critical-friction", path, "--min", "1")
         assert (found["verdict_at_zero"], found["verdict_at_start"]) == (None, "flutter")
-
-
-def test_a_table_leaves_out_the_condition_of_a_root_without_one(tmp_path, capsys):
-    """K = [[0, 1], [0, 0]] has one vector for four roots of zero."""
-    files = {"short": "K0: [[0, 1], [0, 0]]\n", "general": "K: [{matrix: [[0, 1], [0, 0]]}]\n"}
-    for name, rows in files.items():
-        path, table = tmp_path / f"{name}.yaml", tmp_path / f"{name}.json"
-        path.write_text(f"M: [[1, 0], [0, 1]]\n{rows}")
-        assert run(capsys, "eigenvalues", path, "--table", table)[0] == 0
-        found = json.loads(table.read_text())["rows"]
-        assert [row["condition"] for row in found] == [None] * 4

@@ -12,9 +12,7 @@ from scipy.io import netcdf_file, wavfile
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
-from squeal.model.contact import NORMAL_REACTION, contact_law
-from squeal.plots.motion import Run, Summary, motion_figure
-from squeal.simulation import simulate
+from squeal.model.contact import contact_law
 from squeal.simulation.sound import PEAK, RATE, sound
 from tests.cli.calls import assert_refused, run
 from tests.conftest import SCENES
@@ -51,26 +49,6 @@ def test_a_history_over_a_zero_brake_force_is_refused(tmp_path, capsys):
     assert "parameters.F_n: 0 is not allowed with --csv" in err
     assert not table.exists()
     assert run(capsys, "simulate", B2, *options)[0] == 0
-
-
-def test_the_marked_line_is_where_it_was_told():
-    sag = 400.0 / 1.6e6
-    scene = bounce(0.2, start="equilibrium", initial=(0.0, sag / 2, 0.0, 0.0, 0.0, 0.0))
-    result = simulate(
-        dataclasses.replace(scene, samples=4001, outputs=("events", "shares", "extrema", "history"))
-    )
-
-    summary = Summary("bounce", "B2", 0.2, (), result.shares or {}, result.extrema or {}, MADE)
-    assert result.history is not None
-    figure = motion_figure(Run(summary, result.history), scene.pad_model, PULSE / (2 * math.pi))
-    spectrum = figure.axes[-1]
-    (line,) = [one for one in spectrum.get_lines() if one.get_gid() == "spectrum Rn"]
-    x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
-    assert x[np.argmax(y)] == pytest.approx(PULSE / (2 * math.pi) / 1e3, abs=2e-3)
-    # R_n is k_c times the penetration, whose amplitude is half of the sag
-    pad = scene.pad
-    assert y.max() == pytest.approx(pad.k_c * sag / 2 / pad.F_n, rel=0.02)
-    assert NORMAL_REACTION[1].name in result.history
 
 
 def test_a_history_in_netcdf_is_that_in_csv(tmp_path, capsys):
@@ -112,12 +90,6 @@ def test_a_sound_is_the_velocity_of_the_last_second():
     inner = slice(200, -200)  # the filter's ends
     velocity = found.samples[inner] / 32767 * found.full_scale
     assert np.abs(velocity + sag * PULSE * np.sin(PULSE * t[inner])).max() < 2e-3 * sag * PULSE
-
-
-def test_a_shorter_run_is_carried_on_to_a_second():
-    short, long = sound(bounce(0.01)), sound(bounce(1.0))
-    assert short.start == long.start == 0.0
-    assert np.abs(short.samples.astype(int) - long.samples).max() <= 1
 
 
 def test_a_sound_ends_where_the_model_does(tmp_path, capsys):

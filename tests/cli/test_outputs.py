@@ -3,11 +3,9 @@
 import csv
 import json
 import os
-import re
 
 import pytest
 
-from squeal.io.answer import number
 from squeal.io.writing import column_name
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
@@ -90,13 +88,6 @@ def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene
     assert not list(scene.parent.glob("*.txt"))
 
 
-def test_notes_beside_a_figure_stay(capsys, scene):
-    notes = scene.parent / "notes.txt"
-    notes.write_text("mine")
-    assert run(capsys, "map", scene, "--n", "2", "--pdf", "notes.pdf")[0] == 0
-    assert notes.read_text() == "mine"
-
-
 def heads(path):
     with path.open() as stream:
         return next(csv.reader(stream))
@@ -130,26 +121,6 @@ def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command, ex
         assert head == (f"{name} [{found['units'][name]}]" if found["units"][name] else name)
         for ours, theirs in zip(rows[:3], found["rows"], strict=False):
             assert ours[head] == ("" if theirs[name] is None else str(theirs[name]))
-
-
-def test_no_minus_zero(capsys, tmp_path):
-    assert number(-0.0) == "0"
-    assert number(-1.5e-9, 3) == "-1.5e-09"
-    for command in ("eigenvalues", "sliding", "simulate"):
-        table = tmp_path / "t.csv"
-        _, text, _ = run(capsys, command, B1)
-        _, data, _ = run(capsys, command, B1, "--json", "--csv", table)
-        for shown in (text, data, table.read_text()):
-            assert not re.search(r"(?<![\w.])-0(\.0)?(?![\w.])", shown)
-
-
-def test_what_the_system_refuses_to_make_is_told_by_its_name(capsys, scene, monkeypatch):
-    def refuse(**_):
-        raise OSError(28, "No space left on device", "/hidden/name")
-
-    monkeypatch.setattr("squeal.io.writing.tempfile.mkstemp", refuse)
-    told = assert_refused(capsys, "eigenvalues", scene, "--csv", "full.csv")
-    assert told == "squeal: full.csv: cannot be written: No space left on device\n"
 
 
 def test_no_file_that_a_system_names_is_overwritten(tmp_path, capsys):

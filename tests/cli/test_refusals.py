@@ -174,15 +174,6 @@ def test_control_characters_reach_no_terminal(capsys, folder):
     assert "\x1b" not in err
 
 
-@pytest.mark.parametrize("name", ['"$\\\\foo$"', '"a\\ud800b"'])
-def test_a_strange_name_meets_no_traceback(capsys, folder, name):
-    (folder / "name.yaml").write_text(PAIR + f"name: {name}\n")
-    options = ("--png", "p.png", "--csv", "t.csv")
-    code, _, err = run(capsys, "eigenvalues", "name.yaml", *options)
-    assert code in (0, 2)
-    assert err.count("\n") == (code != 0)
-
-
 def test_degrees_are_asked_about(capsys):
     code, out, err = run(capsys, "eigenvalues", B3, "--set", "alpha1=90")
     assert (code, bool(out), err.count("\n")) == (0, True, 1)

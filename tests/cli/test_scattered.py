@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from squeal.cli.main import main
 from tests.cli.calls import run
 
 SYSTEM = """name: coupled
@@ -60,34 +59,3 @@ def test_the_answer_is_that_of_the_closed_form(capsys, system, tmp_path):
     assert {one["name"] for one in answer["provenance"]["inputs"]} == {
         "coupled.yaml", "spreads.yaml"
     }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("spread", "part"),
-    [
-        ("alpha1: {relative: 0.1}", "spreads: alpha1 is an angle and has no share"),
-        ("x0: {relative: 0.1}", "spreads: x0 is 0 and has no share; it must be given in its unit"),
-        ("x0: {absolute: 1.0e-6}, alpha1: {absolute: 1.0e-3}", ""),
-    ],
-)
-def test_no_share_of_an_angle_or_of_zero(capsys, pad, tmp_path, spread, part):
-    path = spread_file(tmp_path, f"samples: 10\nspreads: {{{spread}}}\n")
-    code, _, err = run(capsys, "critical-friction", pad, "--scatter", path)
-    assert code == (2 if part else 0)
-    assert part in err
-
-
-def test_a_system_with_parameters_is_advised_on(capsys, system):
-    assert main(["advise", str(system), "--json", "--tolerance", "b=0.3"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    first = found["levers"][0]
-    assert first["parameter"] == "b"
-    assert first["lowered"]["critical"] == pytest.approx(0.5 + 1.3**2 / 2)
-    assert first["raised"]["critical"] == pytest.approx(0.5 + 0.7**2 / 2)
-
-
-def test_progress_is_shown_to_a_terminal_only(capsys, system, tmp_path, monkeypatch):
-    path = spread_file(tmp_path, SPREADS.replace("60", "20"))
-    assert run(capsys, "critical-friction", system, "--scatter", path)[2] == ""
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    assert "20 of 20 samples" in run(capsys, "critical-friction", system, "--scatter", path)[2]

@@ -99,9 +99,3 @@ def test_set_takes_everything_that_a_file_may_say(capsys):
     assert turned["eigenvalues"] == as_number["eigenvalues"]
     system = answer(capsys, "critical-friction", DRUM, "--set", "K1=[[0, -1e5], [2e5, 0]]")
     assert system["critical"] != answer(capsys, "critical-friction", DRUM)["critical"]
-
-
-def test_a_word_for_a_group_may_be_followed_by_its_keys(capsys):
-    both = ("--set", "initial=equilibrium", "--set", "initial.x=1e-4")
-    found = answer(capsys, "eigenvalues", B2, *both)
-    assert found["set"] == {"initial": "equilibrium", "initial.x": 1e-4}

@@ -6,8 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import block_diag, csc_array
 
 from tests import large
-from tests.cli.calls import answer, run
-from tests.known import known_system
+from tests.cli.calls import answer
 
 ROWS = 80  # more are treated as many
 W1, W2, E1, E2 = 2 * np.pi * 100, 2 * np.pi * 75, 0.02, 0.04
@@ -60,25 +59,6 @@ def test_a_sparse_system(sparse, capsys):
     assert (critical["kind"], critical["residual"] < 1e-13) == ("flutter", True)
     assert found["certified"]
     assert found["basis"]["size"] < ROWS // 8
-
-
-def test_a_small_system_in_files(tmp_path, capsys):
-    system, expected = known_system(10, np.random.default_rng(11), damped=True)
-    terms = [*system.M, *system.C, *system.K]
-    for i, term in enumerate(terms):
-        mmwrite(tmp_path / f"{i}.mtx", csc_array(term.matrix))
-    path = tmp_path / "system.yaml"
-    path.write_text(
-        "M: {file: 0.mtx}\nC: [{file: 1.mtx}, {file: 2.mtx, factor: mu}]\n"
-        "K: [{file: 3.mtx}, {file: 4.mtx, factor: mu}]\n"
-    )
-    found = answer(capsys, "critical-friction", path)
-    assert [c["mu"] for c in found["crossings"]] == pytest.approx([e[0] for e in expected])
-    assert found["certified"]
-    table, figure = tmp_path / "t.csv", tmp_path / "f.svg"
-    assert run(capsys, "critical-friction", path, "--csv", table, "--pdf", figure)[0] == 0
-    assert len(table.read_text().splitlines()) == 1 + len(expected)
-    assert "</svg>" in figure.read_text()
 
 
 def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, capsys):

@@ -104,17 +104,6 @@ def test_sweeps(method, sparse, capsys):
     assert (found["basis"] is None) == (method == "full")
 
 
-def test_the_lowest_modes_of_a_band(sparse, capsys):
-    path, expected = sparse
-    options = ("--band", "200:300", "--modes", "4")
-    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
-    hertz = expected.imag / (2 * np.pi)
-    inside = expected[(hertz > 200) & (hertz < 300)]
-    _same(_values(found), np.array(sorted(inside, key=lambda v: v.imag)[:4]))
-    assert found["certified"]
-    assert found["count"] == len(inside)
-
-
 @pytest.mark.parametrize("method", ["full", "reduced", "modal"])
 def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path, capsys):
     # sqrt(1 - c^2/4) and sqrt(1.21 - c^2/4): a neighbour within a fifth, and it grows
@@ -127,16 +116,6 @@ def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path
     for row in answer(capsys, "eigenvalues", file, *options)["sweep"]:
         assert _values(row) == pytest.approx([-0.05 + 1j * (1 - 0.05**2) ** 0.5])
         assert row["verdict"] == "flutter"
-
-
-def test_set_changes_a_named_number(small, capsys):
-    path, _ = small
-    file = path / "system.yaml"
-    one = answer(capsys, "eigenvalues", file, "--set", "mu=0.3")
-    other = answer(capsys, "eigenvalues", file, "--at", "0.3")
-    assert _values(one) == pytest.approx(_values(other))
-    assert one["parameters"] == {"mu": 0.3}
-    assert_refused(capsys, "eigenvalues", file, "--set", "mu=0.3", "--at", "0.7")
 
 
 def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
@@ -220,15 +199,6 @@ def test_an_interrupted_basis_resumes(command, more, sparse, tmp_path, capsys, m
     assert (out / "table.csv").read_text() == (out / "whole.csv").read_text()
 
 
-@pytest.mark.parametrize("sweep", [(), ("--sweep", "0:0.4:5")])
-def test_pictures(sweep, small, tmp_path, capsys):
-    figure = tmp_path / "roots.svg"
-    options = ("--band", "0:800", *sweep, "--pdf", figure)
-    code, _, _ = run(capsys, "eigenvalues", small[0] / "system.yaml", *options)
-    assert code == 0
-    assert "</svg>" in figure.read_text()
-
-
 @pytest.fixture
 def flutters_in_the_second_mode(tmp_path):
     """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
@@ -262,17 +232,6 @@ def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second
     assert all(len(row["eigenvalues"]) == 1 for row in sweep)
 
 
-def test_real_modes_of_a_small_system_are_all_of_them(flutters_in_the_second_mode, capsys):
-    options = ["--sweep", "0:1:3", "--band", "0:0.6"]
-    path = flutters_in_the_second_mode
-    modal = answer(capsys, "eigenvalues", path, *options, "--method", "modal")
-    full = answer(capsys, "eigenvalues", path, *options, "--method", "full")
-    assert modal["basis"]["size"] == 4
-    for one, other in zip(modal["sweep"], full["sweep"], strict=True):
-        assert one["verdict"] == other["verdict"]
-        assert np.allclose(_values(one), _values(other), atol=1e-12)
-
-
 def test_a_shape_on_coordinates(small, tmp_path, capsys):
     path, _ = small
     rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
@@ -292,22 +251,3 @@ def test_a_shape_on_coordinates(small, tmp_path, capsys):
         (file, ["--gif", tmp_path / "mode.mp4"]),
     ]:
         assert_refused(capsys, "eigenvalues", given, *options)
-
-
-@pytest.mark.parametrize("method", ["modal", "reduced"])
-def test_few_rows_are_swept_on_a_basis(method, tmp_path, capsys):
-    # two oscillators of 1 and sqrt(3) rad/s with a follower force that parameter mu scales
-    path = tmp_path / "two.yaml"
-    path.write_text(
-        "parameters: {mu: 0.4}\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0.02, 0], [0, 0.02]]}]\n"
-        "K: [{matrix: [[2, -1], [-1, 2]]}, {matrix: [[0, 1.5], [0, 0]], factor: mu}]\n"
-    )
-    sweep = ("--sweep", "0:0.4:3", "--method", method)
-    rows = answer(capsys, "eigenvalues", path, *sweep, "--modes", "2")["sweep"]
-    for row in rows:  # det(K - s) = (2 - s)^2 - (1 - 1.5 mu), and damping shifts by 0.01
-        apart = np.sqrt(1 - 1.5 * row["mu"])
-        expected = np.sqrt(np.array([2 - apart, 2 + apart]) - 0.01**2)
-        found = [one["imag"] for one in row["eigenvalues"] if one["imag"] > 0]
-        assert found == pytest.approx(expected, rel=1e-9)
-        assert row["verdict"] is None  # of some of the roots
-    assert_refused(capsys, "eigenvalues", path, *sweep)

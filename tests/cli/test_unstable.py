@@ -7,7 +7,6 @@ import pytest
 from squeal.cli.main import main
 from squeal.io.provenance import ROOT as PACKAGE
 from tests.cli.calls import answer, run
-from tests.conftest import SCENES
 
 SYSTEMS = PACKAGE / "article" / "literature" / "systems"
 
@@ -51,46 +50,3 @@ def test_a_mode_of_the_region_that_grows_too_slowly_is_not_denied(capsys, tmp_pa
     assert unstable(capsys, path, *region, "--min-growth", "0.56")
     found = answer(capsys, "eigenvalues", path, *region, "--min-growth", "0.57")
     assert (found["unstable"], found["verdict"]) == ([], "flutter")
-
-
-def test_plain_systems(capsys):
-    # omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on
-    (mode,) = unstable(capsys, SYSTEMS / "mode_coupling.yaml", "--at", "1")
-    assert mode["onset"] == pytest.approx(0.75, rel=1e-12)
-    assert mode["growth_rate"] == pytest.approx(0.202072, abs=1e-6)
-    # nothing grows in Ziegler's pendulum without load
-    assert unstable(capsys, SYSTEMS / "ziegler.yaml", "--at", "0") == []
-
-
-def test_a_linear_model_has_onsets_too(capsys, pad):
-    scene = SCENES / "b3.yaml"
-    for mode in unstable(capsys, scene, "--set", "mu=1.5"):
-        assert mode["onset"] is None or 0 < mode["onset"] < 1.5
-
-
-def test_mode_shapes_and_pictures(capsys, pad, tmp_path):
-    found = json.loads(run(capsys, "eigenvalues", pad, "--json")[1])["mode_shapes"]
-    assert found["coordinates"] == ["x", "y", "theta"]
-    assert [s["mode"] for s in found["shapes"]] == [1, 2, 3]
-    for shape in found["shapes"]:
-        largest = max(
-            abs(complex(*parts)) * lever
-            for *parts, lever in zip(shape["real"], shape["imag"], (1, 1, 0.04), strict=True)
-        )
-        assert largest == pytest.approx(1.0)
-    drum = SYSTEMS / "drum_brake.yaml"
-    found = json.loads(run(capsys, "eigenvalues", drum, "--json")[1])["mode_shapes"]
-    assert found["coordinates"] == ["q1", "q2"]
-    # the same from the general form, which --modes asks for
-    terms = json.loads(run(capsys, "eigenvalues", drum, "--modes", "2", "--json")[1])["mode_shapes"]
-    assert [s["frequency_hz"] for s in terms["shapes"]] == pytest.approx(
-        [s["frequency_hz"] for s in found["shapes"]]
-    )
-    heads = {"--png": b"\x89PNG", "--svg": b"<?xml", "--pdf": b"%PDF"}
-    for source, option in ((pad, "--png"), (drum, "--svg"), (drum, "--pdf")):
-        picture = tmp_path / f"p.{option[2:]}"
-        assert run(capsys, "eigenvalues", source, option, picture)[0] == 0
-        assert picture.read_bytes().startswith(heads[option])
-    sweep = ("--png", tmp_path / "s.png", "--mu", "0.1:0.5:3")
-    assert run(capsys, "eigenvalues", drum, *sweep)[0] == 0
-    assert (tmp_path / "s.png").stat().st_size > 10_000
