@@ -13,8 +13,8 @@ from squeal.plots.coupling import LOOKS, draw_modes, mark_events
 from squeal.plots.style import DOUBLE, Drawing, Unit, origin, state_label, style
 
 CAPTION = r"""Frequencies and growth rates of the three modes along the sliding equilibria of model
-B2 over friction, without damping: where two frequencies meet, one mode begins to grow. The vertical
-line is the reference friction."""
+B2 over friction, without damping: where two frequencies meet, one mode begins to grow (flutter)
+until stability is regained. PC: partial contact begins. Grey vertical: the reference friction."""
 SHOWN = ("b2-c", "b2-d")
 KILOHERTZ, PER_MS = Unit(2e3 * np.pi, "kHz"), Unit(1e3, "1/ms")
 
@@ -23,7 +23,11 @@ def _events(branch: Branch) -> list[tuple[float, str, str]]:
     """(mu, label, line style) of all that happens on the branch, sorted."""
     found = [(c.mu, state_label(c.into), ":") for c in branch.contact_changes]
     jumps = {mu for mu, _, _ in found}
-    found += [(p.mu, p.kind, "--") for p in branch.thresholds if p.mu not in jumps]
+    found += [
+        (p.mu, "regained" if p.kind == "restabilised" else p.kind, "--")
+        for p in branch.thresholds
+        if p.mu not in jumps
+    ]
     return sorted(found)
 
 

@@ -1,5 +1,7 @@
 """Periodic motions over friction beside the sliding equilibrium, from the study `onset`."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,20 +11,23 @@ from squeal.article.studies.onset import GREATEST, Cycles, Onset
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 TITLES = {"b1-d": "B1 (d)", "b2-d-integral": "B2 (d)", "b2-c-integral": "B2 (c)"}
-STABLE, UNSTABLE = "#C8380E", "#3498DB"
+LOOKS: dict[bool, dict[str, Any]] = {
+    True: {"color": "#C8380E", "lw": 1.5},
+    False: {"color": "k", "lw": 0.9, "ls": (0, (3, 1.5))},
+}
+"""Of stable and unstable motions."""
 CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the
-contact force (B1: at the leading edge). Red: stable; blue, dashed: unstable. Bar below: the
-sliding equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference
-set."""
+contact force (B1: at the leading edge). Solid: stable; dashed: unstable. Bar below: the sliding
+equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set."""
 
 
 def _panel(axes: Axes, found: Cycles) -> None:
     mu, peak = (np.array([getattr(p, key) for p in found.branch]) for key in ("mu", "peak"))
     stable = np.array([point.stable for point in found.branch])
-    for i in range(len(mu) - 1):
-        both = stable[i] or stable[i + 1]
-        look = {"color": STABLE} if both else {"color": UNSTABLE, "ls": (0, (3, 1.5))}
-        axes.plot(mu[i : i + 2], peak[i : i + 2], lw=1.3, **look)
+    ends = np.flatnonzero(np.diff(stable)) + 1  # one line for all neighbours that are alike
+    for part in np.split(np.arange(len(mu)), ends):
+        shown = slice(part[0], part[-1] + 2)
+        axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
     axes.plot(found.own.mu, found.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.15 * peak.max()
     axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)

@@ -1,5 +1,7 @@
 """Energies and works along the motions of case (c), from the study of the same name."""
 
+from typing import Any
+
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,20 +11,24 @@ from squeal.article.studies.energy import Energy, Motion, motion_title
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 CURVES = {
-    "kinetic": ("kinetic energy", "#3498DB", "-"),
-    "elastic": ("elastic energy", "#6A1B7B", "-"),
+    "kinetic": ("kinetic energy", "#3498DB", (0, (2, 0.7))),
+    "elastic": ("elastic energy", "#4A1259", "-"),
     "friction": ("work of friction", "#C8380E", "-"),
-    "load": ("work of the brake force", "#7A7A7A", "-"),
-    "law": ("work of the contact law", "#000000", "-"),
+    "load": ("work of the brake force", "#7A7A7A", (0, (3, 1))),
+    "law": ("work of the contact law", "#000000", (0, (5, 1, 1, 1))),
 }
-GAIN, LOSS = "#F6C9BC", "#CFE6F5"
+AREAS: dict[int, dict[str, Any]] = {
+    1: {"fc": "#F6C9BC", "ec": "none"},
+    -1: {"fc": "#CFE6F5", "ec": "0.4", "hatch": "//////", "lw": 0.0},
+}
+"""Of episodes of partial contact in which the law does positive and negative work."""
 
 
-def _stays(axes: Axes, motion: Motion) -> None:
-    for sign, colour in ((1, GAIN), (-1, LOSS)):
+def _episodes(axes: Axes, motion: Motion) -> None:
+    for sign, look in AREAS.items():
         for stay in motion.stays:
             if stay.fed in motion.fed(sign):
-                axes.axvspan(stay.start, stay.stop, color=colour, linewidth=0.0, zorder=0)
+                axes.axvspan(stay.start, stay.stop, zorder=0, **look)
 
 
 def energy_figure(found: Energy) -> Figure:
@@ -41,8 +47,8 @@ def energy_figure(found: Energy) -> Figure:
             for key, (label, colour, look) in CURVES.items():
                 axes = grid[int(key not in ("kinetic", "elastic")), column]
                 values = [unit * v for v in motion.curves[key]]
-                axes.plot(t, values, look, color=colour, label=label, lw=0.9)
-            _stays(grid[1, column], motion)
+                axes.plot(t, values, ls=look, color=colour, label=label, lw=0.9)
+            _episodes(grid[1, column], motion)
             grid[0, column].set_title(
                 f"({'abc'[column]}) {motion_title(name)}", loc="left", pad=3.0
             )
@@ -52,8 +58,8 @@ def energy_figure(found: Energy) -> Figure:
             grid[1, column].set_xlim(0.0, t[-1])
         figure.align_ylabels(grid)
         handles: list[Artist] = [line for row in grid[:, 0] for line in row.get_lines()]
-        handles += [Patch(color=GAIN, label="positive work of the law")]
-        handles += [Patch(color=LOSS, label="negative work of the law")]
+        for sign, word in ((1, "positive"), (-1, "negative")):
+            handles.append(Patch(label=f"{word} work of the law", **AREAS[sign]))
         figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
 
@@ -66,13 +72,13 @@ def draw(found: Energy) -> Drawing:
             gain, loss = motion.fed(1), motion.fed(-1)
             parts.append(
                 f"{motion_title(name)}: friction does {motion.friction:.2g} J, the contact law "
-                f"{sum(gain):.2g} J in {len(gain)} stays in partial contact and "
+                f"{sum(gain):.2g} J in {len(gain)} episodes of partial contact and "
                 f"{sum(loss):.2g} J in {len(loss)}"
             )
     text = (
         "Kinetic and elastic energy over time in the upper row, works of friction, brake force and "
-        f"contact law in the lower row. {'; '.join(parts)}. Areas mark the stays in partial "
-        "contact in which the law gives or takes energy."
+        f"contact law in the lower row. {'; '.join(parts)}. Areas mark the episodes of partial "
+        "contact in which the law does positive or negative work."
     )
     made = origin(__name__, found.provenance)
     return Drawing(energy_figure(found), text, "Energies and works in case (c)", made)

@@ -24,7 +24,7 @@ def map_ranges_figure(found: MapRanges) -> Figure:
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"
-            maps.mark(shape, CASES, np.pi)
+            maps.mark(shape, CASES, np.pi, 8)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
             maps.angle_axes_of_pi(shape)
             if column:

@@ -6,10 +6,10 @@ from matplotlib.patches import Rectangle
 from squeal.article.studies.onset import After, Onset
 from squeal.plots.style import SINGLE, Drawing, blank, origin, style
 
-COLOURS = ("#CFE6F5", "#F2C14E", "#C8380E")
+COLOURS = ("#E6F3FB", "#E69F00", "#C8380E")
 CAPTION = r"""Share of initial conditions from which the loss of contact is sustained, by case
 and damping ratio (B2 with the energy-consistent law). Red: from the reference initial conditions
-too; yellow: from others alone, beside a stable equilibrium; blue: permanent contact from all."""
+too; orange: from others alone, beside a stable equilibrium; blue: permanent contact from all."""
 
 
 def _tile(row: After) -> tuple[int, str]:

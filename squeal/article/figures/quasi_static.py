@@ -34,7 +34,7 @@ def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Fig
         axes = figure.subplots(1, 3, sharey=True)
         for one, (title, outline) in zip(axes, panels.items(), strict=True):
             maps.draw(one, outline, ("white", "black"), np.pi)
-            maps.mark(one, marks, np.pi, 7, **ring)
+            maps.mark(one, marks, np.pi, 8, **ring)
             one.set_title(title, pad=8.0)
             maps.angle_axes_of_pi(one)
         for one in axes[1:]:

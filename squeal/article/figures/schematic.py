@@ -59,7 +59,7 @@ def draw(hammering: Hammering, sets: Sets, onset: Onset) -> Drawing:
     """The figure, ready to be saved."""
     answers = lamps(hammering, sets, onset)
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.35))
+        figure = Figure(figsize=(DOUBLE, 2.1))
         grid = figure.subplots(
             2, 5, height_ratios=[1.5, 1.0], width_ratios=[1.25, 1, 1, 1, 1], squeeze=False
         )

@@ -132,7 +132,7 @@ def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
 
 
 def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
-    for corner, number, side in (("l", "3", -0.24), ("t", "4", 0.24)):
+    for corner, number, side in (("l", "3", -0.26), ("t", "4", 0.33)):
         foot = np.array([at[corner][0], level])
         _line(axes, _coil(at[corner], foot, turns=4))
         _text(axes, (at[corner] + foot) / 2 + (side, 0.0), f"$k_{number},\\ L_{number}$")
@@ -147,7 +147,7 @@ def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
     _line(axes, [(0.0, 0.0), (0.0, foot[1] - 0.12)], color=_GREY, linewidth=0.5)
     red = {"color": "#C8380E", "linewidth": 1.2}
     _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.13, -0.33), **red)
-    _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, -0.1), **red)
+    _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, 0.11), **red)
     _size(axes, (0.0, foot[1] - 0.07), foot - (0.0, 0.07), r"$\delta$", (0.0, -0.09))
     for text in axes.texts[-4:]:
         text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5, "alpha": 0.85})

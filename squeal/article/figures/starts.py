@@ -4,12 +4,15 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from squeal.article.records import Missing
 from squeal.article.studies.starts import KINDS, WINDOWS, Map, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
-COLOURS = ("#CFE6F5", "#F2C14E", "#6A1B7B", "#C8380E", "#4D4D4D")
+COLOURS = ("#E6F3FB", "#E69F00", "#3B0F4A", "#C8380E", "#4D4D4D")
+"""By the kind of motion, apart in grey too."""
+HALO = [withStroke(linewidth=2.2, foreground="w")]
 CAPTION = r"""What becomes of initial conditions at rest after ten observation times without
 damping, over their height above the sliding equilibrium and their tilt (equilibrium: cross;
 reference initial conditions: ring). A height of one is the reference's, a tilt of one lifts an
@@ -29,8 +32,8 @@ def starts_figure(maps: dict[str, Map], reach: float) -> Figure:
             axes.pcolormesh(
                 edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
             )
-            axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9)
-            axes.plot(1.0, 0.0, "o", mfc=COLOURS[one.own], mec="k", ms=5, mew=0.9)
+            axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9, path_effects=HALO)
+            axes.plot(1.0, 0.0, "o", mfc=COLOURS[one.own], mec="k", ms=5, path_effects=HALO)
             axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
             axes.set_aspect("equal")
             axes.set_xticks([-1, 0, 1])
