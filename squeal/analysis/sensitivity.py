@@ -5,6 +5,7 @@ taken; both are in the derivatives below. Damping by ratios or Rayleigh's factor
 damping matrix stays.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +22,7 @@ from squeal.equilibrium.damping import (
 )
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
-from squeal.linear import CriticalPoint, complex_eigenvalues, sensitivities
+from squeal.linear import CriticalPoint, Spectrum, complex_eigenvalues, sensitivities
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.mechanics import at_speed, coefficients, pose
 from squeal.model.states import State
@@ -78,31 +79,32 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str, held: bool =
     return Change(both[0] if held else loads, dq, dM, dC, -both[1], np.array(edges))
 
 
-def _damping_slopes(scene: Scene) -> dict[str, np.ndarray]:
-    """dC/dp (3, 3) of the scene's damping by each parameter on which it depends, in SI units."""
+def _changes(
+    scene: Scene, model: PadModel, q: np.ndarray, state: State, held: bool
+) -> dict[str, Change]:
+    """Derivatives by each parameter about q (3,), C with what follows from the scene's damping."""
+    changes = {name: change(model, q, state, name, held) for name in parameters(model)}
     damping = scene.damping
     if damping is None or damping.matrix is not None:
-        return {}
-    model, q, state = without_friction(scene)
-    M, K = np.diag(model.mass_matrix), -model.jacobian(q, state)
-    root = np.sqrt(M)
-    found = {}
-    for name in parameters(model):
-        if name == "mu":
-            continue
-        by = change(model, q, state, name, held=model.linear)
+        return changes
+    own, q, state = without_friction(scene)
+    M, K = own.mass_matrix, -own.jacobian(q, state)
+    root = np.outer(np.sqrt(np.diag(M)), np.sqrt(np.diag(M)))
+    for name in changes.keys() - {"mu"}:
+        by = change(own, q, state, name, held=own.linear)
         if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
-            found[name] = alpha * by.M + beta * (by.K + by.K.T) / 2
-            continue
-        assert damping.ratios is not None
-        A = K / np.outer(root, root)
-        drift = np.diag(by.M) / (2 * M)  # of the root, over it
-        B, _ = modal_damping(A, damping.ratios)
-        dA = by.K / np.outer(root, root) - np.add.outer(drift, drift) * A
-        dB = modal_damping_slope(A, dA, damping.ratios) + np.add.outer(drift, drift) * B
-        found[name] = np.outer(root, root) * dB
-    return found
+            slope = alpha * by.M + beta * (by.K + by.K.T) / 2
+        else:
+            assert damping.ratios is not None
+            drift = np.diag(by.M) / (2 * np.diag(M))  # of the root of M, over it
+            turn, A = np.add.outer(drift, drift), K / root
+            B, _ = modal_damping(A, damping.ratios)
+            slope = root * (
+                modal_damping_slope(A, by.K / root - turn * A, damping.ratios) + turn * B
+            )
+        changes[name] = replace(changes[name], C=changes[name].C + slope)
+    return changes
 
 
 @takes_scene
@@ -115,15 +117,16 @@ def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.n
     `squeal.linear.sensitivities`. Where an edge only just touches, the derivative is that
     within the present contact state.
     """
-    model, q = scene.pad_model, np.array(analysis.q)
-    m = analysis.matrices
-    found = {}
-    damping = _damping_slopes(scene)
-    for name in parameters(model):
-        by = change(model, q, analysis.state, name, held=scene.pad_model.linear)
-        by = replace(by, C=by.C + damping.get(name, 0.0))
-        found[name] = sensitivities(*m, dM=by.M, dC=by.C, dK=by.K, spectrum=analysis.spectrum)
-    return found
+    model = scene.pad_model
+    changes = _changes(scene, model, np.array(analysis.q), analysis.state, model.linear)
+    at, spectrum = analysis.matrices, analysis.spectrum
+    return {name: _slopes(by, *at, spectrum) for name, by in changes.items()}
+
+
+def _slopes(
+    by: Change, M: np.ndarray, C: np.ndarray, K: np.ndarray, spectrum: Spectrum
+) -> np.ndarray:
+    return sensitivities(M, C, K, dM=by.M, dC=by.C, dK=by.K, spectrum=spectrum)
 
 
 @takes_scene
@@ -136,61 +139,49 @@ def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, flo
     where none of these holds, for an exchange of growth rates. A threshold at mu = 0 stays there
     for all parameters, since without friction nothing grows; with a damping matrix it is refused.
     """
-    names = parameters(scene.pad_model)
     if point.mu == 0.0:
         if scene.damping is not None and scene.damping.matrix is not None:
             raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
-        return {name: 0.0 for name in names if name != "mu"}
-    path = Path.of(scene.pad_model, point.mu * (1 + 1e-6)) if not scene.pad_model.linear else None
-    if path is None:
-        q, state = np.zeros(3), scene.pad_model.full
-    else:
+        return {name: 0.0 for name in parameters(scene.pad_model) if name != "mu"}
+    model, breakpoints = scene.pad_model.replace(mu=point.mu), list[float]()
+    q, state = np.zeros(3), model.full
+    if not model.linear:
+        path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))
         z, state = path.at(min(point.mu, path.mu_end))
-        q = path.statics.to_si(z)
-    model = scene.pad_model.replace(mu=point.mu)
-    by = {name: change(model, q, state, name, held=path is None) for name in names}
-    if path is not None and any(abs(b - point.mu) <= 1e-12 * point.mu for b in path.breakpoints):
+        q, breakpoints = path.statics.to_si(z), path.breakpoints
+    changes = _changes(scene, model, q, state, model.linear)
+    if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
         edge = int(np.argmin(np.abs(model.gaps(q))))
-        rate = {name: by[name].gaps[edge] for name in names}
+        rate = {name: by.gaps[edge] for name, by in changes.items()}
     else:
-        C = damping_matrix(scene) - model.rate_jacobian(q, state)
-        damping = _damping_slopes(scene)
-        by = {name: replace(one, C=one.C + damping.get(name, 0.0)) for name, one in by.items()}
-        rate = _rates(model, q, state, C, point, by)
-    return {name: -rate[name] / rate["mu"] + 0.0 for name in names if name != "mu"}
+        condition = _condition(scene, model, q, state, point)
+        rate = {name: condition(by) for name, by in changes.items()}
+    return {name: -rate[name] / rate["mu"] + 0.0 for name in changes if name != "mu"}
 
 
-def _rates(
-    model: PadModel,
-    q: np.ndarray,
-    state: State,
-    C: np.ndarray,
-    point: CriticalPoint,
-    by: dict[str, Change],
-) -> dict[str, float]:
-    """What must not change at a threshold, differentiated by each parameter."""
+def _condition(
+    scene: Scene, model: PadModel, q: np.ndarray, state: State, point: CriticalPoint
+) -> Callable[[Change], float]:
+    """The derivative of what must not change at a threshold."""
     M, K = model.mass_matrix, -model.jacobian(q, state)
+    C = damping_matrix(scene) - model.rate_jacobian(q, state)
     if point.kind == "fold":
-        y, _ = _null(K, M)
-        return {name: float(y @ one.loads) for name, one in by.items()}
+        left, _ = _null(K, M)
+        return lambda by: float(left @ by.loads)
     if C.any():
         spectrum = complex_eigenvalues(M, C, K)
-
-        def derivative(one: Change) -> np.ndarray:
-            return sensitivities(M, C, K, dM=one.M, dC=one.C, dK=one.K, spectrum=spectrum)
-
         k = int(np.argmin(np.abs(spectrum.values.real) - 1e-9 * np.abs(spectrum.values.imag)))
-        return {name: float(derivative(one)[k].real) for name, one in by.items()}
+        return lambda by: float(_slopes(by, M, C, K, spectrum)[k].real)
     s = 0.0 if point.kind == "divergence" else (2 * np.pi * point.frequency_hz) ** 2
     y, x = _null(K - s * M, M)
-    scale = np.linalg.norm(K)
-    if np.abs(y @ (K - s * M) @ x) > 1e-6 * scale * np.linalg.norm(x) * np.linalg.norm(y):
+    size = np.linalg.norm(K) * np.linalg.norm(x) * np.linalg.norm(y)
+    if np.abs(y @ (K - s * M) @ x) > 1e-6 * size:
         raise ComputationError(f"the threshold at mu = {point.mu:.9g} is no coalescence")
-    return {name: float(y @ (one.K - s * one.M) @ x) for name, one in by.items()}
+    return lambda by: float(y @ (by.K - s * by.M) @ x)
 
 
 def _null(matrix: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right null vectors of a singular matrix, found in mass-normalised coordinates."""
+    """Left and right null vectors of a singular matrix, in mass-normalised coordinates."""
     unit = 1.0 / np.sqrt(np.diag(M))
     U, _, rows = np.linalg.svd(unit[:, None] * matrix * unit)
     return unit * U[:, -1], unit * rows[-1]

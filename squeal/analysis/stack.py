@@ -26,13 +26,12 @@ from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]
+Stiffness = tuple[np.ndarray, np.ndarray | None]
 QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
 LEVELS = 64  # of mu, between 0 and its end, at which verdicts are taken at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
-SHRINKS = 24  # of an interval in which a margin of stability has its least value
-NARROW = 0.5  # of a margin: what the least value may be below before an interval is looked into
+SHRINKS = 25  # of an interval in which a margin of stability has its least value
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
-STIFF = 1e-12  # of the fastest square: a slower one may be rounding
 
 
 def parameters(model: PadModel) -> Names:
@@ -48,12 +47,11 @@ def parameters(model: PadModel) -> Names:
 
 
 class Places(NamedTuple):
-    """Equilibria of k pads: z (4, k), contact states touching (points, k), the signs (k,) of the
-    balance's determinant, and where (k,) there is one."""
+    """Equilibria of k pads: z (4, k), contact states touching (points, k), and where (k,) there is
+    one."""
 
     z: np.ndarray
     touching: np.ndarray
-    side: np.ndarray
     there: np.ndarray
 
 
@@ -118,39 +116,34 @@ class PadStack:
         """Where the pads rest without friction."""
         return rests(self.statics, self.n)
 
-    def branches(self, mu_max: np.ndarray) -> Branches:
-        """The branches from mu = 0 to mu_max (n,)."""
+    def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
+        """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost, or of which
+        no place of rest was searched everywhere."""
         at = self.rest
-        return follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
-
-    def undecided(self, branches: Branches) -> np.ndarray:
-        """Pads (n,) whose branch was lost, or of which no place of rest was searched everywhere."""
-        lost = np.isin(branches.end, UNKNOWN)
-        return np.asarray(lost | (~self.rest.searched & (branches.end == NOWHERE)))
+        branches = follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
+        unsearched = ~at.searched & (branches.end == NOWHERE)
+        return branches, np.isin(branches.end, UNKNOWN) | unsearched
 
     def origin(self, mu: np.ndarray) -> Places:
         """Full contact about the origin at frictions mu (k,)."""
         z = np.zeros((4, mu.size))
         z[3] = mu
         on = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
-        return Places(z, on, np.ones(mu.size), np.ones(mu.size, dtype=bool))
+        return Places(z, on, np.ones(mu.size, dtype=bool))
 
     def at_mu(self) -> tuple[Places, np.ndarray]:
         """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
+        places, hidden = self.origin(self.mu), np.zeros(self.n, dtype=bool)
         if self.linear:
-            return self.origin(self.mu), np.zeros(self.n, dtype=bool)
-        found = self.branches(self.mu)
-        there = found.end == REACHED
-        node = np.minimum(found.first[1:] - 1, max(found.z.shape[1] - 1, 0))
-        z, on = np.zeros((4, self.n)), np.zeros((found.touching.shape[0], self.n), dtype=bool)
-        z[:, there], on[:, there] = found.z[:, node[there]], found.touching[:, node[there]]
+            return places, hidden
+        branches, unknown = self.branches(self.mu)
+        there = branches.end == REACHED
+        node = branches.first[1:][there] - 1
+        z, on = places.z, np.zeros_like(places.touching)
+        z[:, there], on[:, there] = branches.z[:, node], branches.touching[:, node]
         z[3] = self.mu
-        hidden = np.zeros(self.n, dtype=bool)
         hidden[there] = self.statics.pick(there).hidden(z[:, there])
-        sides = np.where(there, found.sides, 0.0)
-        return Places(z, on, sides, there & on.any(axis=0) & ~hidden), self.undecided(
-            found
-        ) | hidden
+        return Places(z, on, there & on.any(axis=0) & ~hidden), unknown | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -162,31 +155,28 @@ class PadStack:
         damping, units = self.scene.damping, self.statics.units
         if damping is None:
             return None
-        pad = self.statics.model.pad
         if damping.matrix is not None:
             turn = np.array([1.0, 1.0, 1.0 / units.length])
             C = np.array(damping.matrix) * np.outer(turn, turn) * units.time / units.mass
-            return normalised(pad, np.broadcast_to(C[:, :, None], (3, 3, self.n)))
-        A = self._at_rest
-        if damping.ratios is None:
-            assert damping.rayleigh is not None
+            return normalised(
+                self.statics.model.pad, np.broadcast_to(C[:, :, None], (3, 3, self.n))
+            )
+        if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
-            return rayleigh_damping(A, (alpha * units.time, beta / units.time))
-        B, stable = modal_damping(A, damping.ratios)
+            return rayleigh_damping(self._at_rest, (alpha * units.time, beta / units.time))
+        assert damping.ratios is not None
+        B, stable = modal_damping(self._at_rest, damping.ratios)
         stable |= False if self.linear else ~self.rest.there
         if not stable.all():
-            i = int(np.argmin(stable))
-            at = ", ".join(
-                f"{name} = {value:.6g}"
-                for name, value in zip(self.names, self.values[:, i], strict=True)
-            )
+            own = zip(self.names, self.values[:, int(np.argmin(stable))], strict=True)
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in own)
             raise ComputationError(f"{UNSTABLE} at {at}")
         return B
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Mass-normalised stiffness (n, 3, 3) without friction."""
-        z, on = np.zeros((4, self.n)), self.origin(np.zeros(self.n)).touching
+        z, on, _ = self.origin(np.zeros(self.n))
         if not self.linear:
             z, on = self.rest.z, self.rest.touching | ~self.rest.there
         return self._matrices(np.arange(self.n), z, on)[0]
@@ -198,11 +188,9 @@ class PadStack:
         squares = sizes[:, 0]
         if self.damping is not None:
             squares = np.maximum(squares, np.linalg.norm(self.damping, 2, axis=(1, 2)) ** 2)
-        return np.asarray(sizes[:, -1] <= STIFF * squares)
+        return np.asarray(sizes[:, -1] <= 1e-12 * squares)
 
-    def _matrices(
-        self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray | None]:
+    def _matrices(self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray) -> Stiffness:
         """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
         part = self.statics.pick(pad, z[3])
         model, q, on = part.model, part.place(z), 1.0 * touching
@@ -213,9 +201,7 @@ class PadStack:
             falling = normalised(model.pad, rates)
         return normalised(model.pad, K), falling
 
-    def matrices(
-        self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray | None]:
+    def matrices(self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray) -> Stiffness:
         """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places z (4, k), the
         damping None where no pad has any."""
         A, B = self._matrices(pad, z, touching)
@@ -236,9 +222,9 @@ class PadStack:
         places, unknown = self.at_mu()
         here = np.flatnonzero(places.there)
         at = self.matrices(here, places.z[:, here], places.touching[:, here])
-        found = np.full(self.n, np.nan, dtype=complex)
-        found[here] = most_unstable(*at) / self.statics.units.time
-        return found, unknown
+        fastest = np.full(self.n, np.nan, dtype=complex)
+        fastest[here] = most_unstable(*at) / self.statics.units.time
+        return fastest, unknown
 
     def first_losses(self, mu_max: float) -> Losses:
         """Where each pad first loses stability or its equilibrium, on the way from 0 to mu_max.
@@ -251,51 +237,49 @@ class PadStack:
         owner = every = np.arange(self.n)
         starts, stops = np.zeros(self.n), np.full(self.n, mu_max)
         jumps = unknown = nowhere = np.zeros(self.n, dtype=bool)
-        found, kinds = np.full(self.n, np.nan), [""] * self.n
-        at: Callable[[np.ndarray, np.ndarray], Places] = self._held
+        lost, kinds = np.full(self.n, np.nan), [""] * self.n
+        at: Callable[[np.ndarray, np.ndarray], Places] = lambda _, mu: self.origin(mu)  # noqa: E731
         if not self.linear:
-            branches = self.branches(np.full(self.n, mu_max))
-            nowhere, unknown = branches.end == NOWHERE, self.undecided(branches)
-            found = np.where(nowhere, 0.0, branches.mu_end)
-            found[branches.end == REACHED] = np.nan
+            branches, unknown = self.branches(np.full(self.n, mu_max))
+            nowhere = branches.end == NOWHERE
+            lost = np.where(nowhere, 0.0, branches.mu_end)
+            lost[branches.end == REACHED] = np.nan
             kinds = ["fold" if end == TURNS else "end of the branch" for end in branches.end]
             j = np.arange(len(branches.owner))
             j = j[j < branches.last[branches.owner]]
             owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
             jumps = branches.kind[j] == CHANGE
             at = partial(_on_branch, branches)
-        parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
-        piece = np.repeat(np.arange(len(parts)), parts)
-        k = np.arange(piece.size) - np.repeat(np.cumsum(parts) - parts, parts)
-        share = np.minimum(k / (parts[piece] - 1), 1.0 - 1e-9)  # the contact of the interval
-        pad = owner[piece]
-        mu = starts[piece] + share * (stops - starts)[piece]
 
-        def looked(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def calm_at(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Where nothing grows, and the margins of stability."""
             places = at(pad, mu)
             A, B = self.matrices(pad, places.z, places.touching)
             return np.isin(verdicts(A, B), QUIET) & places.there, margins(A, B)
 
+        parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
+        piece = np.repeat(np.arange(len(parts)), parts)
+        k = np.arange(piece.size) - np.repeat(np.cumsum(parts) - parts, parts)
+        share = np.minimum(k / (parts[piece] - 1), 1.0 - 1e-9)  # the contact of the interval
+        pad, mu = owner[piece], starts[piece] + share * (stops - starts)[piece]
         calm, margin = np.empty(pad.size, dtype=bool), np.empty((2, pad.size))
-        for first in range(0, pad.size, 50_000):
-            own = slice(first, first + 50_000)
-            calm[own], margin[:, own] = looked(pad[own], mu[own])
-        _look_into(pad, mu, piece, calm, margin, looked)
-        lost = np.flatnonzero(~calm)
-        who, index = np.unique(pad[lost], return_index=True)
-        last = lost[index]
-        low, high = mu[np.maximum(last - 1, 0)], mu[last]
-        exact = (k[last] == 0) & (jumps[piece[last]] | (high == 0.0))
-        low = np.where(exact, high, low)
+        for first in range(0, pad.size, 50_000):  # bounds the memory
+            part = slice(first, first + 50_000)
+            calm[part], margin[:, part] = calm_at(pad[part], mu[part])
+        _look_between(pad, mu, piece, calm, margin, calm_at)
+        grows = np.flatnonzero(~calm)
+        who, index = np.unique(pad[grows], return_index=True)
+        node = grows[index]
+        low, high = mu[np.maximum(node - 1, 0)], mu[node]
+        low = np.where((k[node] == 0) & (jumps[piece[node]] | (high == 0.0)), high, low)  # exact
         for _ in range(HALVINGS):
             i = np.flatnonzero(high - low > 4e-16 * mu_max)
             if not i.size:
                 break
             middle = (low[i] + high[i]) / 2
-            quiet = looked(who[i], middle)[0]
+            quiet = calm_at(who[i], middle)[0]
             low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
-        found[who], unknown = high, unknown & ~np.isin(every, who)
+        lost[who], unknown = high, unknown & ~np.isin(every, who)
         hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
         places = at(who, high)
         A, B = self.matrices(who, places.z, places.touching)
@@ -304,10 +288,7 @@ class PadStack:
             if code not in QUIET:
                 kinds[i] = VERDICTS[code]
                 hertz[i] = frequency if kinds[i] == "flutter" else 0.0
-        return Losses(np.where(unknown, np.nan, found), kinds, hertz, unknown, nowhere)
-
-    def _held(self, pad: np.ndarray, mu: np.ndarray) -> Places:
-        return self.origin(mu)
+        return Losses(np.where(unknown, np.nan, lost), kinds, hertz, unknown, nowhere)
 
     def meeting(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Frequencies (k,) in Hz of the pairs that are next to growth: of the two nearest modes
@@ -326,19 +307,20 @@ class PadStack:
 
 
 def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
-    return Places(*branches.at(pad, mu))
+    z, touching, _, there = branches.at(pad, mu)
+    return Places(z, touching, there)
 
 
-def _look_into(
+def _look_between(
     pad: np.ndarray,
     mu: np.ndarray,
     piece: np.ndarray,
     calm: np.ndarray,
     margin: np.ndarray,
-    looked: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    calm_at: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
 ) -> None:
-    """Move values of mu (m,) between which a margin (2, m) has a low least value there, and tell
-    whether it is calm."""
+    """Move values of mu (m,) to where something grows, if a margin (2, m) has a low least value
+    between them."""
     i = np.arange(1, pad.size - 1)
     same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
     quiet = same & calm[i - 1] & calm[i] & calm[i + 1]
@@ -346,13 +328,13 @@ def _look_into(
         before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
         with np.errstate(all="ignore"):
             least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-        j = i[quiet & (here < before) & (here < after) & (least < NARROW * here)]
+        j = i[quiet & (here < before) & (here < after) & (least < here / 2)]
         if not j.size:
             continue
         low, high = mu[j - 1], mu[j + 1]
-        for _ in range(SHRINKS + 1):
+        for _ in range(SHRINKS):
             c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
-            (cc, fc), (cd, fd) = looked(pad[j], c), looked(pad[j], d)
+            (cc, fc), (cd, fd) = calm_at(pad[j], c), calm_at(pad[j], d)
             left = np.where(~cc | ~cd, ~cc, fc[which] < fd[which])
             low, high = np.where(left, low, c), np.where(left, d, high)
         grows = ~cc | ~cd

@@ -12,8 +12,6 @@ from squeal.io.scene import Scene, takes_scene
 from squeal.linear.loop import state_matrices
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
-LINEAR = 1e-10  # of K: how far from a straight line in mu it may be
-SEEN = 0.37  # between 0 and mu: where that is looked at
 
 
 def _analysed(scene: Scene, mu: float | None) -> Analysis:
@@ -33,15 +31,10 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     (InputWarning) of what speaks against the equilibrium. Raises InputError for a mu that is not
     allowed, ComputationError if no steady sliding exists.
     """
-    analysis = _analysed(scene, mu)
-    A, B = state_matrices(*analysis.matrices)
-    names = {
-        "states": list(STATES),
-        "inputs": ["force x", "force y", "moment"],
-        "outputs": list(STATES[:3]),
-    }
-    output = np.hstack([np.eye(3), np.zeros((3, 3))])
-    return control.ss(A, B, output, np.zeros((3, 3)), name=scene.model, **names)
+    A, B = state_matrices(*_analysed(scene, mu).matrices)
+    words = {"inputs": ["force x", "force y", "moment"], "outputs": list(STATES[:3])}
+    D = np.zeros((3, 3))
+    return control.ss(A, B, np.eye(3, 6), D, name=scene.model, states=list(STATES), **words)
 
 
 @takes_scene
@@ -58,23 +51,18 @@ def friction_plant(scene: Scene, mu: float | None = None) -> StateSpace:
     Raises ComputationError where friction is no such gain, as with a coefficient that falls with
     speed.
     """
-    analysis = _analysed(scene, mu)
-    system = held_system(scene, analysis)
-    M, C, K0 = map(np.asarray, system(0.0))
-    _, C1, K1 = map(np.asarray, system(1.0))
-    between = np.asarray(system(SEEN)[2])
-    bound = LINEAR * max(np.abs(K0).max(), np.abs(K1).max())
-    rest = K0 + SEEN * (K1 - K0) - between
-    if np.abs(rest).max() > bound or np.abs(C1 - C).max() > LINEAR * max(np.abs(C).max(), 1e-300):
+    system = held_system(scene, _analysed(scene, mu))
+    (M, C, K), (_, C1, K1), (*_, middle) = (map(np.asarray, system(p)) for p in (0.0, 1.0, 0.37))
+    bent = np.abs(K + 0.37 * (K1 - K) - middle).max() / max(np.abs(K).max(), np.abs(K1).max())
+    if bent > 1e-10 or np.abs(C1 - C).max() > 1e-10 * np.abs(C).max():
         raise ComputationError(
             "friction is no plain gain here: stiffness or damping is not linear in mu"
         )
-    A, B = state_matrices(M, C, K0)
-    rows = K1 - K0
-    names = {
-        "states": list(STATES),
+    A, B = state_matrices(M, C, K)
+    output = np.hstack([-(K1 - K)[[0, 2]], np.zeros((2, 3))])
+    words = {
         "inputs": ["force against x", "moment against theta"],
         "outputs": ["normal reaction", "friction moment over mu"],
     }
-    output = np.hstack([-rows[[0, 2]], np.zeros((2, 3))])
-    return control.ss(A, -B[:, [0, 2]], output, np.zeros((2, 2)), name="friction", **names)
+    D = np.zeros((2, 2))
+    return control.ss(A, -B[:, [0, 2]], output, D, name="friction", states=list(STATES), **words)

@@ -12,13 +12,13 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from operator import attrgetter
 from pathlib import Path
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import MU_MAX
 from squeal.analysis.stack import PadStack, parameters
@@ -43,6 +43,7 @@ STEP = 0.02  # of a parameter, in rad of an angle
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
 CHUNK = 64  # samples that are followed together
+LEVER, SIDES = ("parameter", "unit", "value", "step"), ("lowered", "raised")
 
 Progress = Callable[[int, int], None]
 
@@ -65,6 +66,13 @@ class Outcome:
     reason: str | None = None
     no_pad: bool = False
 
+    @staticmethod
+    def at(mu: float, kind: str, hertz: float | None) -> Outcome:
+        """Stability that is lost at mu; what grows from the start has no frequency of its own."""
+        if mu <= AT_ONCE:
+            return Outcome(critical=0.0, kind=kind)
+        return Outcome(None, mu, kind, None if hertz is None or math.isnan(hertz) else hertz)
+
 
 @dataclass(frozen=True, eq=False)
 class Varied:
@@ -80,37 +88,36 @@ class Varied:
     angles: frozenset[str] = frozenset()
 
     @staticmethod
-    def of(given: object, asked: str, high: float) -> Varied:
-        """Raises InputError naming `asked`."""
+    def of(given: object, verb: str, high: float) -> Varied:
+        """What may be varied. Raises InputError naming the verb."""
         subject: Any = getattr(given, "system", given)  # of a system file
         if isinstance(subject, Scene):
-            MU_MAX.read(high, Place(asked, "mu_max"))
+            MU_MAX.read(high, Place(verb, "mu_max"))
             names = [name for name in parameters(subject.pad_model) if name != "mu"]
             values = {name: getattr(subject.pad, name) for name in names}
             angles = frozenset(name for name in names if PARAMETERS[name].angle)
             return Varied(subject, "mu", subject.pad.mu, values, angles)
         if not isinstance(subject, TermSystem):
-            kind = type(subject).__name__
-            words = "it must be a Scene or a system with named parameters"
-            raise InputError(f"{asked}: {kind} is not allowed; {words}")
+            allowed = "it must be a Scene or a system with named parameters"
+            raise InputError(f"{verb}: {type(subject).__name__} is not allowed; {allowed}")
         if subject.n > LARGEST:
             raise InputError(
-                f"{asked}: {subject.n} degrees of freedom are not allowed; at most {LARGEST} are, "
+                f"{verb}: {subject.n} degrees of freedom are not allowed; at most {LARGEST} are, "
                 "so reduce the system first"
             )
         values, free = dict(subject.parameters), subject.parameter
         at = float(values.pop(free))
         if not values:
             raise InputError(
-                f"{asked}: {subject.name or 'the system'} has no named parameter but {free}; it "
+                f"{verb}: {subject.name or 'the system'} has no named parameter but {free}; it "
                 "must have one under its key parameters"
             )
-        Number(low=0.0).read(high, Place(asked, "mu_max"))
+        Number(low=0.0).read(high, Place(verb, "mu_max"))
         return Varied(subject, free, at, values)
 
-    def check(self, name: str, asked: str, share: bool) -> None:
+    def check(self, name: str, owner: str, share: bool) -> None:
         """Refuse what is no parameter, and a share of an angle or of zero. Raises InputError."""
-        at = Place(f"{asked}")
+        at = Place(owner)
         if name not in self.values:
             allowed = ", ".join(self.values)
             raise at.refuse(f"{name} is no parameter here; allowed are {allowed}")
@@ -119,56 +126,52 @@ class Varied:
         if share and not self.values[name]:
             raise at.refuse(f"{name} is 0 and has no share; it must be given in its unit")
 
-    def unit(self, name: str) -> str:
-        """The unit of a parameter, empty where it is not known or has none."""
-        return unit_word(PARAMETERS[name].unit) if isinstance(self.subject, Scene) else ""
-
-    def together(self, names: list[str]) -> list[list[str]]:
-        """The names in lists that may be given at once: an inertia that follows stands alone."""
-        alone = ["I"] if isinstance(self.subject, Scene) and self.subject.pad.uniform else []
-        rest = [name for name in names if name not in alone]
-        return [part for part in (rest, [n for n in alone if n in names]) if part]
-
     def changed(self, values: dict[str, float]) -> Scene | TermSystem:
         """The subject with other values of some parameters. Raises InputError."""
         subject = self.subject
         return subject.replace(**values) if isinstance(subject, Scene) else subject.replace(values)
 
-    def spectrum(self, values: dict[str, float]) -> Spectrum:
-        """The eigenvalues at the subject's own friction with some parameters changed."""
+    def gap(self, values: dict[str, float]) -> float | None:
+        """The least relative distance of two frequencies at the subject's own friction."""
         changed = self.changed(values)
+        spectrum: Spectrum
         if isinstance(changed, Scene):
-            return analyse(changed).spectrum
-        return complex_eigenvalues(*changed.arrays({}))
+            spectrum = analyse(changed).spectrum
+        else:
+            spectrum = complex_eigenvalues(*changed.arrays({}))
+        hertz = sorted(root.frequency_hz for root in spectrum.eigenvalues[::2])
+        return min(((b - a) / b if b else 1.0 for a, b in itertools.pairwise(hertz)), default=None)
 
     def outcome(self, values: dict[str, float], high: float) -> Outcome:
         """What a query says of the critical friction up to `high`. Raises what it raises."""
-        found = _thresholds(self.changed(values), high)
-        mu, first = found.stable_to(high), found.first
+        changed = self.changed(values)
+        if isinstance(changed, Scene):
+            answer = critical_friction(changed, high)
+        else:
+            answer = critical_parameter(changed.plain, high, changed.parameter)
+        mu, first = answer.stable_to(high), answer.first
         if mu is None:
             return Outcome()
-        if mu <= AT_ONCE:
-            grows = first is None or found.verdict in GROWING
-            return Outcome(critical=0.0, kind=found.verdict if grows else first.kind)  # type: ignore[union-attr]
-        if first is not None and first.mu == mu:
-            return Outcome(None, mu, first.kind, first.frequency_hz)
-        return Outcome(critical=mu, kind="end of the branch")
+        if answer.verdict in GROWING:
+            return Outcome(critical=0.0, kind=answer.verdict)
+        if first is None:
+            return Outcome(critical=mu, kind="end of the branch")
+        return Outcome.at(mu, first.kind, first.frequency_hz)
 
     def outcomes(self, names: Sequence[str], values: np.ndarray, high: float) -> list[Outcome]:
         """The outcome of each variation, values (len(names), n)."""
         every = [dict(zip(names, row, strict=True)) for row in values.T.tolist()]
-        found: list[Outcome | None] = [None] * len(every)
+        known: dict[int, Outcome] = {}
         for i, one in enumerate(every):
             try:
                 self.changed(one)
             except InputError as error:
-                found[i] = Outcome(reason=str(error), no_pad=True)
-        rest = [i for i, known in enumerate(found) if known is None]
+                known[i] = Outcome(reason=str(error), no_pad=True)
+        rest = [i for i in range(len(every)) if i not in known]
         if isinstance(self.subject, Scene) and rest:
             together = _together(self.subject, names, values[:, rest], high)
-            for i, known in zip(rest, together, strict=True):
-                found[i] = known
-        return [known or self._alone(one, high) for known, one in zip(found, every, strict=True)]
+            known |= {rest[k]: outcome for k, outcome in together.items()}
+        return [known[i] if i in known else self._alone(one, high) for i, one in enumerate(every)]
 
     def _alone(self, values: dict[str, float], high: float) -> Outcome:
         try:
@@ -180,34 +183,21 @@ class Varied:
             return Outcome(reason=str(error), no_pad=not rests)
 
 
-def _thresholds(subject: Scene | TermSystem, high: float) -> Thresholds:
-    if isinstance(subject, Scene):
-        return critical_friction(subject, high)
-    return critical_parameter(subject.plain, high, subject.parameter)
-
-
 def _together(
     scene: Scene, names: Sequence[str], values: np.ndarray, high: float
-) -> list[Outcome | None]:
-    """Outcomes of pads that are followed together, None of one that needs a query of its own."""
+) -> dict[int, Outcome]:
+    """Outcomes of pads that are followed together, but of those that need a query of their own."""
     try:
         stack = PadStack.of(scene, tuple(names), values)
-        found = stack.first_losses(high)
-        doubtful = found.unknown | found.nowhere | stack.stiff
+        losses = stack.first_losses(high)
+        decided = ~(losses.unknown | losses.nowhere | stack.stiff)
     except ComputationError:  # for one of them; each says why
-        return [None] * values.shape[1]
-    made: list[Outcome | None] = []
-    each = found.mu.tolist(), found.kinds, found.hertz.tolist(), doubtful
-    for mu, kind, hertz, unsure in zip(*each, strict=True):
-        if unsure:
-            made.append(None)
-        elif math.isnan(mu):
-            made.append(Outcome())
-        elif mu <= AT_ONCE:
-            made.append(Outcome(critical=0.0, kind=kind))
-        else:
-            made.append(Outcome(None, mu, kind, None if math.isnan(hertz) else hertz))
-    return made
+        return {}
+    outcomes = {}
+    for k in np.flatnonzero(decided).tolist():
+        mu, hertz = float(losses.mu[k]), float(losses.hertz[k])
+        outcomes[k] = Outcome() if math.isnan(mu) else Outcome.at(mu, losses.kinds[k], hertz)
+    return outcomes
 
 
 @dataclass(frozen=True)
@@ -246,8 +236,8 @@ class Lever:
     step: float
     lowered: Outcome
     raised: Outcome
-    changes: tuple[float | None, float | None]
-    gap_changes: tuple[float | None, float | None]
+    changes: tuple[float | None, ...]
+    gap_changes: tuple[float | None, ...]
 
     @property
     def size(self) -> list[float]:
@@ -258,16 +248,12 @@ class Lever:
     def to_dict(self) -> dict[str, Any]:
         """The lever as a JSON row."""
         row: dict[str, Any] = {name: getattr(self, name) for name in LEVER}
-        for k, side in enumerate(SIDES):
+        for side, change, gap_change in zip(SIDES, self.changes, self.gap_changes, strict=True):
             outcome = asdict(getattr(self, side))
             outcome["frequency_gap"] = outcome.pop("gap")
             del outcome["no_pad"]
-            changes = {"change": self.changes[k], "frequency_gap_change": self.gap_changes[k]}
-            row[side] = outcome | changes
+            row[side] = outcome | {"change": change, "frequency_gap_change": gap_change}
         return row
-
-
-LEVER, SIDES = ("parameter", "unit", "value", "step"), ("lowered", "raised")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -291,8 +277,8 @@ class Advice(Answer):
 
         It raises the critical friction most, or parts the closest frequencies most.
         """
-        found = self._changes("changes" if self.nominal.critical is not None else "gap_changes")
-        best = max(found, key=lambda entry: entry[2], default=None)
+        changes = self._changes("gap_changes" if self.nominal.critical is None else "changes")
+        best = max(changes, key=lambda entry: entry[2], default=None)
         return best if best is not None and best[2] > 0.0 else None
 
     @property
@@ -310,56 +296,50 @@ class Advice(Answer):
         ]
 
     def table(self) -> Table:
-        """A row for each parameter: its step, and both critical values and their changes."""
+        def shown(lever: Lever, side: str) -> str:
+            outcome = getattr(lever, side)
+            if outcome.reason is not None:
+                return "no such pad"
+            return f"> {self.mu_max:g}" if outcome.critical is None else number(outcome.critical)
 
-        def critical(side: str) -> Column:
-            def shown(lever: Lever) -> str:
-                outcome = getattr(lever, side)
-                if outcome.reason is not None:
-                    return "no such pad"
-                beyond = outcome.critical is None
-                return f"> {self.mu_max:g}" if beyond else number(outcome.critical)
-
-            words = f"{self.name} if {side}"
-            value = lambda lever: getattr(lever, side).critical  # noqa: E731
-            return Column(f"critical_{side}", "", value, shown, words=words)
-
-        def moved(k: int, of: str, name: str, hidden: bool = False) -> Column:
-            value = lambda lever: getattr(lever, of)[k]  # noqa: E731
-            return Column(f"{name}_{SIDES[k]}", "", value, hidden=hidden)
-
-        told = [*columns(" ".join(LEVER)), *map(critical, SIDES)]
-        told += [moved(k, "changes", "change") for k in range(2)]
-        told += [moved(k, "gap_changes", "gap_change", self.nominal.gap is None) for k in range(2)]
-        return Table(told, self.levers)
+        table = list(columns(" ".join(LEVER)))
+        for side in SIDES:
+            critical: Any = attrgetter(f"{side}.critical")
+            cell, words = partial(shown, side=side), f"{self.name} if {side}"
+            table.append(Column(f"critical_{side}", "", critical, cell, words=words))
+        for name in ("change", "gap_change"):
+            hidden = name == "gap_change" and self.nominal.gap is None
+            for k, side in enumerate(SIDES):
+                change = attrgetter(f"{name}s")
+                value: Any = lambda lever, change=change, k=k: change(lever)[k]  # noqa: E731
+                table.append(Column(f"{name}_{side}", "", value, hidden=hidden))
+        return Table(table, self.levers)
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
-        nominal, told = self.nominal, f"no threshold up to {self.name} = {self.mu_max:.3g}"
+        nominal, text = self.nominal, f"no threshold up to {self.name} = {self.mu_max:.3g}"
         if nominal.critical is not None:
             at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
-            told = f"{nominal.kind} from {at}"
+            text = f"{nominal.kind} from {at}"
         if self.best is not None:
             lever, word, change = self.best
             what = "frequency gap" if nominal.critical is None else self.name
-            told += f"; best: {word} {lever.parameter} ({what} {change:+.2g})"
+            text += f"; best: {word} {lever.parameter} ({what} {change:+.2g})"
         if self.worst is not None:
             lever, word, change = self.worst
-            told += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
-        return told
+            text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        return text
 
     def parts(self) -> Sequence[str | Table]:
-        """The table of levers and the line."""
         title = "one parameter at a time, strongest first"
         return [replace(self.table(), title=title), self.line()]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal advise`."""
-        found = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
-        found |= {"critical": self.nominal.critical, "kind": self.nominal.kind}
-        found |= {"frequency_hz": self.nominal.frequency_hz, "frequency_gap": self.nominal.gap}
+        head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
+        head |= {"critical": self.nominal.critical, "kind": self.nominal.kind}
+        head |= {"frequency_hz": self.nominal.frequency_hz, "frequency_gap": self.nominal.gap}
         levers = [lever.to_dict() for lever in self.levers]
-        return found | {"levers": levers, "advice": self.line()}
+        return head | {"levers": levers, "advice": self.line()}
 
 
 def advise(
@@ -397,38 +377,45 @@ def advise(
     for name, tolerance in named.items():
         varied.check(name, "tolerance", tolerance.relative)
     values = {name: v for name, v in varied.values.items() if v or name in named}
-    nominal = varied.outcome({}, mu_max)
-    by_gap = nominal.critical is None
-    if by_gap:
-        nominal = replace(nominal, gap=_gap(varied.spectrum({})))
+    nominal, scene = varied.outcome({}, mu_max), varied.subject
+    if nominal.critical is None:
+        nominal = replace(nominal, gap=varied.gap({}))
+
+    def lever(name: str, outcomes: Sequence[Outcome]) -> Lever:
+        ends = values[name] - steps[name], values[name] + steps[name]
+        pair = zip(outcomes, ends, strict=True)
+        lowered, raised = (_parted(varied, name, replace(o, value=v), nominal) for o, v in pair)
+        sides = lowered, raised
+        return Lever(
+            name,
+            unit_word(PARAMETERS[name].unit) if isinstance(scene, Scene) else "",
+            values[name],
+            chosen[name],
+            steps[name],
+            lowered,
+            raised,
+            tuple(_moved(one, nominal, mu_max) for one in sides),
+            tuple(None if o.gap is None else o.gap - (nominal.gap or 0.0) for o in sides),
+        )
+
     chosen = {name: named.get(name, Tolerance(STEP, name not in varied.angles)) for name in values}
     steps = {name: chosen[name].step(value) for name, value in values.items()}
-    levers = []
-    for names in varied.together(list(values)):
-        own = np.array([values[name] for name in names])
+    levers: dict[str, Lever] = {}
+    # an inertia that follows m, w and h stands alone
+    alone = {"I"} if isinstance(scene, Scene) and scene.pad.uniform else set[str]()
+    for names in ([n for n in values if n not in alone], [n for n in values if n in alone]):
+        own = np.array([values[name] for name in names])[:, None]
         change = np.diag([steps[name] for name in names])
-        ends = own[:, None] + np.concatenate([-change, change], axis=1)
-        found = varied.outcomes(names, ends, mu_max)
-        for k, name in enumerate(names):
-            pair = (found[k], found[k + len(names)])
-            sides = [
-                _parted(varied, name, replace(one, value=values[name] + sign * steps[name]), by_gap)
-                for sign, one in zip((-1, 1), pair, strict=True)
-            ]
-            moved = [_moved(one, nominal, mu_max) for one in sides]
-            parted = [_widened(one, nominal) for one in sides]
-            about = (name, varied.unit(name), values[name], chosen[name], steps[name])
-            pairs = (moved[0], moved[1]), (parted[0], parted[1])
-            levers.append(Lever(*about, sides[0], sides[1], *pairs))
-        if progress is not None:
+        outcomes = varied.outcomes(names, np.hstack([own - change, own + change]), mu_max)
+        levers |= {name: lever(name, outcomes[k :: len(names)]) for k, name in enumerate(names)}
+        if progress is not None and names:
             progress(len(levers), len(values))
-    levers.sort(key=lambda lever: list(values).index(lever.parameter))
-    ranked = tuple(sorted(levers, key=lambda lever: lever.size, reverse=True))
-    scene, warned = varied.subject, tuple[str, ...]()
+    ranked = sorted((levers[name] for name in values), key=lambda one: one.size, reverse=True)
+    equilibrium = None
     if isinstance(scene, Scene) and not scene.pad_model.linear:
-        at = sliding_equilibrium(scene.pad_model)[0]
-        warned = () if at is None else at.warnings
-    return Advice(varied.free, varied.at, mu_max, nominal, ranked, warned)
+        equilibrium = sliding_equilibrium(scene.pad_model)[0]
+    warnings = () if equilibrium is None else equilibrium.warnings
+    return Advice(varied.free, varied.at, mu_max, nominal, tuple(ranked), warnings)
 
 
 def _moved(outcome: Outcome, nominal: Outcome, mu_max: float) -> float | None:
@@ -438,25 +425,14 @@ def _moved(outcome: Outcome, nominal: Outcome, mu_max: float) -> float | None:
     return 0.0 if abs(after - before) <= ROUNDING * before else after - before
 
 
-def _widened(outcome: Outcome, nominal: Outcome) -> float | None:
-    if outcome.gap is None or nominal.gap is None:
-        return None
-    return outcome.gap - nominal.gap
-
-
-def _parted(varied: Varied, name: str, outcome: Outcome, by_gap: bool) -> Outcome:
-    if not by_gap or outcome.reason is not None or outcome.value is None:
+def _parted(varied: Varied, name: str, outcome: Outcome, nominal: Outcome) -> Outcome:
+    """The outcome with the gap of its frequencies, where the pad as it is has no threshold."""
+    if nominal.gap is None or outcome.reason is not None or outcome.value is None:
         return outcome
     try:
-        return replace(outcome, gap=_gap(varied.spectrum({name: outcome.value})))
+        return replace(outcome, gap=varied.gap({name: outcome.value}))
     except (InputError, ComputationError) as error:
         return Outcome(outcome.value, reason=str(error))
-
-
-def _gap(spectrum: Spectrum) -> float | None:
-    """The least relative distance of two frequencies, None where one is alone."""
-    found = sorted(e.frequency_hz for e in spectrum.eigenvalues[::2])
-    return min(((b - a) / b if b else 1.0 for a, b in itertools.pairwise(found)), default=None)
 
 
 _ABOVE = Number(low=0.0)
@@ -506,7 +482,6 @@ class _Spreads(Kind):
         return "a mapping of parameters to spreads such as {relative: 0.05}"
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[Spread, ...]:
-        """The spreads. Raises InputError."""
         if not isinstance(value, dict) or not value:
             raise at.must_be(value, self.allowed())
         pairs = ((name, *SPREAD.read(one, at / name).items()) for name, one in value.items())
@@ -546,16 +521,15 @@ class Spreads:
 
     def drawn(self, varied: Varied) -> np.ndarray:
         """Values (spreads, samples) of each sample. Raises InputError for what does not fit."""
-        named = [spread.name for spread in self.spreads]
+        names = [spread.name for spread in self.spreads]
         at = Place("spreads")
-        if not named:
+        if not names:
             raise at.refuse("missing; how at least one parameter scatters is required")
         for spread in self.spreads:
             varied.check(spread.name, "spreads", spread.kind == "relative")
-            if named.count(spread.name) > 1:
+            if names.count(spread.name) > 1:
                 raise at.refuse(f"{spread.name} is named twice; once is allowed")
-        random = np.random.default_rng(self.seed)
-        own = varied.values
+        random, own = np.random.default_rng(self.seed), varied.values
         return np.array([s.values(own[s.name], random, self.samples) for s in self.spreads])
 
 
@@ -604,13 +578,13 @@ class Scatter(Answer):
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many samples could not be computed."""
-        told = f"{self.failed} of {self.drawn.samples} samples could not be computed"
-        return (f"{told}; the quantiles are those of the others",) if self.failed else ()
+        count = f"{self.failed} of {self.drawn.samples} samples could not be computed"
+        return (f"{count}; the quantiles are those of the others",) if self.failed else ()
 
     @property
     def quantiles(self) -> tuple[Quantile, ...]:
         """Quantiles with order-statistics intervals free of any distribution."""
-        from scipy.stats import binom
+        from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
         n, every = len(self.critical), len(self.critical) + self.failed
 
@@ -618,15 +592,15 @@ class Scatter(Answer):
             value = float(self.critical[rank])
             return None if math.isnan(value) else value
 
-        found = []
+        quantiles = []
         for level in QUANTILES:
             rank = max(math.ceil(level * n) - 1, 0)
             low = int(binom.ppf((1 - CONFIDENCE) / 2, every, level)) - 1 - self.failed
             high = int(binom.ppf((1 + CONFIDENCE) / 2, every, level))
             # beyond the samples the interval is open: 0 below, nothing known above
             bounds = 0.0 if low < 0 else at(low), None if high >= n else at(high)
-            found.append(Quantile(level, at(rank), *bounds))
-        return tuple(found)
+            quantiles.append(Quantile(level, at(rank), *bounds))
+        return tuple(quantiles)
 
     @property
     def beyond(self) -> int:
@@ -634,15 +608,11 @@ class Scatter(Answer):
         return int(np.isnan(self.critical).sum())
 
     def table(self) -> Table:
-        """A row for each sample: its critical friction, and the share of samples up to it."""
-        n = len(self.critical)
-        pairs = [(mu, (i + 1) / n) for i, mu in enumerate(self.critical.tolist())]
+        pairs = [(mu, (i + 1) / len(self.critical)) for i, mu in enumerate(self.critical.tolist())]
         mu = Column(self.name, value=lambda pair: pair[0])
         return Table((mu, Column("share", value=lambda pair: pair[1])), pairs)
 
     def parts(self) -> Sequence[str | Table]:
-        """The quantiles, and the share that is stable."""
-
         def bound(name: str, words: str) -> Column:
             def shown(q: Quantile) -> str:
                 mu = getattr(q, name)
@@ -650,8 +620,8 @@ class Scatter(Answer):
 
             return Column(name, shown=shown, words=words)
 
-        told = [Column("share unstable, %", value=lambda q: 100 * q.level)]
-        told += [bound("mu", self.name), bound("low", "from"), bound("high", "to")]
+        table = [Column("share unstable, %", value=lambda q: 100 * q.level)]
+        table += [bound("mu", self.name), bound("low", "from"), bound("high", "to")]
         title = (
             f"{self.drawn.samples} samples, seed {self.drawn.seed}: first loss of stability up to "
             f"{self.name} = {self.mu_max:g}, intervals of {100 * CONFIDENCE:g} % confidence"
@@ -662,16 +632,15 @@ class Scatter(Answer):
             f"({low:.1f} to {high:.1f} %); without a threshold {self.beyond}, no pads "
             f"{self.no_pad}, not computed {self.failed}"
         )
-        return [Table(told, self.quantiles, title), line]
+        return [Table(table, self.quantiles, title), line]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal critical-friction --scatter`."""
-        found: dict[str, Any] = {"parameter": self.name, "value": self.mu, "mu": self.mu}
-        found |= {"mu_max": self.mu_max} | asdict(self.drawn)
+        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu, "mu": self.mu}
+        scatter |= {"mu_max": self.mu_max} | asdict(self.drawn)
         names = ("failed", "no_pad", "beyond", "stable")
-        found |= {name: getattr(self, name) for name in names}
-        found |= {"interval": list(self.interval), "confidence": CONFIDENCE}
-        return {"scatter": found | {"quantiles": [asdict(q) for q in self.quantiles]}}
+        scatter |= {name: getattr(self, name) for name in names}
+        scatter |= {"interval": list(self.interval), "confidence": CONFIDENCE}
+        return {"scatter": scatter | {"quantiles": [asdict(q) for q in self.quantiles]}}
 
 
 def _work(task: tuple[Varied, list[str], np.ndarray, float]) -> list[Outcome]:
@@ -714,36 +683,30 @@ def scatter(
         If no sample has an equilibrium without friction.
     """
     varied = Varied.of(subject, "scatter", mu_max)
-    asked = spreads if isinstance(spreads, Spreads) else Spreads(tuple(spreads))
-    values, names = asked.drawn(varied), [spread.name for spread in asked.spreads]
-    starts = range(0, asked.samples, CHUNK)
+    drawn = spreads if isinstance(spreads, Spreads) else Spreads(tuple(spreads))
+    values, names = drawn.drawn(varied), [spread.name for spread in drawn.spreads]
+    starts = range(0, drawn.samples, CHUNK)
     tasks = [(varied, names, values[:, i : i + CHUNK], mu_max) for i in starts]
-    found: list[Outcome] = []
+    outcomes: list[Outcome] = []
     for part in mapped(_work, tasks, workers):
-        found.extend(part)
+        outcomes.extend(part)
         if progress is not None:
-            progress(len(found), asked.samples)
-    known = [math.nan if o.critical is None else o.critical for o in found if o.reason is None]
-    if not known:
+            progress(len(outcomes), drawn.samples)
+    computed = [o for o in outcomes if o.reason is None]
+    if not computed:
         raise ComputationError("no sample has an equilibrium in contact without friction")
-    no_pad = sum(outcome.no_pad for outcome in found)
-    made, failed = len(known), len(found) - len(known) - no_pad
-    critical = np.sort(known)  # NaN comes last
-    above = int(np.sum(~(critical <= varied.at)))
-    low = wilson(above, made + failed, CONFIDENCE)[0]
-    high = wilson(above + failed, made + failed, CONFIDENCE)[1]
-    counts = (no_pad, failed, above / made, (low, high), asked)
+    no_pad = sum(outcome.no_pad for outcome in outcomes)
+    made, failed = len(computed), len(outcomes) - len(computed) - no_pad
+    critical = np.sort([math.nan if o.critical is None else o.critical for o in computed])
+    above = int(np.sum(~(critical <= varied.at)))  # NaN comes last, and lies above
+    interval = _share(above, made + failed)[0], _share(above + failed, made + failed)[1]
+    counts = (no_pad, failed, above / made, interval, drawn)
     return Scatter(varied.free, varied.at, mu_max, critical, *counts)
 
 
-def wilson(count: int, total: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Wilson's interval for a share of which `count` of `total` were seen.
+def _share(count: int, total: int) -> tuple[float, float]:
+    """Wilson's interval for a share."""
+    from scipy.stats import binomtest
 
-    By hand, since loading scipy.stats takes longer than what asks for it.
-    """
-    z = NormalDist().inv_cdf((1.0 + confidence) / 2.0)
-    middle, whole = count + z * z / 2.0, total + z * z
-    half = z * math.sqrt(count * (total - count) / total + z * z / 4.0)
-    low = (middle - half) / whole if count > 0 else 0.0
-    high = (middle + half) / whole if count < total else 1.0
-    return low, high
+    interval = binomtest(count, total).proportion_ci(CONFIDENCE, "wilson")
+    return float(interval.low), float(interval.high)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import binomtest
 
-from squeal.analysis.variations import wilson
 from squeal.article.claims import CLAIMS
 from squeal.article.identify.judging import INDEPENDENT, margins
 from squeal.article.identify.space import DIMENSIONS, decode
@@ -51,6 +51,11 @@ class Baseline(Result):
     left_out: str = ""
 
 
+def _interval(count: int, total: int) -> tuple[float, float]:
+    interval = binomtest(count, total).proportion_ci(CONFIDENCE, "wilson")
+    return float(interval.low), float(interval.high)
+
+
 def judged(law: Formulation, sets: int) -> Law:
     """Random sets under a law."""
     points = np.random.default_rng(SEED).uniform(size=(sets, len(DIMENSIONS)))
@@ -58,7 +63,7 @@ def judged(law: Formulation, sets: int) -> Law:
     holds = table > 0.0
     count = holds[whole][:, INDEPENDENT].sum(axis=1)
     share = {
-        claim.id: Frequency(n / sets, wilson(n, sets, CONFIDENCE))
+        claim.id: Frequency(n / sets, _interval(n, sets))
         for claim, n in zip(CLAIMS, holds.sum(axis=0).tolist(), strict=True)
     }
     counts = np.bincount(count, minlength=int(INDEPENDENT.sum()) + 1)
