@@ -92,6 +92,7 @@ TABLES = (
     "findings",
     "lasting",
     "levels",
+    "parameters",
     "sets",
     "table1",
     "table2",

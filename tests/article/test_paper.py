@@ -24,6 +24,7 @@ def one_set(
 ):
     return sets.ParameterSet(
         numbers=numbers,
+        parameters={},
         satisfied=satisfied,
         failing=(),
         hammering={"B1": ("c", "d"), "B2": line},

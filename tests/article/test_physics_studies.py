@@ -100,22 +100,22 @@ def test_every_path_comes_near_the_reference(monkeypatch):
     assert "SciPy Radau" in accuracy_figure.draw(found).alternative
 
 
-def test_extreme_pads_come_out_right():
+def test_extreme_pads_pass():
     some = [case for case in extreme_study.cases() if case.group not in ("long runs",)]
     chosen = [*some[::7], some[-1]]
     outcomes = [extreme_study.outcome(case) for case in chosen]
-    assert [one.outcome for one in outcomes] == ["right"] * (len(chosen) - 1) + ["refused"]
+    assert [one.outcome for one in outcomes] == ["passed"] * (len(chosen) - 1) + ["rejected"]
 
 
 def test_a_wrong_answer_and_a_missing_refusal_are_seen():
     case = next(extreme_study.cases())
     off = Case("g", "n", case.scene, lambda *_: (1e-8, "a reference"))
-    assert extreme_study.outcome(off).outcome == "wrong"
+    assert extreme_study.outcome(off).outcome == "failed"
     kept = Case("g", "n", case.scene, lambda *_: (0.0, "a reference"), "past 90 degrees", 1.0)
-    assert extreme_study.outcome(kept).outcome == "wrong"
+    assert extreme_study.outcome(kept).outcome == "failed"
 
 
-@pytest.mark.parametrize(("word", "code"), [("right", 0), ("wrong", 1)])
+@pytest.mark.parametrize(("word", "code"), [("passed", 0), ("failed", 1)])
 def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
     outcome = Outcome("group", "name", word, None, 1, 2, 0.1, "said")
     monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, "exact"))

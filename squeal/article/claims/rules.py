@@ -58,7 +58,7 @@ def apart(edge: int) -> Callable[[Case], Outcome]:
 
     def rule(case: Case) -> Outcome:
         share = case.separated[edge] / case.duration
-        return Outcome(_apart(case, edge), f"apart {100 * share:.2f} % of the time")
+        return Outcome(_apart(case, edge), f"separated {100 * share:.2f} % of the time")
 
     return rule
 
@@ -216,7 +216,7 @@ def within_trailing_half(case: Case) -> Outcome:
 
 def surfaces_part(case: Case) -> Outcome:
     """The surfaces separate for some time."""
-    words = f"apart {100 * _share(case, NONE):.2f} % of the time"
+    words = f"separated {100 * _share(case, NONE):.2f} % of the time"
     return Outcome(_surface_apart(case), words)
 
 

@@ -10,8 +10,8 @@ from squeal.plots.modes import draw_pad, draw_surface, exaggeration, legend_of_p
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 MODEL = "B2"
-CAPTION = r"""Mode shapes about the sliding equilibria of model B2: the pad at rest (dashed) and
-at two phases of each mode, exaggerated."""
+CAPTION = r"""Mode shapes about the sliding equilibria of model B2: the pad at rest (grey) and at
+two phases of each mode, exaggerated."""
 
 
 def shape_of(mode: ModeShape) -> np.ndarray:

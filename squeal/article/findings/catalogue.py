@@ -34,8 +34,8 @@ FINDINGS = (
             "The printed K33 lacks the term of spring 2.",
             lambda s: equations.stiffness_entries([scene.pad for scene in s.b2.values()])),
     Finding("E2", "Sec. 6",
-            "K is a sum of two rank-one matrices, so singular for every pad; the printed one is "
-            "not.",
+            "K is a sum of two rank-one matrices, so singular for every parameter set; the printed "
+            "one is not.",
             lambda s: equations.singularity()),
     Finding("E3", "Eq. (13)",
             "The integrand has the opposite sign of its results, Eqs. (14) to (16).",

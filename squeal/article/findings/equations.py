@@ -64,7 +64,7 @@ def singularity() -> Measured:
     exact, median = max(ratios[False]), float(np.median(ratios[True]))
     return Measured(
         {"exact_greatest": exact, "printed_median": median},
-        f"Over {PADS} random pads the least singular value of the exact K is at most "
+        f"Over {PADS} random sets the least singular value of the exact K is at most "
         f"{rounded_up(exact):.1e} of the greatest; with K33 as printed the median is {median:.2g}.",
     )
 

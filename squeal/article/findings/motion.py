@@ -93,7 +93,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
         before, after = study.reproduced({}), None
         text = (
-            f"Turned over in the B2 scenes, the place of the centre at the end changes by up to "
+            f"With the other sign or frame in all four cases, the final position changes by up to "
             f"{rounded_up(apart):.2g} times the range of the motion"
         )
         if ended:
@@ -128,9 +128,10 @@ def fed_by_the_law(study: Study) -> Measured:
         fed = works.fed / works.kinetic
         numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
         text += (
-            f" In case c {words} feeds in {works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic "
-            f"energy; friction {works.friction:.2g} J), delta/w goes from {case.second.low:.2f} to "
-            f"{case.second.high:.2f}, and the edge struck changes {case.blows[0]} times"
+            f" In case c {words} does the work {works.fed:+.2g} J ({fed:+.2g} of the greatest "
+            f"kinetic energy; friction {works.friction:.2g} J), delta/w goes from "
+            f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
+            f"{case.blows[0]} times"
         )
         text += "."
     return Measured(numbers, text)
@@ -143,7 +144,10 @@ def static_balance(study: Study) -> Measured:
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
     text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
     plain = scene.pad.replace(y0=0.0, theta0=0.0)
-    told = {"as in the scene": scene.pad_model, "with y0 = theta0 = 0": PadModel("B2", plain)}
+    told = {
+        "with the reference set": scene.pad_model,
+        "with y0 = theta0 = 0": PadModel("B2", plain),
+    }
     for i, (words, model) in enumerate(told.items()):
         found, _ = sliding_equilibrium(model)
         text += f"Static balance {words} "
@@ -151,7 +155,7 @@ def static_balance(study: Study) -> Measured:
             text += "is not possible. "
         else:
             numbers[f"delta_{i}"] = found.delta / scene.pad.w
-            text += f"asks for delta/w = {found.delta / scene.pad.w:+.3f}. "
+            text += f"requires delta/w = {found.delta / scene.pad.w:+.3f}. "
     return Measured(numbers, text.strip())
 
 
@@ -177,8 +181,8 @@ def sliding_conditions(study: Study) -> Measured:
     numbers = share.to_dict() | {"least_mismatch": min(mismatch), "equilibrium": reached}
     return Measured(
         numbers,
-        f"As printed (23) holds on {100 * share.as_printed:.1f} % of the map, signs followed on "
-        f"{100 * share.sign_aware:.1f} %; the equilibrium branch of B2 reaches mu from 0 on "
+        f"As printed (23) holds on {100 * share.as_printed:.1f} % of the map, with correct signs "
+        f"on {100 * share.sign_aware:.1f} %; followed from mu = 0, B2 has an equilibrium on "
         f"{100 * reached:.0f} % ({COARSE} x {COARSE} points). K31 misses h K11 by at least "
         f"{100 * min(mismatch):.3g} % in the four cases.",
     )

@@ -16,7 +16,8 @@ _SYMBOLS = {
     "theta0": r"\theta_0", "theta": r"\theta", "delta": r"\delta", "alpha1": r"\alpha_1",
     "alpha2": r"\alpha_2", "mu": r"\mu", "F_n": "F_n", "Rn": "R_n", "F3": "F_{s,3}",
     "F4": "F_{s,4}", "K11": "K_{11}", "K21": "K_{21}", "K31": "K_{31}", "K33": "K_{33}",
-    "k_c": "k_c", "y0": "y_0", "x0": "x_0", "pi": r"\pi",
+    "k_c": "k_c", "y0": "y_0", "x0": "x_0", "pi": r"\pi", "T_1": "T_1", "x_dot": r"\dot x",
+    "y_dot": r"\dot y",
 } | {f"{s}{i}": f"{s}_{i}" for s in "kL" for i in "1234"}
 # fmt: on
 _LETTERS = {"w", "h", "m", "I", "V", "K"}  # single letters that are always symbols

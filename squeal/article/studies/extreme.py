@@ -1,7 +1,7 @@
 """Stiff and extreme pads: the error of the default path against quad precision, or closed forms.
 
-A case is right if its error is below `LIMIT`, or if it is refused with the message and at the time
-that it must be; anything else stops the build.
+A case has passed if its error is below `LIMIT`, and is rejected as it must be if the message and
+the time are the expected ones; anything else stops the build.
 """
 
 import math
@@ -22,7 +22,7 @@ from squeal.model.pad import Model, Pad
 from squeal.simulation import Simulation, simulate
 from squeal.simulation.run import in_natural_units
 
-LIMIT = 1e-9  # greatest relative error of a right answer
+LIMIT = 1e-9  # greatest relative error of an answer that passes
 PERIODS = 10_000  # of the long runs
 BOTH: tuple[Model, ...] = ("B1", "B2")
 CONTACT: dict[Model, dict[str, float]] = {"B1": {"k3": 0.43, "k4": 0.43}, "B2": {"k_c": 0.5}}
@@ -40,25 +40,25 @@ UPRIGHT: dict[str, Any] = {
 
 
 class Outcome(Record):
-    """What became of a case: `right`, `refused` as it should be, else `wrong`.
+    """The outcome of a case: `passed`, `rejected` as it must be, else `failed`.
 
     error: relative, None where there is no number to compare; changes: of contact; run_time:
-    processor time of the simulation in s; told: what the error is measured against, or the message.
+    processor time of the simulation in s; against: the reference of the error, or the message.
     """
 
     group: str
     name: str
-    outcome: Literal["right", "refused", "wrong"]
+    outcome: Literal["passed", "rejected", "failed"]
     error: float | None
     steps: int
     changes: int
     run_time: float
-    told: str
+    against: str
 
 
 class Extreme(Result):
-    """All cases; limit: greatest relative error of a right answer; truth: the reference in words;
-    stand_in: SciPy stood in for heyoka, so that what it gets wrong stops no build."""
+    """All cases; limit: greatest relative error that passes; truth: the reference solution in
+    words; stand_in: SciPy stood in for heyoka, so that its failures stop no build."""
 
     cases: tuple[Outcome, ...]
     limit: float
@@ -67,8 +67,8 @@ class Extreme(Result):
 
     @property
     def wrong(self) -> str:
-        """The cases that came out wrong."""
-        wrong = [f"{c.group}: {c.name}" for c in self.cases if c.outcome == "wrong"]
+        """The cases that failed."""
+        wrong = [f"{c.group}: {c.name}" for c in self.cases if c.outcome == "failed"]
         return "" if self.stand_in else ", ".join(wrong)
 
 
@@ -203,19 +203,20 @@ def cases() -> Iterator[Case]:
 
 
 def outcome(case: Case) -> Outcome:
-    """Run a case and hold its outcome against the truth."""
+    """Run a case and compare its outcome with the reference solution."""
     try:
         found = simulate(case.scene)
     except ComputationError as failure:
-        told = str(failure)
-        right = bool(case.refusal) and case.refusal in told and f"t = {case.t:.9g} s" in told
-        word: Any = "refused" if right else "wrong"
-        return Outcome(case.group, case.name, word, None, 0, 0, 0.0, told)
-    error, told = case.error(case.scene, found)
-    word = "right" if error <= LIMIT and not case.refusal else "wrong"
+        message = str(failure)
+        expected = bool(case.refusal) and case.refusal in message
+        passed = expected and f"t = {case.t:.9g} s" in message
+        word: Any = "rejected" if passed else "failed"
+        return Outcome(case.group, case.name, word, None, 0, 0, 0.0, message)
+    error, against = case.error(case.scene, found)
+    word = "passed" if error <= LIMIT and not case.refusal else "failed"
     shown = error if math.isfinite(error) else None
     counts = (found.steps, found.contact_changes, found.run_time)
-    return Outcome(case.group, case.name, word, shown, *counts, told)
+    return Outcome(case.group, case.name, word, shown, *counts, against)
 
 
 def study(_: Sequence[Path]) -> Extreme:

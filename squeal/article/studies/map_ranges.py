@@ -1,7 +1,7 @@
 """Fig. 13 over its parameters: how large the black area is, and where model B2 has equilibria."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -195,3 +195,14 @@ def study(files: Sequence[Path]) -> MapRanges:
             shapes={f"{v:g}": _curves(one) for v, one in shapes.items()},
         )
     return MapRanges(sweeps, printed.size, _span(printed), _span(signs), full(scene))
+
+
+def sentences(found: MapRanges) -> Mapping[str, bool]:
+    """What the supplement says of these maps."""
+    return {
+        "printed-below-correct-over-parameters": all(
+            printed < correct
+            for sweep in found.sweeps.values()
+            for printed, correct in zip(sweep.printed, sweep.signs, strict=True)
+        )
+    }

@@ -24,18 +24,19 @@ Share = Annotated[float, ".1%"]
 class ParameterSet(Record):
     """A parameter set under the article's statements.
 
-    numbers: ratios of parameters and initial values, as `ratios` gives them; satisfied: the
-    independent statements; failing: ids of all that it does not satisfy; hammering, flutters: the
-    cases by model that hammer, and whose sliding equilibrium flutters without damping; without: the
-    cases by model that have no sliding equilibrium; critical: the friction at which B2 (c) begins
-    to flutter, ends: at which its branch of equilibria ends; lost: share of time in which an edge
-    is separated that touches in the equilibrium, mean over the cases in which both models have one,
-    apart: in which any is; lasting: share of the initial conditions from which contact is lost on
-    and on in case (d) with damping, growth: greatest real part of the eigenvalues there, 1/ms, by
-    model.
+    numbers: ratios of parameters and initial values, as `ratios` gives them; parameters: the same
+    in SI units by symbol, without the spring angles; satisfied: the independent statements;
+    failing: ids of all that it does not satisfy; hammering, flutters: the cases by model that
+    hammer, and whose sliding equilibrium flutters without damping; without: the cases by model that
+    have no sliding equilibrium; critical: the friction at which B2 (c) begins to flutter, ends: at
+    which its branch of equilibria ends; lost: share of time in which an edge is separated that
+    touches in the equilibrium, mean over the cases in which both models have one, apart: in which
+    any is; lasting: share of the initial conditions with sustained loss of contact in case (d) with
+    damping, growth: greatest real part of the eigenvalues there, 1/ms, by model.
     """
 
     numbers: dict[str, float]
+    parameters: dict[str, float]
     satisfied: int
     failing: tuple[str, ...]
     hammering: dict[str, tuple[str, ...]]
@@ -49,7 +50,7 @@ class ParameterSet(Record):
     growth: dict[str, float | None]
 
     def coexists(self, model: str) -> bool:
-        """Whether contact is lost on and on beside a stable equilibrium in case (d)."""
+        """Whether loss of contact is sustained beside a stable equilibrium in case (d)."""
         growth = self.growth.get(model)
         return growth is not None and growth < 0.0 and self.lasting[model] > 0.0
 
@@ -92,6 +93,18 @@ def ratios(points: Scene, line: Scene) -> dict[str, float]:
     }
 
 
+def parameters(points: Scene, line: Scene) -> dict[str, float]:
+    """Parameters, initial values and observation time of both models in SI units."""
+    values = points.pad.given() | line.pad.given()
+    names = ("m", "w", "h", "I", *(f"k{i}" for i in range(1, 5)), "k_c", "L1", "mu", "F_n", "V")
+    return {name: float(values[name]) for name in (*names, "y0")} | {
+        "x": line.initial[0],
+        "y1": points.initial[1],
+        "y2": line.initial[1],
+        "T": line.stop or 0.0,
+    }
+
+
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     """A set from its eight scenes."""
     b1, b2 = ({c: scenes[stem(m, c)] for c in CASES} for m in ("B1", "B2"))
@@ -130,6 +143,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 
     return ParameterSet(
         numbers=ratios(b1["c"], b2["c"]),
+        parameters=parameters(b1["c"], b2["c"]),
         satisfied=sum(one.holds for one in judged if one.id in independent),
         failing=tuple(one.id for one in judged if not one.holds),
         hammering=hammering_cases(cases),

@@ -15,6 +15,6 @@ def table(extreme: Extreme) -> str:
         first = "" if case.group == group else typeset(case.group)
         group = case.group
         cells = [first, typeset(case.name), case.outcome, number(case.error, 2)]
-        cells += [str(case.changes), f"{1e3 * case.run_time:.1f}", typeset(case.told)]
+        cells += [str(case.changes), f"{1e3 * case.run_time:.1f}", typeset(case.against)]
         rows.append(cells)
     return long_table(["", "case", "outcome", "error", "changes", "ms", "against"], rows)
