@@ -10,9 +10,9 @@ import numpy as np
 
 from squeal.article.studies.accuracy import Run, Way, hybrid
 from squeal.io.scene import Scene
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import pose
-from squeal.model.states import State
+from squeal.model.pad import pose
 from squeal.simulation.hybrid import first_state
 from squeal.simulation.run import in_natural_units
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import Modes, modes_in

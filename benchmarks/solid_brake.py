@@ -18,7 +18,7 @@ from squeal.analysis.systems.matrices import write_system
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_csv
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement

@@ -18,17 +18,18 @@ import heyoka as hy
 from squeal.io.scene import DEFAULT_TOLERANCE
 from squeal.model.contact import (
     FORMULATION_CHOICES,
+    NONE,
     NORMAL_REACTION,
     ContactLaw,
     Formulation,
+    State,
     Touching,
     contact_law,
     contact_model,
+    states,
 )
 from squeal.model.equations import term_count
-from squeal.model.mechanics import Coefficients, coefficients, pose, spring_energy
-from squeal.model.pad import PARAMETERS
-from squeal.model.states import NONE, State, states
+from squeal.model.pad import PARAMETERS, Coefficients, coefficients, pose, spring_energy
 from squeal.simulation.taylor import FAINT, NAMES, equations, rising, state_parameters
 
 SHOWN = ("B1", "B2", "BN")  # models on the page

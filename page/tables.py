@@ -21,10 +21,16 @@ from page.export import (
 from squeal.article.cases import CASES, stem
 from squeal.equilibrium.damping import UNSTABLE
 from squeal.io.scene import DAMPING, Scene, read_scene
-from squeal.model.contact import Formulation, Springs, contact_law, contact_model, models_with
+from squeal.model.contact import (
+    STATES,
+    Formulation,
+    Springs,
+    contact_law,
+    contact_model,
+    models_with,
+)
 from squeal.model.equations import term_count
 from squeal.model.pad import PARAMETERS
-from squeal.model.states import STATES
 from squeal.schema.values import Number, Row
 from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.taylor import NAMES

@@ -12,7 +12,7 @@ from typing import Any
 import mpmath as mp
 
 from squeal.io.scene import Scene
-from squeal.model.states import State
+from squeal.model.contact import State
 from tests import naive
 
 SMALL = mp.mpf(10) ** -24  # a step of Newton's method after which the next is below 1e-45

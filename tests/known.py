@@ -3,7 +3,7 @@
 import numpy as np
 
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 Threshold = tuple[float, str, str, float]
 """mu, kind, direction, omega."""

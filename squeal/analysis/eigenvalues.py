@@ -25,9 +25,8 @@ from squeal.linear import (
 from squeal.linear.eigen import STIFF, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.linear.verdict import decide
-from squeal.model.contact import contact_law, contact_model
+from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.model.states import State
 from squeal.schema.place import Place
 from squeal.schema.values import Number, Several, takes
 

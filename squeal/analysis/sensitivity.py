@@ -23,9 +23,9 @@ from squeal.equilibrium.damping import (
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import CriticalPoint, Spectrum, complex_eigenvalues, sensitivities
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import at_speed, coefficients, pose
-from squeal.model.states import State
+from squeal.model.pad import at_speed, coefficients, pose
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step, with_derivative
 

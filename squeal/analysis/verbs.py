@@ -18,7 +18,7 @@ from squeal.analysis.answers import Eigenvalues, Map, Sensitivity, Sweep, Thresh
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.schema.place import Place
 from squeal.schema.values import Number, Several
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from squeal.model.states import FULL, LEADING, NONE, STATES, TRAILING, State, states
+from squeal.model.contact import FULL, LEADING, NONE, STATES, TRAILING, State, states
 
 EDGE_NAMES = ("leading", "trailing")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
-from squeal.model.mechanics import pose
+from squeal.model.pad import pose
 
 
 @dataclass(frozen=True)

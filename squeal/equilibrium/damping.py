@@ -14,8 +14,8 @@ from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, about_origin, linearise
-from squeal.model.states import State
 
 UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
 

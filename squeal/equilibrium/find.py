@@ -13,8 +13,8 @@ from squeal.equilibrium.admissible import LIMITS, excursion
 from squeal.equilibrium.branch import NO_START, REACHED, Branches, BranchOptions, follow
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, natural_units
-from squeal.model.states import State
 
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
 FAR = 20  # pads for which places far off are searched, one by one

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.equilibrium.statics import Statics, solve_stack
 from squeal.model.equations import net_loads
-from squeal.model.mechanics import Coefficients, pose
+from squeal.model.pad import Coefficients, pose
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import STEP, Dual, with_derivative
 

@@ -12,8 +12,8 @@ from squeal.equilibrium.branch import CHANGE, NO_START, Branches, BranchOptions
 from squeal.equilibrium.find import Equilibrium, branch_of, record
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
+from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, linearise, linearised_at
-from squeal.model.states import State
 
 
 @dataclass(frozen=True, eq=False)

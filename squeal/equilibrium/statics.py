@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.model.contact import Touching
+from squeal.model.contact import State, Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
-from squeal.model.mechanics import Coefficients, Pose, pose, springs
-from squeal.model.states import State
+from squeal.model.pad import Coefficients, Pose, pose, springs
 from squeal.numerics.differentiation import complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added

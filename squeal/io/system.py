@@ -32,7 +32,7 @@ from squeal.io.matrices import FORMATS, Found, aligned, read_matrix
 from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
 from squeal.linear.matrices import reduce
 from squeal.linear.system import Term, TermSystem, without_supports
-from squeal.numerics.formula import ALLOWED, Formula
+from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import FILE, Flag, Kind, Named, Number, Numbers, Row, Square, Text, takes

@@ -14,7 +14,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.linear.matrices import SKEW
 from squeal.linear.system import Matrix, Term, TermSystem, dense
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 
 def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:

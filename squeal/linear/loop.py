@@ -24,7 +24,7 @@ from squeal.linear.matrices import Array
 from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
 from squeal.linear.thresholds import crossings
 from squeal.linear.verdict import GROWING, verdict
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 if TYPE_CHECKING:
     from control import StateSpace

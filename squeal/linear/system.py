@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, MatrixError
 from squeal.linear.matrices import Array, checked
-from squeal.numerics.formula import ONE, Formula
+from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
 """A square NumPy array or SciPy sparse array (n, n)."""

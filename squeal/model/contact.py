@@ -1,22 +1,37 @@
-"""Contact laws (springs at points of the lower face, line contact) and the models that name them.
+"""Contact states, contact laws (springs along the lower face, line contact), and the models.
+
+A contact law watches some points of the lower face: its two edges, or more. A point separates when
+its gap passes zero upwards and touches when it passes zero downwards, so every transition flips
+one point (Tables 1 and 2, Figs. 3, 8).
 
 Everything else asks the law and never the model's name. The line contact (model B2, Eqs. 8-20)
 rests on the gaps of the two lower edges, never on the contact-loss point of Eq. (12), which is
 singular for a level pad.
 """
 
+from __future__ import annotations
+
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property, lru_cache
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from squeal.model.mechanics import Coefficients, Forces, Loads, Number, Point, Pose, edges, gaps
-from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.states import STATES, State
+from squeal.model.pad import (
+    PARAMETERS,
+    Coefficients,
+    Forces,
+    Loads,
+    Number,
+    Pad,
+    Point,
+    Pose,
+    edges,
+    gaps,
+)
 from squeal.schema.keys import Group, Key
 from squeal.schema.place import Place
 from squeal.schema.values import Whole, Word
@@ -27,6 +42,57 @@ DeltaMoment = Literal["+", "-"]
 Touching = Sequence[Number] | np.ndarray
 """A contact state as factors 1 and 0, one for each contact point: a `State` (bools), or numbers,
 arrays or symbols, so that one formula serves all states."""
+LEADING, TRAILING = 0, 1
+
+
+class State(tuple[bool, ...]):
+    """Which contact points touch, from the leading edge to the trailing edge: State(True, False).
+
+    Its entries are the factors 1 and 0 of the contact laws' formulas.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, *touching: bool) -> State:
+        return super().__new__(cls, touching)
+
+    def __getnewargs__(self) -> tuple[bool, ...]:
+        return tuple(self)
+
+    @property
+    def leading(self) -> bool:
+        """True if the point nearest to the leading edge touches."""
+        return self[0]
+
+    @property
+    def trailing(self) -> bool:
+        """True if the point nearest to the trailing edge touches."""
+        return self[-1]
+
+    def flip(self, point: int) -> State:
+        """The state after a contact point (its index) has separated or touched."""
+        return _flipped(self, point)
+
+
+@lru_cache(maxsize=1024)  # needed at every contact change
+def _flipped(state: State, point: int) -> State:
+    return State(*(touches ^ (i == point) for i, touches in enumerate(state)))
+
+
+def states(points: int) -> tuple[State, ...]:
+    """The states of a straight face with that many contact points: all touch, none, or those on
+    the leading or on the trailing side."""
+    sizes = range(points - 1, 0, -1)
+    return (
+        State(*[True] * points),
+        State(*[False] * points),
+        *(State(*(i < n for i in range(points))) for n in sizes),
+        *(State(*(i >= points - n for i in range(points))) for n in sizes),
+    )
+
+
+STATES = states(2)
+FULL, NONE, LEAD, TRAIL = STATES
 
 
 class Signal(NamedTuple):
@@ -48,61 +114,6 @@ class Signal(NamedTuple):
         return self.over == "F_n"
 
 
-class ContactLaw(Hashable, Protocol):
-    """Loads on the pad from unilateral contact at points of its lower face.
-
-    Pure formulas over generic numbers: c are the pad's coefficients, `at` its pose, `on` says
-    which contact points touch. A law is hashable and holds no state.
-
-    parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
-    y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
-    restoring: its moment turns the pad back, so that without friction a pad rests in one place
-    near the initial one; plotted: its signals; meanings: name and meaning of each contact
-    state, as the article or the field counts them.
-    """
-
-    @property
-    def parameters(self) -> tuple[str, ...]: ...
-
-    @property
-    def absolute_gap(self) -> bool: ...
-
-    @property
-    def restoring(self) -> bool: ...
-
-    @property
-    def plotted(self) -> tuple[Signal, ...]: ...
-
-    @property
-    def meanings(self) -> Mapping[str, str]: ...
-
-    @property
-    def points(self) -> int:
-        """How many contact points there are, in order from the leading edge to the trailing."""
-
-    def state_name(self, state: State) -> str:
-        """The name of a contact state, one of `meanings`."""
-
-    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
-        """Height of each contact point over the surface; contact changes where it passes zero."""
-
-    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        """Normal and friction forces; zero where nothing touches."""
-
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """These forces and their moment."""
-
-    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, ...]:
-        """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
-        arrays."""
-
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
-
-    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        """Potential energy of the contact."""
-
-
 NORMAL_REACTION = (
     Signal("Rn", "F_n", "R_n", "normal reaction", "normal reaction"),
     Signal("delta", "w", r"\delta", "position of the reaction", "position of the reaction"),
@@ -113,6 +124,64 @@ FACE_STATES = {"FC": "full contact", "PC": "partial contact", "SS": "surface sep
 def face_state(state: State) -> str:
     """The article's name of a face's contact (Fig. 8)."""
     return "FC" if all(state) else "PC" if any(state) else "SS"
+
+
+class ContactLaw(ABC):
+    """Loads on the pad from unilateral contact at points of its lower face.
+
+    Pure formulas over generic numbers: c are the pad's coefficients, `at` its pose, `on` says
+    which contact points touch. A law is hashable and holds no state.
+
+    parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
+    y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
+    plotted: its signals; meanings: name and meaning of each contact state, as the article or the
+    field counts them.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("k_c",)
+    absolute_gap: ClassVar[bool] = True
+    plotted: ClassVar[tuple[Signal, Signal]] = NORMAL_REACTION
+    meanings: ClassVar[Mapping[str, str]] = FACE_STATES
+
+    @property
+    @abstractmethod
+    def points(self) -> int:
+        """How many contact points there are, in order from the leading edge to the trailing."""
+
+    @property
+    def restoring(self) -> bool:
+        """True if its moment turns the pad back, so that without friction a pad rests in one place
+        near the initial one."""
+        return True
+
+    def state_name(self, state: State) -> str:
+        """The name of a contact state, one of `meanings`."""
+        return face_state(state)
+
+    @abstractmethod
+    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
+        """Height of each contact point over the surface; contact changes where it passes zero."""
+
+    @abstractmethod
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces; zero where nothing touches."""
+
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+        """These forces and their moment."""
+        return self.forces(c, at, on).loads(at)
+
+    @abstractmethod
+    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
+        arrays."""
+
+    @abstractmethod
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
+
+    @abstractmethod
+    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        """Potential energy of the contact."""
 
 
 class Spring(NamedTuple):
@@ -127,7 +196,7 @@ class Spring(NamedTuple):
     share: float = 1.0
 
 
-class Springs(ABC):
+class Springs(ContactLaw):
     """Unilateral springs along the lower face, whose points are the contact points.
 
     The face is straight. A spring at the place p therefore has the gap a g_l + b g_t of the gaps
@@ -138,9 +207,7 @@ class Springs(ABC):
     level_friction: friction acts at the arm h, as in Eq. (10), instead of where its edge is.
     """
 
-    parameters: ClassVar[tuple[str, ...]]
-    absolute_gap: ClassVar[bool]
-    level_friction: ClassVar[bool]
+    level_friction: ClassVar[bool] = True
 
     @property
     @abstractmethod
@@ -149,7 +216,6 @@ class Springs(ABC):
 
     @property
     def points(self) -> int:
-        """How many springs there are."""
         return len(self.springs)
 
     @cached_property
@@ -157,7 +223,6 @@ class Springs(ABC):
         return tuple(((1.0 - s.place) / 2.0, (1.0 + s.place) / 2.0) for s in self.springs)
 
     def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
-        """Height of the foot of each spring over the surface."""
         gl, gt = gaps(c, at)
         return tuple(a * gl + b * gt for a, b in self._weights)
 
@@ -187,22 +252,11 @@ class Springs(ABC):
                 total += Forces.of(r, friction, force)
         return total
 
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """The forces and their moment."""
-        return self.forces(c, at, on).loads(at)
-
-    @property
-    def restoring(self) -> bool:
-        """True: the springs have a potential."""
-        return True
-
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
         (fl, ft), (al, at_) = self._edge_forces(c, at, on), edges(c, at)
         return fl + ft, (al * fl + at_ * ft) / (fl + ft)
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        """Potential energy of the springs that touch."""
         gl, gt = gaps(c, at)
         ll, lt, tt = self._stiffness(c, on)
         return 0.5 * (ll * gl * gl + 2.0 * lt * gl * gt + tt * gt * gt)
@@ -232,7 +286,6 @@ class PointContact(Springs):
         return str(1 + STATES.index(state))
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """F3 and F4."""
         return self._edge_forces(c, at, on)
 
 
@@ -249,16 +302,8 @@ class SpringContact(Springs):
 
     count: int
 
-    parameters = ("k_c",)
-    absolute_gap = True
-    level_friction = True
-    plotted = NORMAL_REACTION
-    meanings: ClassVar[Mapping[str, str]] = FACE_STATES
-    state_name = staticmethod(face_state)
-
     @cached_property
     def springs(self) -> tuple[Spring, ...]:
-        """The springs, from the leading to the trailing edge."""
         n = self.count
         wide = math.sqrt(n * n - 1.0)
         return tuple(Spring((2 * i + 1 - n) / wide, "k_c", 1.0 / n) for i in range(n))
@@ -287,7 +332,7 @@ def _partial(
 
 
 @dataclass(frozen=True)
-class LineContact:
+class LineContact(ContactLaw):
     """Distributed stiffness along the lower face.
 
     With pl, pt the penetrations of the leading and trailing edge, the pressure varies linearly
@@ -302,12 +347,7 @@ class LineContact:
     delta_from: DeltaFrom = "centre"
     delta_moment: DeltaMoment = "+"
 
-    parameters: ClassVar = ("k_c",)
-    absolute_gap: ClassVar = True
     points: ClassVar = 2
-    plotted: ClassVar = NORMAL_REACTION
-    meanings: ClassVar = FACE_STATES
-    state_name = staticmethod(face_state)
     gaps = staticmethod(gaps)
 
     @property
@@ -352,10 +392,6 @@ class LineContact:
         if self.delta_from == "frame":
             moment = moment + sign * ((c.x0 + at.x) * Rn)
         return Forces(Rf, Rn, aside, down, moment)
-
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """The forces and their moment."""
-        return self.forces(c, at, on).loads(at)
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Rn (in units of force) and delta (of length), Eqs. (13)-(20); delta is 0/0 apart."""
@@ -452,10 +488,6 @@ def _line(f: Formulation) -> ContactLaw:
     return LineContact(f.line_force, f.delta_from, f.delta_moment)
 
 
-def _springs(f: Formulation) -> ContactLaw:
-    return SpringContact(f.springs)
-
-
 MODEL = Place("model")
 _LINE = ("line_force", "delta_from", "delta_moment")
 _OF_MOTION = ("L1", "L2", "F_n", "V", "mu_s", "mu_k", "v_ref", "x0", "y0")
@@ -465,7 +497,12 @@ MODELS: dict[str, ContactModel] = {
         ContactModel("B1", "point contacts at the two edges", lambda _: PointContact()),
         ContactModel("B2", "line contact", _line, _LINE),
         ContactModel("B3", "line contact, linearised", _line, _LINE, linear=True),
-        ContactModel("BN", "equal springs along the lower face", _springs, ("springs",)),
+        ContactModel(
+            "BN",
+            "equal springs along the lower face",
+            lambda f: SpringContact(f.springs),
+            ("springs",),
+        ),
     )
 }
 
@@ -475,7 +512,7 @@ CONTACT_MODELS = tuple(name for name, model in MODELS.items() if not model.linea
 
 def contact_model(name: str, at: Place = MODEL) -> ContactModel:
     """A model by its name. Raises InputError if there is none of that name."""
-    return MODELS[Word(tuple(MODELS)).read(name, at)]
+    return MODELS.get(name) or MODELS[Word(tuple(MODELS)).read(name, at)]
 
 
 @cache
@@ -491,8 +528,7 @@ def _needed(name: str) -> tuple[str, ...]:
 
 def check_pad(name: str, pad: Pad, at: Place) -> None:
     """Refuse an unknown model, or a pad without a parameter that it needs. Raises InputError."""
-    if name not in MODELS:
-        contact_model(name, at / "name")
+    contact_model(name, at / "name")
     for parameter in _needed(name):
         if getattr(pad, parameter) is None:
             raise PARAMETERS[parameter].missing(at / parameter, f"model {name}")

@@ -19,34 +19,35 @@ from squeal.model.contact import (
     CONSISTENT,
     ContactLaw,
     Formulation,
+    State,
     Touching,
     check_pad,
     contact_law,
     contact_model,
+    states,
 )
-from squeal.model.mechanics import (
+from squeal.model.pad import (
     Coefficients,
     Loads,
+    Model,
     Number,
+    Pad,
     at_speed,
     coefficients,
     pose,
     spring_energy,
     springs,
 )
-from squeal.model.pad import Model, Pad
-from squeal.model.states import State, states
 from squeal.numerics.differentiation import complex_step
 from squeal.schema.place import Place
 
 Coordinates = tuple[Number, Number, Number]
-_DAMPING, _FALLING = 9, 3  # numbers of the terms with velocities
 Rows = tuple[tuple[float, ...], ...]
 
 
 def term_count(terms: tuple[str, ...]) -> int:
     """How many numbers the terms with velocities have, see `PadModel.terms`."""
-    return (_DAMPING if terms else 0) + (_FALLING if "falling" in terms else 0)
+    return (9 if terms else 0) + (3 if "falling" in terms else 0)
 
 
 def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
@@ -111,7 +112,7 @@ class PadModel:
         return at_speed(ops, self.c, self.pad.fall, speed)
 
     def physical_loads(self, q: Any, rates: Any = None) -> np.ndarray:
-        """Net force and moment (3,) with the contact state that the gaps of q tell."""
+        """Net force and moment (3,) in the contact state of the gaps at q."""
         return self.loads(q, self.state_at(q), rates)
 
     def gaps(self, q: Any) -> np.ndarray:
@@ -144,9 +145,8 @@ class PadModel:
         and rate of friction that falls, and V."""
         if not self.terms:
             return np.empty(0)
-        entries = [entry for row in self.decay for entry in row]
         fall = () if self.pad.fall is None else (*self.pad.fall, self.pad.V)
-        return np.array(np.broadcast_arrays(*entries, *fall))
+        return np.array(np.broadcast_arrays(*(entry for row in self.decay for entry in row), *fall))
 
     @property
     def decay(self) -> np.ndarray:
@@ -174,14 +174,9 @@ class PadModel:
 
     def energy(self, q: Any, rates: Any, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
-        at = pose(np, tuple(q))
-        kinetic = 0.5 * (self.c.m * (rates[0] ** 2 + rates[1] ** 2) + self.c.I * rates[2] ** 2)
-        return (
-            kinetic
-            + spring_energy(np, self.c, at)
-            + self.law.energy(self.c, at, state)
-            + self.c.F_n * at.y
-        )
+        at, c = pose(np, tuple(q)), self.c
+        kinetic = 0.5 * (c.m * (rates[0] ** 2 + rates[1] ** 2) + c.I * rates[2] ** 2)
+        return kinetic + spring_energy(np, c, at) + self.law.energy(c, at, state) + c.F_n * at.y
 
     @property
     def mass_matrix(self) -> np.ndarray:
@@ -190,7 +185,7 @@ class PadModel:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """The contact states that the model knows."""
+        """The contact states that the model knows: full contact, none, and those between."""
         return states(self.law.points)
 
     @property
@@ -224,10 +219,10 @@ def linearise(model: PadModel, q: Any, state: Touching) -> Linearisation:
     several places q (3, n) they are stacks (3, 3, n).
     """
     C, K = 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
-    found = Linearisation(model.mass_matrix, C, K)
-    for X in found:
+    matrices = Linearisation(model.mass_matrix, C, K)
+    for X in matrices:
         X.flags.writeable = False
-    return found
+    return matrices
 
 
 def linearised_at(model: PadModel, q: np.ndarray, state: Touching) -> list[Linearisation]:
@@ -283,27 +278,26 @@ class Units:
 
     def scaled(self, model: PadModel) -> PadModel:
         """A model in SI units measured in these."""
-        pad = model.pad.scaled(self.mass, self.length, self.time)
-        if model.damping is None:
-            return dataclasses.replace(model, pad=pad)
-        turn, rate = (1.0, 1.0, self.length), self.time / self.mass
-        C = tuple(
-            tuple(c * rate / (turn[i] * turn[j]) for j, c in enumerate(row))
-            for i, row in enumerate(model.damping)
-        )
+        pad, C = model.pad.scaled(self.mass, self.length, self.time), model.damping
+        if C is not None:
+            turn, rate = (1.0, 1.0, self.length), self.time / self.mass
+            C = tuple(
+                tuple(c * rate / (turn[i] * turn[j]) for j, c in enumerate(row))
+                for i, row in enumerate(C)
+            )
         return dataclasses.replace(model, pad=pad, damping=C)
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""
-        return np.asarray(state, dtype=float) / self._factors()
+        return np.asarray(state, dtype=float) / self._factors
 
     def to_si(self, state: np.ndarray) -> np.ndarray:
         """The integrated state (..., 6) to SI units."""
-        return np.asarray(state, dtype=float) * self._factors()
+        return np.asarray(state, dtype=float) * self._factors
 
+    @property
     def _factors(self) -> np.ndarray:
-        turn = self.length / self.lever
-        place = np.array([self.length, self.length, turn])
+        place = np.array([self.length, self.length, self.length / self.lever])
         return np.concatenate([place, place / self.time])
 
 

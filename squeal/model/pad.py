@@ -1,7 +1,12 @@
-"""The pad: its parameters, their meaning, units and allowed ranges, in one table.
+"""The pad: parameters, kinematics and spring forces, Eqs. (1)-(3).
 
-The table is the single source for scene validation, defaults, scaling to other units and the
-parameter table of the report.
+The table of parameters is the single source for scene validation, defaults, scaling to other units
+and the parameter table of the report.
+
+Kinematics and forces are written once over generic arithmetic. `ops` is any module that offers
+`sin`, `cos`, `exp` and `sqrt`: math for plain numbers, numpy for arrays and complex numbers, mpmath
+for more digits, heyoka for expressions. The coefficients of a pad may then be numbers, arrays or
+symbols, and every use of the model runs through these lines.
 """
 
 from __future__ import annotations
@@ -9,18 +14,21 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.numerics import differentiation as dual
+from squeal.schema import values
 from squeal.schema.keys import Key, check_needs, listed
 from squeal.schema.place import Place
-from squeal.schema.values import Angle, Number
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
+Number = Any  # a float, complex, array, mpmath number or heyoka expression
+Point = tuple[Number, Number]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +39,7 @@ class Parameter(Key):
     `squeal.model.contact.models_with` says which.
     """
 
-    kind: Number
+    kind: values.Number
     dimension: tuple[int, int, int]
     required: bool = True
     common: bool = True
@@ -39,18 +47,18 @@ class Parameter(Key):
     @property
     def angle(self) -> bool:
         """True for an angle, which a file may write as a multiple of pi."""
-        return isinstance(self.kind, Angle)
+        return isinstance(self.kind, values.Angle)
 
 
 _DIMENSIONS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-_POSITIVE, _FROM_ZERO = Number(low=0.0), Number(low=0.0, low_allowed=True)
-_ANGLE, _TURN = Angle(), Angle(low=-math.pi / 2, high=math.pi / 2)
+_POSITIVE, _FROM_ZERO = values.Number(low=0.0), values.Number(low=0.0, low_allowed=True)
+_TURN = values.Angle(low=-math.pi / 2, high=math.pi / 2)
 
 
-def _field(meaning: str, unit: str, kind: Number, **more: Any) -> Any:
+def _field(meaning: str, unit: str, kind: values.Number, **more: Any) -> Any:
     needed = "default" not in more or "unless" in more
     parameter = Parameter(
         meaning=meaning, unit=unit, dimension=_DIMENSIONS[unit], kind=kind, required=needed, **more
@@ -59,7 +67,7 @@ def _field(meaning: str, unit: str, kind: Number, **more: Any) -> Any:
     return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
 
 
-def _some(meaning: str, unit: str, kind: Number = _POSITIVE, **more: Any) -> Any:
+def _some(meaning: str, unit: str, kind: values.Number = _POSITIVE, **more: Any) -> Any:
     """A parameter that not every model uses."""
     return _field(meaning, unit, kind, common=False, **more)
 
@@ -88,8 +96,8 @@ class Pad:
     k_c: float = _some("full-contact stiffness", "N/m")
     L1: float = _some("free length of spring 1", "m")
     L2: float = _some("free length of spring 2", "m")
-    alpha1: float = _field("inclination of spring 1", "rad", _ANGLE)
-    alpha2: float = _field("inclination of spring 2", "rad", _ANGLE)
+    alpha1: float = _field("inclination of spring 1", "rad", values.Angle())
+    alpha2: float = _field("inclination of spring 2", "rad", values.Angle())
     # fmt: off
     mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
                        default="refused, unless mu_s, mu_k, v_ref and V give it")
@@ -105,10 +113,10 @@ class Pad:
                                default="refused beside mu_s", needs=("mu_s",))
     v_ref: float | None = _some("speed over which friction falls", "m/s",
                                 default="refused beside mu_s", needs=("mu_s",))
-    x0: float = _some("initial position along the surface", "m", Number(), default="0")
+    x0: float = _some("initial position along the surface", "m", values.Number(), default="0")
     y0: float = _some(
         "initial height of the mass centre over its place at touch (without effect in B1, whose "
-        "contact springs are relaxed there)", "m", Number(), default="0")
+        "contact springs are relaxed there)", "m", values.Number(), default="0")
     # fmt: on
     theta0: float = _field("initial angle", "rad", _TURN, default="0")
 
@@ -135,13 +143,13 @@ class Pad:
         ratio = self.V / self.v_ref  # type: ignore[operator]
         if isinstance(ratio, dual.Dual):
             return dual.exp(-ratio)
-        found = np.exp(-ratio)
-        return float(found) if np.ndim(found) == 0 else found
+        share = np.exp(-ratio)
+        return float(share) if np.ndim(share) == 0 else share
 
     @property
     def fall(self) -> tuple[Any, Any] | None:
-        """Share b and rate r (s/m) of friction mu (1 + b (exp(r x_dot) - 1)); None if it is
-        the same at every speed.
+        """Share b and rate r (s/m) of friction mu (1 + b (exp(r x_dot) - 1)), None if it is
+        constant.
 
         mu being that at the speed V, this is mu_k + (mu_s - mu_k) exp(-(V - x_dot)/v_ref), scaled.
         """
@@ -150,8 +158,8 @@ class Pad:
         more = (self.mu_s - self.mu_k) * self._at_speed
         return more / (self.mu_k + more), 1.0 / self.v_ref  # type: ignore[operator]
 
-    def _set(self, **values: Any) -> None:
-        for name, value in values.items():
+    def _set(self, **numbers: Any) -> None:
+        for name, value in numbers.items():
             object.__setattr__(self, name, value)
 
     def given(self) -> dict[str, Any]:
@@ -197,15 +205,11 @@ class Pad:
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
         """The same pad measured in other units (each given in the present ones)."""
-        changes = {}
-        for name, parameter in PARAMETERS.items():
-            value = getattr(self, name)
-            if value is not None and any(parameter.dimension):
-                a, b, c = parameter.dimension
-                changes[name] = value / (mass**a * length**b * time**c)
-        # neither checked again nor rounded anew: what leaves double precision is found later
-        new = copy.copy(self)
-        new._set(**changes)
+        new = copy.copy(self)  # not checked again: what leaves double precision shows later
+        for name, value in self.given().items():
+            a, b, c = PARAMETERS[name].dimension
+            if a or b or c:
+                new._set(**{name: value / (mass**a * length**b * time**c)})
         return new
 
 
@@ -220,9 +224,9 @@ _LIMITS = {
 }
 
 
-def _check(values: Mapping[str, Any]) -> None:
+def _check(numbers: Mapping[str, Any]) -> None:
     """Refuse a parameter that no model could take. Raises InputError."""
-    for name, value in values.items():
+    for name, value in numbers.items():
         if name not in _LIMITS:
             continue
         low, high, optional = _LIMITS[name]
@@ -233,3 +237,208 @@ def _check(values: Mapping[str, Any]) -> None:
         if value is None:
             raise PARAMETERS[name].missing(at, "every model")
         PARAMETERS[name].kind.check(value, at)
+
+
+class Coefficients(NamedTuple):
+    """The numbers of a pad that enter the equations of motion.
+
+    D1, D2: spring vectors r_i - r_f,i of the undeformed springs; r1, r2: upper corners and
+    rl, rt: lower corners (leading, trailing) from the mass centre at theta = 0;
+    gap_l, gap_t: height of the lower corners over the surface at x = y = theta = 0.
+    """
+
+    m: Number
+    I: Number
+    w: Number
+    h: Number
+    mu: Number
+    F_n: Number
+    x0: Number
+    k1: Number
+    k2: Number
+    L1: Number
+    L2: Number
+    D1x: Number
+    D1y: Number
+    D2x: Number
+    D2y: Number
+    r1x: Number
+    r1y: Number
+    r2x: Number
+    r2y: Number
+    rlx: Number
+    rly: Number
+    rtx: Number
+    rty: Number
+    gap_l: Number
+    gap_t: Number
+    k3: Number
+    k4: Number
+    k_c: Number
+
+    def place(self, state: Any) -> tuple[Number, Number, Number]:
+        """q = (x, y, theta) of a state that starts with x, y and w theta."""
+        return state[0], state[1], state[2] / self.w
+
+
+def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
+    """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).
+
+    `absolute_gap`: the surface lies at y = -h and y0, theta0 open a gap (B2); otherwise the
+    contact springs are relaxed in the initial position (B1). Free lengths that the scene leaves
+    out (B3) are set to w: an undeformed spring's stiffness does not depend on them.
+    """
+    cos0, sin0 = ops.cos(pad.theta0), ops.sin(pad.theta0)
+
+    def turned(px: Number, py: Number) -> Point:
+        return px * cos0 - py * sin0, px * sin0 + py * cos0
+
+    w, h = pad.w, pad.h
+    r1, r2, rl, rt = turned(-w, h), turned(w, h), turned(-w, -h), turned(w, -h)
+    L1, L2 = (w if L is None else L for L in (pad.L1, pad.L2))
+    k3, k4, k_c, F_n = (0.0 if v is None else v for v in (pad.k3, pad.k4, pad.k_c, pad.F_n))
+    # h (1 - cos theta0) without cancellation
+    lift = pad.y0 + 2 * h * ops.sin(pad.theta0 / 2) ** 2
+    # fmt: off
+    return Coefficients(
+        m=pad.m, I=pad.I, w=w, h=h, mu=pad.mu, F_n=F_n, x0=pad.x0, k1=pad.k1, k2=pad.k2,
+        L1=L1, L2=L2, k3=k3, k4=k4, k_c=k_c,
+        D1x=-L1 * ops.cos(pad.alpha1), D1y=-L1 * ops.sin(pad.alpha1),
+        D2x=L2 * ops.cos(pad.alpha2), D2y=-L2 * ops.sin(pad.alpha2),
+        r1x=r1[0], r1y=r1[1], r2x=r2[0], r2y=r2[1], rlx=rl[0], rly=rl[1], rtx=rt[0], rty=rt[1],
+        gap_l=lift - w * sin0 if absolute_gap else 0.0,
+        gap_t=lift + w * sin0 if absolute_gap else 0.0,
+    )
+    # fmt: on
+
+
+def at_speed(
+    ops: Any, c: Coefficients, fall: tuple[Number, Number] | None, speed: Number
+) -> Coefficients:
+    """Coefficients with the friction of a pad whose x_dot is `speed`; `fall` as in `Pad.fall`."""
+    if fall is None:
+        return c
+    share, rate = fall
+    return c._replace(mu=c.mu * (1.0 + share * (ops.exp(rate * speed) - 1.0)))
+
+
+class Pose(NamedTuple):
+    """Displacement of the pad: x, y, S = sin(theta) and C = cos(theta) - 1."""
+
+    x: Number
+    y: Number
+    S: Number
+    C: Number
+
+    def displacement(self, rx: Number, ry: Number) -> Point:
+        """Displacement of the body point that lay at (rx, ry) from the mass centre."""
+        return self.x + self.C * rx - self.S * ry, self.rise(rx, ry)
+
+    def rise(self, rx: Number, ry: Number) -> Number:
+        """Displacement of that point along y alone."""
+        return self.y + self.S * rx + self.C * ry
+
+    def aside(self, rx: Number, ry: Number) -> Number:
+        """Where that point now lies along x from the mass centre."""
+        return rx + self.C * rx - self.S * ry
+
+
+def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
+    """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
+    s, c = ops.sin(q[2] * 0.5), ops.cos(q[2] * 0.5)
+    return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
+
+
+class Loads(NamedTuple):
+    """A force and its moment about the mass centre."""
+
+    x: Number
+    y: Number
+    moment: Number
+
+
+class Forces(NamedTuple):
+    """Forces on the pad at points that are fixed to it, put together for any pose.
+
+    across, along: sums of r x f and r . f, r being the point from the mass centre at theta = 0;
+    moment: what turns the pad beside them.
+    """
+
+    x: Number
+    y: Number
+    across: Number
+    along: Number
+    moment: Number = 0.0
+
+    @staticmethod
+    def of(r: Point, x: Number, y: Number) -> Forces:
+        """One force at the point r."""
+        return Forces(x, y, r[0] * y - r[1] * x, r[0] * x + r[1] * y)
+
+    def __add__(self, other: Forces) -> Forces:  # type: ignore[override]
+        return Forces(*map(operator.add, self, other))
+
+    def loads(self, at: Pose) -> Loads:
+        """The loads in a pose; the moment of (R r) x f turns with the points."""
+        turned = self.across + at.C * self.across - at.S * self.along
+        return Loads(self.x, self.y, self.moment + turned)
+
+
+def _stretched(ops: Any, D: Point, u: Point) -> tuple[Point, Number, Number]:
+    """Vector v and length of a spring of vector D whose end has moved by u, and |v|^2 - |D|^2,
+    written so that it keeps its digits when D is much larger than u."""
+    v = D[0] + u[0], D[1] + u[1]
+    # not by L^2 + more, which rounding makes negative where the spring passes through no length
+    length = ops.sqrt(v[0] * v[0] + v[1] * v[1])
+    return v, length, 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
+
+
+def elongation(ops: Any, L: Number, D: Point, u: Point) -> Number:
+    """Elongation |D + u| - L of a spring with |D| = L."""
+    _, length, more = _stretched(ops, D, u)
+    return more / (length + L)
+
+
+def _each_spring(c: Coefficients, at: Pose) -> list[tuple[Number, Number, Point, Point, Point]]:
+    """k, L, D, upper corner r and its displacement u of springs 1 and 2."""
+    r1, r2 = (c.r1x, c.r1y), (c.r2x, c.r2y)
+    return [
+        (c.k1, c.L1, (c.D1x, c.D1y), r1, at.displacement(*r1)),
+        (c.k2, c.L2, (c.D2x, c.D2y), r2, at.displacement(*r2)),
+    ]
+
+
+def springs(ops: Any, c: Coefficients, at: Pose) -> Forces:
+    """Forces of springs 1 and 2 together, Eq. (3), where they act in Eqs. (6) and (10)."""
+    forces = []
+    for k, L, D, r, u in _each_spring(c, at):
+        v, length, more = _stretched(ops, D, u)
+        f = -k * more / (length * (length + L))
+        forces.append(Forces.of(r, f * v[0], f * v[1]))
+    return forces[0] + forces[1]
+
+
+def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
+    """Potential energy of springs 1 and 2."""
+    e1, e2 = (elongation(ops, L, D, u) for _, L, D, _, u in _each_spring(c, at))
+    return 0.5 * c.k1 * e1 * e1 + 0.5 * c.k2 * e2 * e2
+
+
+def spring_vectors(c: Coefficients, at: Pose) -> list[Point]:
+    """Present vectors r_i - r_f,i of springs 1 and 2."""
+    return [(D[0] + u[0], D[1] + u[1]) for _, _, D, _, u in _each_spring(c, at)]
+
+
+def gaps(c: Coefficients, at: Pose) -> Point:
+    """Height of the leading and the trailing lower edge over the surface, Eqs. (7), (11)."""
+    return c.gap_l + at.rise(c.rlx, c.rly), c.gap_t + at.rise(c.rtx, c.rty)
+
+
+def edges(c: Coefficients, at: Pose) -> Point:
+    """Where the leading and the trailing lower edge lie along x from the mass centre."""
+    return at.aside(c.rlx, c.rly), at.aside(c.rtx, c.rty)
+
+
+def facing(c: Coefficients, at: Pose) -> Number:
+    """cos(theta0 + theta): positive as long as the lower face faces the surface."""
+    return at.aside((c.rtx - c.rlx) / (2.0 * c.w), (c.rty - c.rly) / (2.0 * c.w))

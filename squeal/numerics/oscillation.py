@@ -2,59 +2,62 @@
 
 import numpy as np
 
-LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
-PERIODS = 4  # least number of periods in which a frequency is told
+_FAINT = 1e-8  # of the greatest: what is below it is rounding
 
 
-def exponent(samples: np.ndarray, step: float, misfit: float = 1e-3) -> complex | None:
+def exponent(samples: np.ndarray, step: float) -> complex | None:
     """The exponent lambda of free linear motion z(t) = z0 + sum_k c_k exp(lambda_k t).
 
     samples (n, d): z at equal steps of time, d at least the number of components. Of the
     components that change z at least a tenth as fast as the strongest one at the end, it is that
     which grows fastest (of several that grow alike the strongest). The linear map from one
     difference of samples to the next is fitted by least squares, its eigenvalues are
-    exp(lambda step). None where no such map fits to `misfit`, or where the samples hold less than
-    two periods (of a real exponent: less than 1/|lambda|).
+    exp(lambda step). None where no such map fits to a thousandth, or where the samples hold less
+    than two periods (of a real exponent: less than 1/|lambda|).
     """
     count = len(samples)
     while count >= 32:
-        found = _fitted(samples[:count], step, misfit)
-        if found is not None:
-            return found
+        fitted = _fitted(samples[:count], step)
+        if fitted is not None:
+            return fitted
         count //= 2  # a motion that grows is linear at its start at least
     return None
 
 
-def _fitted(samples: np.ndarray, step: float, misfit: float) -> complex | None:
-    faint = 1e-8  # of the greatest singular value: what is below it is rounding
+def _fitted(samples: np.ndarray, step: float) -> complex | None:
     steps = np.diff(samples, axis=0).T
     before, after = steps[:, :-1], steps[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
-    rank = int(np.sum(sizes > faint * sizes[0] + rounding))
+    rank = int(np.sum(sizes > _FAINT * sizes[0] + rounding))
     if rank == 0:
         return None
     U, inverse = U[:, :rank], V[:rank].T / sizes[:rank]
     reduced = U.T @ after @ inverse
     missed = np.linalg.norm(after - U @ (reduced @ (U.T @ before)))
-    if missed > misfit * np.linalg.norm(after - before):
+    if missed > 1e-3 * np.linalg.norm(after - before):
         return None
     factors, modes = np.linalg.eig(reduced)
-    held = np.abs(np.linalg.solve(modes, U.T @ after[:, -1])) * np.linalg.norm(modes, axis=0)
+    parts = np.abs(np.linalg.solve(modes, U.T @ after[:, -1])) * np.linalg.norm(modes, axis=0)
     with np.errstate(divide="ignore"):
         rates = np.log(factors.astype(complex)) / step
-    strong = (held >= 0.1 * held.max()) & np.isfinite(rates)
+    strong = (parts >= 0.1 * parts.max()) & np.isfinite(rates)
     if not strong.any():
         return None
-    fastest = rates.real[strong].max()
-    alike = strong & (rates.real >= fastest - 1e-6 * np.abs(rates))
-    value = complex(rates[np.argmax(np.where(alike, held, 0.0))])
+    alike = strong & (rates.real >= rates.real[strong].max() - 1e-6 * np.abs(rates))
+    value = complex(rates[np.argmax(np.where(alike, parts, 0.0))])
     lasting = step * (len(samples) - 1)
     enough = abs(value.imag) * lasting >= 4 * np.pi
     if not enough and not (abs(value.imag) * step < 1e-9 and abs(value) * lasting >= 1.0):
         return None
-    small = abs(value.real) <= faint * abs(value)
+    small = abs(value.real) <= _FAINT * abs(value)
     return complex(0.0 if small else value.real, abs(value.imag))
+
+
+def _weighted(signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Hann's window (n,), and signals (n, d) without their mean under it."""
+    window = np.hanning(len(signals) + 1)[:-1]
+    return window, (signals - signals.mean(axis=0)) * window[:, None]
 
 
 def spectrum(signals: np.ndarray, step: float, finer: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -63,10 +66,8 @@ def spectrum(signals: np.ndarray, step: float, finer: int = 1) -> tuple[np.ndarr
     `finer` gives so many times as many frequencies. With Hann's window: a steady sine shows its
     amplitude where it lies on a frequency, and at least 0.85 of it in between.
     """
-    n = len(signals)
-    window = np.hanning(n + 1)[:-1]
-    weighted = (signals - signals.mean(axis=0)) * window[:, None]
-    size = n * finer
+    window, weighted = _weighted(signals)
+    size = len(signals) * finer
     transform = np.fft.rfft(weighted, size, axis=0)
     return np.fft.rfftfreq(size, step), 2.0 * np.abs(transform) / window.sum()
 
@@ -84,10 +85,9 @@ def line(signals: np.ndarray, step: float) -> tuple[float, float]:
         return 0.0, 0.0
     k = int(np.argmax(power))
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
-    n, middle, width = len(signals), float(frequencies[k + 1]), float(frequencies[1])
-    window = np.hanning(n + 1)[:-1]
-    weighted = (signals - signals.mean(axis=0)) * window[:, None]
-    t = step * np.arange(n)
+    middle, width = float(frequencies[k + 1]), float(frequencies[1])
+    _, weighted = _weighted(signals)
+    t = step * np.arange(len(signals))
     for _ in range(3):  # closer samples of the same spectrum around its peak
         near = middle + width * np.linspace(-1.0, 1.0, 9)
         rows = np.exp(-2j * np.pi * near[:, None] * t) @ weighted

@@ -38,7 +38,7 @@ class Outline:
         for (a, b), sides in zip(self.segments.tolist(), np.sort(self.sides).tolist(), strict=True):
             for start, end in ((tuple(a), tuple(b)), (tuple(b), tuple(a))):
                 ways[tuple(sides)][start].append(end)
-        found = []
+        curves = []
         for (low, high), way in ways.items():
             ends = [point for point, next_ones in way.items() if len(next_ones) != 2]
             for start in [*ends, *way]:  # closed curves are what is left after the open ones
@@ -48,8 +48,8 @@ class Outline:
                     line.append(way[here].pop())
                     way[line[-1]].remove(here)
                 if len(line) > 1:
-                    found.append((np.array(line), (low, high)))
-        return found
+                    curves.append((np.array(line), (low, high)))
+        return curves
 
     def to_dict(self) -> dict[str, Any]:
         """The outline as plain lists for a result file, lengths to 1e-7."""
@@ -71,8 +71,8 @@ class Outline:
     def regrouped(self, group_of: np.ndarray) -> Outline:
         """The outline of group_of[code] in place of the code."""
         sides = group_of[self.sides]
-        kept = sides[:, 0] != sides[:, 1]
-        return Outline(self.segments[kept], sides[kept], self.polygons, group_of[self.codes])
+        between = sides[:, 0] != sides[:, 1]
+        return Outline(self.segments[between], sides[between], self.polygons, group_of[self.codes])
 
     @property
     def area(self) -> dict[int, float]:
@@ -83,14 +83,11 @@ class Outline:
         return {int(c): float(areas[self.codes == c].sum()) for c in np.unique(self.codes)}
 
 
-def crossings(
+def _shares(
     x: np.ndarray, y: np.ndarray, codes: np.ndarray, at: Codes | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the code changes on the edges of a grid, as a share of the edge, one half elsewhere.
-
-    codes (n1, n2) at x (n1,) and y (n2,). The results have shapes (n1 - 1, n2) and (n1, n2 - 1)
-    for edges along x and y. Without `at` all shares are one half.
-    """
+    """Where the code changes on the edges of a grid along x (n1 - 1, n2) and y (n1, n2 - 1), as a
+    share of the edge; one half elsewhere, and everywhere without `at`."""
     along_x, along_y = np.full((len(x) - 1, len(y)), 0.5), np.full((len(x), len(y) - 1), 0.5)
     if at is None:
         return along_x, along_y
@@ -121,54 +118,48 @@ def outline(
 
     Features smaller than the grid are not seen; corners are cut within one square of it.
     """
-    along_x, along_y = crossings(x, y, codes, at)
+    along_x, along_y = (np.pad(v, 1, mode="edge") for v in _shares(x, y, codes, at))
     # the outer points stand for the strips between them and the ends
     x, y = (np.concatenate([[e[0]], v, [e[1]]]) for e, v in zip(ends, (x, y), strict=True))
     codes = np.pad(codes, 1, mode="edge")
-    along_x = np.pad(along_x, 1, mode="edge")
-    along_y = np.pad(along_y, 1, mode="edge")
-    mixed = np.zeros((len(x) - 1, len(y) - 1), dtype=bool)
-    for other in (codes[1:, :-1], codes[1:, 1:], codes[:-1, 1:]):
-        mixed |= other != codes[:-1, :-1]
-    runs, run_codes = _runs(x, y, np.where(mixed, -1, codes[:-1, :-1]))
+    # of each square the codes of its corners, counterclockwise from the lower left one
+    four = np.array([codes[:-1, :-1], codes[1:, :-1], codes[1:, 1:], codes[:-1, 1:]])
+    mixed = (four != four[0]).any(axis=0)
+    runs, run_codes = _runs(x, y, np.where(mixed, -1, four[0]))
     i, j = np.nonzero(mixed)
-    left, right, low, high = x[i], x[i + 1], y[j], y[j + 1]
+    at_corner, left, right, low, high = four[:, i, j], x[i], x[i + 1], y[j], y[j + 1]
     corners = np.array([[left, low], [right, low], [right, high], [left, high]])
-    at_corner = np.array([codes[i, j], codes[i + 1, j], codes[i + 1, j + 1], codes[i, j + 1]])
-    share = np.array([along_x[i, j], along_y[i + 1, j], along_x[i, j + 1], along_y[i, j]])
+    # on each edge the place of a change, (edge, coordinate, square), from the lower edge on; equal
+    # to the last bit in both squares that share the edge, so that their segments join
     places = np.array(
         [
-            [left + share[0] * (right - left), low],
-            [right, low + share[1] * (high - low)],
-            [left + share[2] * (right - left), high],
-            [left, low + share[3] * (high - low)],
+            [left + along_x[i, j] * (right - left), low],
+            [right, low + along_y[i + 1, j] * (high - low)],
+            [left + along_x[i, j + 1] * (right - left), high],
+            [left, low + along_y[i, j] * (high - low)],
         ]
-    )  # (edge, coordinate, square): bottom, right, top, left
-    changes = at_corner != np.roll(at_corner, -1, axis=0)
-    count = changes.sum(axis=0)
-    centre = (places * changes[:, None]).sum(axis=0) / count
-    quads = [np.array([corners[k], places[k], centre, places[k - 1]]) for k in range(4)]
-    pieces = np.concatenate([np.moveaxis(q, -1, 0) for q in quads])
-    ends_of = [np.array([places[k], centre])[:, :, changes[k]] for k in range(4)]
-    segments = np.concatenate([np.moveaxis(s, -1, 0) for s in ends_of])
+    )
     beside = np.array([at_corner, np.roll(at_corner, -1, axis=0)])
-    sides = np.concatenate([beside[:, k, changes[k]].T for k in range(4)])
+    changes = beside[0] != beside[1]
+    centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
+    pieces = [np.array([corners[k], places[k], centre, places[k - 1]]) for k in range(4)]
+    segments = [np.array([places[k], centre])[:, :, changes[k]] for k in range(4)]
     return Outline(
-        segments,
-        sides,
-        np.concatenate([runs, pieces]),
+        np.concatenate([np.moveaxis(one, -1, 0) for one in segments]),
+        np.concatenate([beside[:, k, changes[k]].T for k in range(4)]),
+        np.concatenate([runs, *(np.moveaxis(one, -1, 0) for one in pieces)]),
         np.concatenate([run_codes, at_corner.ravel()]),
     )
 
 
 def _runs(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Squares of one code merged along y into rectangles; squares of code -1 are left out."""
-    boxes, kept = [], []
+    boxes, codes_of = [], []
     for i, column in enumerate(codes):
         starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
         stops = np.append(starts[1:], len(column))
         for a, b in zip(starts, stops, strict=True):
             if column[a] >= 0:
                 boxes.append([[x[i], y[a]], [x[i + 1], y[a]], [x[i + 1], y[b]], [x[i], y[b]]])
-                kept.append(column[a])
-    return np.array(boxes).reshape(-1, 4, 2), np.array(kept, dtype=int)
+                codes_of.append(column[a])
+    return np.array(boxes).reshape(-1, 4, 2), np.array(codes_of, dtype=int)

@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from squeal.io.provenance import Provenance
-from squeal.model.contact import NORMAL_REACTION, Signal, contact_law
+from squeal.model.contact import LEAD, NORMAL_REACTION, TRAIL, Signal, contact_law
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import pose
-from squeal.model.states import LEAD, TRAIL
+from squeal.model.pad import pose
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.style import (
     DOUBLE,

@@ -15,9 +15,8 @@ from matplotlib.figure import Figure
 
 from squeal.io.provenance import Provenance, digest
 from squeal.io.writing import write_text, write_whole
-from squeal.model.contact import contact_law
+from squeal.model.contact import STATES, contact_law
 from squeal.model.pad import Model
-from squeal.model.states import STATES
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""

@@ -12,11 +12,9 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.contact import CONSISTENT, Formulation, State
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.model.mechanics import pose
-from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.model.states import State
+from squeal.model.pad import PARAMETERS, Model, Pad, pose
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,

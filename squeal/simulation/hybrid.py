@@ -14,10 +14,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import ContactLaw
+from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
-from squeal.model.mechanics import Coefficients, pose
-from squeal.model.states import State
+from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
 
 # Where the model ends: what has happened when a limit is reached.

@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.io.scene import COORDINATES
-from squeal.model.contact import ContactLaw
+from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
-from squeal.model.mechanics import Coefficients, pose
-from squeal.model.states import State
+from squeal.model.pad import Coefficients, pose
 from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
 
 Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from squeal.model.equations import PadModel, Units
-from squeal.numerics.oscillation import LINE, PERIODS, exponent, line, swing
+from squeal.numerics.oscillation import exponent, line, swing
 from squeal.simulation.hybrid import Course, Observer
 from squeal.simulation.observers import Samples
 
 LAST = 0.25  # share of the run that is its last part
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
+LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
+PERIODS = 4  # least number of periods in which a frequency is told
 STEADY = 0.1  # largest change of an amplitude that counts as steady
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.mechanics import facing, pose, spring_vectors
-from squeal.model.states import State
+from squeal.model.pad import facing, pose, spring_vectors
 from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options, Steps
 
 _DEGREE = 7  # of the polynomials of DOP853's dense output

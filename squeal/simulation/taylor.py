@@ -15,10 +15,9 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import ContactLaw, Touching
+from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
-from squeal.model.mechanics import Coefficients, Number, at_speed, facing, pose, spring_lengths
-from squeal.model.states import State
+from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
 from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options, Steps
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a course
@@ -64,8 +63,8 @@ def equations(
             drag = sum(numbers[3 * i + j] * speed for j, speed in enumerate((u, v, r)))
             rates[3 + i] = rates[3 + i] - drag
     at = pose(hy, q)
-    lengths = zip(spring_lengths(hy, c, at), (c.L1, c.L2), strict=True)
-    limits = [facing(c, at), *(length / L - COLLAPSED for length, L in lengths)]
+    lengths = [hy.sqrt(vx * vx + vy * vy) for vx, vy in spring_vectors(c, at)]
+    limits = [facing(c, at), lengths[0] / c.L1 - COLLAPSED, lengths[1] / c.L2 - COLLAPSED]
     if "falling" in terms:
         limits.append(numbers[11] - u)
     system = list(zip(state, rates, strict=True))

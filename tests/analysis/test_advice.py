@@ -14,7 +14,7 @@ from squeal.io.scene import Scene, read_scene
 from squeal.linear.system import Term, TermSystem
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from tests.conftest import SCENES
 
 VALUES = {

@@ -11,7 +11,7 @@ from squeal.analysis.systems.sweeps import reduced_for, reduced_rows, system_cha
 from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 N = 300
 

@@ -9,7 +9,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 ROWS = 420
 MU = Formula("mu")

@@ -18,7 +18,7 @@ from squeal.analysis.systems.sweeps import (
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
 
 N, SPRING = 90, 1e6

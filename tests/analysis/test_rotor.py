@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 
 from squeal.analysis.systems.roots import system_roots
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 DATA = json.loads((Path(__file__).parent.parent / "data" / "rotor.json").read_text("utf-8"))
 

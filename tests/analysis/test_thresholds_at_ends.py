@@ -10,7 +10,7 @@ from squeal.analysis.systems.wanted import Wanted
 from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.schema.place import Place
 
 PAD = {

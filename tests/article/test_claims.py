@@ -13,7 +13,7 @@ from squeal.article.claims.motions import LEVELS
 from squeal.article.claims.rules import CALM, hammering_cases, keeps_sliding, more_loss_in_b1
 from squeal.article.claims.settling import decaying, settled
 from squeal.io.scene import read_scene
-from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
+from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from squeal.simulation import simulate
 from tests.conftest import ROOT, needs_heyoka
 from tests.simulation.closed import upright

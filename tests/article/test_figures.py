@@ -15,9 +15,8 @@ from squeal.article.runs import read_run
 from squeal.article.transitions import transitions
 from squeal.cli.main import command
 from squeal.io.scene import read_scene
-from squeal.model.contact import contact_law
-from squeal.model.mechanics import coefficients
-from squeal.model.states import FULL, LEAD, NONE, TRAIL
+from squeal.model.contact import FULL, LEAD, NONE, TRAIL, contact_law
+from squeal.model.pad import coefficients
 from squeal.plots import motion as traces
 from squeal.plots import style
 from squeal.plots.maps import VERDICT_COLOURS

@@ -9,7 +9,7 @@ from squeal.analysis.maps import BEYOND_FOLD, on_grid
 from squeal.article.equations import bounds
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.io.scene import read_scene
-from squeal.model.states import FULL, STATES
+from squeal.model.contact import FULL, STATES
 from tests.conftest import HAMMERING as SCENES
 
 

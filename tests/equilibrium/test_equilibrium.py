@@ -14,8 +14,8 @@ from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.find import branch_of
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping
+from squeal.model.contact import State
 from squeal.model.equations import PadModel
-from squeal.model.states import State
 from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
 

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from tests.known import coupled
 
 RANGES = [2.1, 3.0, 10.0, 100.0, 1e4, 1e7, 1e9, 1e12]

@@ -10,7 +10,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge
 from squeal.linear.matrices import check_regular, reduce
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
 MU = Formula("mu")

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 TURN = np.array([[0.0, -2.0], [2.0, 0.0]])
 

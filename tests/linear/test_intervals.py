@@ -7,7 +7,7 @@ import pytest
 from squeal.linear import Crossing, thresholds
 from squeal.linear.matrices import EPS
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 
 def random_system(seed: int, n: int) -> TermSystem:

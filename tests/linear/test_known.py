@@ -6,7 +6,7 @@ import pytest
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from tests.known import known_system
 
 

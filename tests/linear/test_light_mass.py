@@ -16,7 +16,7 @@ from squeal.errors import InputError
 from squeal.linear import judge, thresholds
 from squeal.linear.matrices import LightMassError
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.sparse.crossings import Found
 from squeal.sparse.dense import dense_values
 

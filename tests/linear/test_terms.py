@@ -16,7 +16,7 @@ from squeal.linear.system import (
     supports,
     without_supports,
 )
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 M = np.diag([1.0, 2.0])
 C = np.array([[0.1, 0.2], [-0.2, 0.3]])

@@ -10,7 +10,7 @@ from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 TWO = np.diag([33.07, 54.41]), np.array([[27.41, 0.299], [-0.192, -7.667]])
 FOUR = (

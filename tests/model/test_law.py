@@ -1,14 +1,12 @@
-"""What every contact law keeps: one formula for all states, in any arithmetic."""
+"""What every contact law satisfies: one formula for all states, in any arithmetic."""
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.model.contact import CONSISTENT, MODELS, Formulation, contact_law
-from squeal.model.mechanics import coefficients, pose
-from squeal.model.pad import PARAMETERS
-from squeal.model.states import states
+from squeal.model.contact import CONSISTENT, MODELS, Formulation, contact_law, states
+from squeal.model.pad import PARAMETERS, coefficients, pose
 from tests.conftest import HEYOKA, needs_heyoka, random_pad
 
 if HEYOKA:

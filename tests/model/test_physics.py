@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 
 from squeal.article.equations import bounds, rank, stiffness
-from squeal.model.contact import FORMULATION_CHOICES, Formulation, LineContact
+from squeal.model.contact import (
+    FORMULATION_CHOICES,
+    FULL,
+    LEAD,
+    NONE,
+    STATES,
+    TRAIL,
+    Formulation,
+    LineContact,
+)
 from squeal.model.equations import PadModel, about_origin
-from squeal.model.mechanics import coefficients, elongation, pose
-from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
+from squeal.model.pad import coefficients, elongation, pose
 from tests import naive
 from tests.conftest import random_pad
 

@@ -4,10 +4,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.model.contact import CONSISTENT, Formulation
+from squeal.model.contact import CONSISTENT, Formulation, states
 from squeal.model.equations import PadModel, about_origin
-from squeal.model.mechanics import pose
-from squeal.model.states import states
+from squeal.model.pad import pose
 from tests.conftest import random_pad
 from tests.naive import spring_loads
 

@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 
 from squeal.article.transitions import conditions, transitions
-from squeal.model.contact import contact_law
+from squeal.model.contact import (
+    FULL,
+    LEAD,
+    LEADING,
+    NONE,
+    TRAIL,
+    TRAILING,
+    State,
+    contact_law,
+    states,
+)
 from squeal.model.equations import PadModel
-from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State, states
 from tests.conftest import random_pad
 
 # Table 1: condition, edges that reach zero elongation (3 leads, 4 trails), positive slope

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 
 AT = {"Omega": 4 * math.pi, "mu": 0.3, "a_1": -2.0}
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.io.scene import Scene, read_scene
-from squeal.model.contact import Formulation
-from squeal.model.states import FULL, NONE
+from squeal.model.contact import FULL, NONE, Formulation
 from squeal.simulation import simulate
 from squeal.simulation.hybrid import Observer, first_state, integrate, state_of
 from squeal.simulation.run import in_natural_units

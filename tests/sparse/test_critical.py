@@ -6,7 +6,7 @@ from scipy.sparse import block_diag, csc_array
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import axis_crossing, crossings_along
 from squeal.sparse.eigensolver import modes_in

@@ -9,7 +9,7 @@ from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError, InputWarning
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.formula import Formula
+from squeal.numerics.differentiation import Formula
 from squeal.sparse import reduction as reduction_of
 from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_roots, dense_values

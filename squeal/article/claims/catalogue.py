@@ -12,7 +12,7 @@ from typing import Literal
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import rules
 from squeal.article.claims.rules import Outcome
-from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
+from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 
 ROOM = 0.2  # margin that counts as ample, where no other is named
 TILT = 0.3  # the same for tilts, over F_n / (k1 w)

@@ -14,10 +14,9 @@ from squeal.article.equations import quasi_static_map, rank, stiffness
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.model.contact import STATES, State
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import pose
-from squeal.model.pad import Pad
-from squeal.model.states import STATES, State
+from squeal.model.pad import Pad, pose
 
 
 @dataclass(frozen=True)

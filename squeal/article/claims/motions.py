@@ -8,9 +8,9 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.model.contact import STATES
 from squeal.model.equations import Units
-from squeal.model.mechanics import Coefficients, facing, pose
-from squeal.model.states import STATES
+from squeal.model.pad import Coefficients, facing, pose
 from squeal.simulation.hybrid import Course, Courses, integrate
 from squeal.simulation.observers import Grid, Read, intervals, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from squeal.article.cases import SMALL_REGION
 from squeal.article.claims.measures import Case, Linear
 from squeal.article.claims.motions import LEVELS
-from squeal.model.states import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
+from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING, State
 
 TOUCH = 1e-9
 CALM = 0.01  # accelerations below this share of the greatest count as settled

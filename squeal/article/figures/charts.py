@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from squeal.article.transitions import EDGE_NAMES, conditions
 from squeal.errors import InputError
-from squeal.model.contact import contact_law
+from squeal.model.contact import FULL, LEAD, NONE, STATES, TRAIL, contact_law
 from squeal.model.pad import Model
-from squeal.model.states import FULL, LEAD, NONE, STATES, TRAIL
 from squeal.plots.style import SINGLE, Drawing, colours, origin, state_label, style
 
 _PLACES = {FULL: (0.0, 1.0), NONE: (0.0, -1.0), LEAD: (-1.35, 0.0), TRAIL: (1.35, 0.0)}

@@ -12,7 +12,7 @@ from matplotlib.patches import Arc, Polygon
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import LineContact
-from squeal.model.mechanics import Coefficients
+from squeal.model.pad import Coefficients
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
@@ -204,7 +204,7 @@ def alternative_text(scene: Scene) -> str:
 
 def draw(file: Path) -> Drawing:
     """The sketch of a scene file."""
-    scene, made = read_scene(file), provenance([file], "squeal.model.mechanics")
+    scene, made = read_scene(file), provenance([file], "squeal.model.pad")
     title = f"Model {scene.model}"
     return Drawing(sketch(scene), alternative_text(scene), title, origin(__name__, made))
 

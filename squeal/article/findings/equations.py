@@ -7,11 +7,9 @@ import numpy as np
 
 from squeal.article.equations import balanced, stiffness
 from squeal.article.records import rounded_up
-from squeal.model.contact import CONSISTENT, Formulation, contact_law, models_with
+from squeal.model.contact import CONSISTENT, FULL, LEAD, NONE, Formulation, contact_law, models_with
 from squeal.model.equations import PadModel, linearise
-from squeal.model.mechanics import coefficients, gaps, pose
-from squeal.model.pad import PARAMETERS, Pad
-from squeal.model.states import FULL, LEAD, NONE
+from squeal.model.pad import PARAMETERS, Pad, coefficients, gaps, pose
 
 PADS = 1000  # random pads for E2
 PATH = 64  # points of the closed path of E4
@@ -189,7 +187,7 @@ def slope(pad: Pad) -> Measured:
     law = contact_law("B2", CONSISTENT)
     c = coefficients(math, pad, True)
     at = pose(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
-    x_l, x_t = (at.arm(rx, ry)[0] for rx, ry in ((c.rlx, c.rly), (c.rtx, c.rty)))
+    x_l, x_t = (at.aside(rx, ry) for rx, ry in ((c.rlx, c.rly), (c.rtx, c.rty)))
     gap_l, gap_t = gaps(c, at)
     half, middle = (x_t - x_l) / 2.0, (x_t + x_l) / 2.0
     places = middle + half * np.array([-1.0, 1.0]) / math.sqrt(3.0)  # two-point Gauss, exact here

@@ -20,9 +20,8 @@ from squeal.article.records import rounded_up
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.model.contact import FORMULATION_CHOICES, LineForce, contact_law
+from squeal.model.contact import FORMULATION_CHOICES, NONE, STATES, LineForce, contact_law
 from squeal.model.equations import PadModel
-from squeal.model.states import NONE, STATES
 from squeal.simulation import Simulation, simulate
 
 GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.model.mechanics import Loads, pose, spring_energy
+from squeal.model.pad import Loads, pose, spring_energy
 from squeal.simulation.hybrid import Course, Observer, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator

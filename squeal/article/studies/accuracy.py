@@ -28,9 +28,8 @@ from squeal.article.studies.extreme import scene_of
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
-from squeal.model.contact import ContactLaw
+from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
-from squeal.model.states import State
 from squeal.simulation.ensemble import simulate_starts
 from squeal.simulation.hybrid import first_state, integrate
 from squeal.simulation.observers import Events

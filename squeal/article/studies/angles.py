@@ -9,7 +9,7 @@ from squeal.analysis.maps import BEYOND_FOLD, NAMES, Found, angle_axes, on_grid,
 from squeal.article.records import Record, Result, Share
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Scene
-from squeal.model.states import FULL, STATES
+from squeal.model.contact import FULL, STATES
 from squeal.numerics.outline import Outline
 
 CELLS = 90  # a side of the map

@@ -22,7 +22,7 @@ from squeal.article.studies.starts import TOLERANCE, compression
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
-from squeal.model.states import FULL, NONE, State
+from squeal.model.contact import FULL, NONE, State
 from squeal.simulation.ensemble import DONE, simulate_starts
 
 WINDOWS = (1, 3, 10)  # observation times over that of the case

@@ -13,8 +13,8 @@ from squeal.article.records import Record, Result, Share
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
+from squeal.model.contact import FULL, STATES
 from squeal.model.pad import Pad
-from squeal.model.states import FULL, STATES
 from squeal.numerics.outline import outline
 
 VALUES = {

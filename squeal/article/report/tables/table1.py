@@ -2,8 +2,7 @@
 
 from squeal.article.report.latex import tabular
 from squeal.article.transitions import EDGE_NAMES, Condition, conditions
-from squeal.model.contact import contact_law
-from squeal.model.states import State
+from squeal.model.contact import State, contact_law
 
 CAPTION = r"""Model B1: conditions for a change of contact state, as the article's Table 1.
 Conditions \name{1--2} and \name{2--1} need both edges at once (E13)."""

@@ -1,8 +1,7 @@
 """The article's Table 2: contact states of model B2 by Eq. (12) and by the edge penetrations."""
 
 from squeal.article.report.latex import tabular
-from squeal.model.contact import FACE_STATES, face_state
-from squeal.model.states import FULL, LEAD, NONE, TRAIL
+from squeal.model.contact import FACE_STATES, FULL, LEAD, NONE, TRAIL, face_state
 
 CAPTION = r"""Model B2: contact states, as the article's Table 2, and the equivalent penetrations
 $p_l$, $p_t$ of the edges, which we use (E11)."""
