@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
+    from squeal.analysis.cycles import Cycles, cycles
     from squeal.analysis.state_space import friction_plant, state_space
     from squeal.analysis.variations import (
         Advice,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
+    "analysis.cycles": "Cycles cycles",
     "analysis.state_space": "friction_plant state_space",
     "analysis.variations": "Advice Scatter Spread Spreads Tolerance advise read_spreads scatter",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
@@ -66,10 +68,10 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
-    "Advice", "Answer", "Axis", "Column", "ComputationError", "Damping", "Eigenvalues",
+    "Advice", "Answer", "Axis", "Column", "ComputationError", "Cycles", "Damping", "Eigenvalues",
     "Formulation", "FrictionLoop", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
     "Simulation", "Spread", "Spreads", "Sweep", "System", "SystemFile", "Table", "Term",
-    "TermSystem", "Thresholds", "Tolerance", "advise", "eigenvalues", "friction_loop",
+    "TermSystem", "Thresholds", "Tolerance", "advise", "cycles", "eigenvalues", "friction_loop",
     "friction_plant", "map", "read_scene", "read_spreads", "read_system", "reduce", "scatter",
     "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]

@@ -25,7 +25,10 @@ GROUPS = {
         "export": "matrices of a pad or a reduced system as files with a system file",
         "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
     },
-    "motions": {"simulate": "integrate a B1 or B2 scene through its contact changes"},
+    "motions": {
+        "simulate": "integrate a B1 or B2 scene through its contact changes",
+        "cycles": "periodic motions, their stability, and their branch over a parameter",
+    },
     "the article": {
         "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
         "claims": "the statements of the article, each with its measured verdict",

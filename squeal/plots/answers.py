@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
+from squeal.analysis.cycles import Cycles
 from squeal.analysis.maps import traced_map
 from squeal.analysis.modes import shapes_of_pad, sweep_modes
 from squeal.analysis.variations import Scatter
@@ -18,7 +19,7 @@ from squeal.errors import InputError
 from squeal.io.answer import Answer, number
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
-from squeal.plots import coupling, maps, modes, motion, scatter, shapes
+from squeal.plots import coupling, cycles, maps, modes, motion, scatter, shapes
 from squeal.plots.style import Drawing, save
 from squeal.simulation.run import Simulation
 
@@ -121,4 +122,5 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Map: _map,
     Scatter: _scatter,
     Simulation: _motion,
+    Cycles: cycles.cycles_drawing,
 }

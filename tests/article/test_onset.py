@@ -33,9 +33,8 @@ def test_strong_damping_brings_all_to_rest():
     assert found.growth < 0.0
 
 
-def test_cycle_of_b2_c_against_a_simulation(monkeypatch):
+def test_cycle_of_b2_c_against_a_simulation():
     """Its multiplier is the decay of a disturbance, its branch begins at the flutter threshold."""
-    monkeypatch.setattr(onset, "MOST", 40)
     one = scene("b2-c")
     row, state = onset.after(one, onset.RATIO)
     assert row.own.goes_on

@@ -14,7 +14,7 @@ from squeal.io.provenance import provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import contact_law
 from squeal.simulation.sound import PEAK, RATE, sound
-from tests.cli.calls import assert_refused, run
+from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 from tests.simulation.test_response import RATE as PULSE
@@ -122,3 +122,13 @@ def test_wav_files(tmp_path, capsys):
     assert code == 2
     assert "the name must end in .wav" in err
     assert "sound" not in json.loads(run(capsys, "simulate", B2, "--json", *quiet)[1])
+
+
+def test_a_scene_at_rest_has_no_cycle_and_a_wrong_range_is_refused(tmp_path, capsys):
+    quiet = ("--set", "damping.ratios=[0.2, 0.2, 0.2]", "--set", "mu=0.1")
+    picture = tmp_path / "cycles.png"
+    found = answer(capsys, "cycles", B1, *quiet, "--pdf", picture)
+    assert (found["cycles"], found["reason"]) == ([], "the motion comes to rest")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for over, words in (("mu:1", "NAME:LOW:HIGH"), ("mu:0.2:0.3", "must hold 0.1")):
+        assert words in assert_refused(capsys, "cycles", B1, *quiet, "--over", over)

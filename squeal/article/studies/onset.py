@@ -4,7 +4,6 @@ All modes about the frictionless equilibrium get the same damping ratio; the dam
 does so acts at every friction and in every contact state.
 """
 
-import contextlib
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,13 +11,14 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from squeal.analysis.cycles import Orbit
+from squeal.analysis.cycles import cycles as periodic_motions
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
-from squeal.article.cycles import Cycle, Shooting
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
@@ -28,9 +28,9 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
-from squeal.model.equations import PadModel, natural_units
+from squeal.model.equations import PadModel
+from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
-from squeal.simulation.observers import Change, Events, Extrema
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles
@@ -39,7 +39,6 @@ SIDE, WIDER = 5, 3.0  # initial conditions a side of the grid, and its reach ove
 MOVING, SEED = 75, 0  # more of them, in motion, beside an equilibrium that does not flutter
 TOLERANCE = 1e-10
 CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
-STEP, MOST = 0.2, 80  # of the branch of cycles: length in state, period and mu, and how many
 GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
 ROUNDING = 1e-4  # of a multiplier
@@ -258,23 +257,14 @@ def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
     return row, np.full(6, np.nan) if best is None else ends[best]
 
 
-def _returns(pad: Shooting, state: np.ndarray, time: float, mu: float) -> list[Change]:
-    """The separations of the leading edge of a motion from a natural state, while it lasts."""
-    watch = Events()
-    with contextlib.suppress(ComputationError):
-        pad.motion(state, time, mu, [watch])
-    return [c for c in watch.changes if c.source.leading and not c.target.leading] or [
-        c for c in watch.changes if c.source.trailing and not c.target.trailing
-    ]
-
-
-def _point(pad: Shooting, cycle: Cycle) -> CyclePoint:
-    watch, changes = Extrema(pad.model.replace(mu=cycle.mu)), Events()
-    pad.motion(cycle.state, cycle.period, cycle.mu, [watch, changes])
-    peak = watch.result()["extrema"][pad.model.law.plotted[0].name]
-    period, multiplier = 1e3 * cycle.period * pad.units.time, np.abs(cycle.multipliers[0])
-    seen = (len(changes.changes), peak[1] if peak else 0.0)
-    return CyclePoint(float(cycle.mu), float(period), *seen, float(multiplier))
+def _point(orbit: Orbit) -> CyclePoint:
+    return CyclePoint(
+        mu=orbit.value,
+        period=1e3 * orbit.period,
+        changes=len(orbit.contacts),
+        peak=orbit.peak,
+        multiplier=orbit.multiplier,
+    )
 
 
 def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
@@ -287,7 +277,7 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
     state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
     off = [state - cycle.state]
     for _ in range(turns):
-        state = pad.motion(state, cycle.period, cycle.mu)
+        state = pad.motion(state, cycle.period, cycle.value)
         off.append(state - cycle.state)
     values = np.linalg.eigvals(np.linalg.lstsq(off[:-1], off[1:])[0])
     return float(np.abs(np.delete(values, np.argmin(np.abs(values - 1.0)))).max())
@@ -296,34 +286,24 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
 def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     """The periodic motion that a state (SI) has settled to, followed in mu both ways."""
     assert scene.stop is not None
-    units = natural_units(scene.pad_model, scene.initial)
-    pad = Shooting(units.scaled(damped_model(damped(scene, RATIO))), units)
-    mu = scene.pad.mu
-    passed = _returns(pad, units.to_scaled(state), SEEN * scene.stop / units.time, mu)
-    states = np.array([change.state for change in passed])
-    size = np.abs(states).max(initial=0.0)
-    for turn in range(1, min(9, len(states))):
-        if np.abs(states[turn] - states[0]).max() < NEAR * size:
-            break
-    else:
-        return Missing("the motion does not return to itself")
-    period = passed[turn].t - passed[0].t
+    settled = dataclasses.replace(
+        damped(scene, RATIO), initial=tuple(state.tolist()), stop=SEEN * scene.stop, start="origin"
+    )
     try:
-        # from between two changes, so that none falls on an end
-        begin = pad.motion(states[0], 0.01 * period, mu)
-        own, _ = pad.solve(np.concatenate([begin, [period, mu]]))
-        ways = [_followed(pad, own, 1.0, MOST), [_point(pad, own)], _followed(pad, own, -1.0, MOST)]
-        slower = decay(pad, own)
+        found = periodic_motions(settled, ("mu", 0.0, GREATEST), windows=1)
+        if found.source is None:
+            return Missing(found.reason)
+        slower = decay(*found.source)
     except ComputationError as error:
         return Missing(str(error))
     points = critical_friction(damped(scene, RATIO), GREATEST).points
-    branch = (*reversed(ways[0]), *ways[1], *ways[2])
+    branch = tuple(map(_point, reversed(found.orbits)))  # from the greatest friction
     return Cycles(
-        own=ways[1][0],
+        own=_point(found.orbits[found.own]),
         decay=slower,
-        shift=float(abs(own.trivial - 1.0)),
+        shift=float(abs(found.source[1].trivial - 1.0)),
         branch=branch,
-        fold=min(point.mu for point in branch),
+        fold=min(one.value for one in (*found.orbits, *found.turns)),
         threshold=next((p.mu for p in points if p.kind == "flutter"), None),
         sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
         unstable=_unstable([(p.mu, p.kind) for p in points]),
@@ -341,17 +321,6 @@ def _unstable(points: Sequence[tuple[float, str]]) -> tuple[tuple[float, float],
             found.append((since, mu))
             since = None
     return (*found, *([] if since is None else [(since, GREATEST)]))
-
-
-def _followed(pad: Shooting, own: Cycle, towards: float, most: int) -> list[CyclePoint]:
-    points: list[CyclePoint] = []
-    for one in pad.branch(own, towards, STEP, most):
-        if one.mu > GREATEST:
-            break
-        points.append(_point(pad, one))
-        if not points[-1].changes:
-            break
-    return points
 
 
 def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:

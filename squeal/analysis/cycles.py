@@ -1,0 +1,313 @@
+"""The verb `cycles`: periodic motions of a pad over a parameter, beside its sliding equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from squeal.analysis.eigenvalues import analyse
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError, InputError
+from squeal.io.answer import Answer, Column, Table, number
+from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
+from squeal.model.pad import PARAMETERS
+from squeal.schema.place import Place
+from squeal.simulation.cycles import Cycle, Measures, Shooting
+from squeal.simulation.observers import Extrema
+from squeal.simulation.run import in_natural_units
+
+WINDOWS = 40  # times of the scene in which its motion may settle
+STEP, MOST = 0.2, 80  # of a branch: length in natural units, and how many cycles each way
+SLIDING = 41  # values at which the sliding equilibrium is judged
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic motion in SI units.
+
+    value: of the parameter; period (s); amplitude: half of the ranges of x, y (m) and theta (rad);
+    velocity: root mean square of the normal velocity (m/s), which sounds; extrema: (min, max) of
+    each plotted signal, forces over F_n, delta over w, None without contact; contacts: the contact
+    states of a period in order; multipliers: the five Floquet multipliers beside the one of a shift
+    in time, the largest first; stable: whether small deviations decay, None where they do
+    not decide; friction, damping: work of friction on the pad and energy that damping takes, J a
+    period; start: a state that it passes, (x, y, theta, x_dot, y_dot, theta_dot).
+    """
+
+    value: float
+    period: float
+    amplitude: tuple[float, float, float]
+    velocity: float
+    extrema: dict[str, tuple[float, float] | None]
+    contacts: tuple[str, ...]
+    multipliers: tuple[complex, ...]
+    stable: bool | None
+    friction: float
+    damping: float
+    start: tuple[float, ...]
+
+    @property
+    def frequency_hz(self) -> float:
+        """1 / period."""
+        return 1.0 / self.period
+
+    @property
+    def peak(self) -> float:
+        """Greatest value of the first plotted force over F_n, 0 without contact."""
+        span = next(iter(self.extrema.values()))
+        return span[1] if span else 0.0
+
+    @property
+    def multiplier(self) -> float:
+        """The greatest absolute value of the multipliers."""
+        return abs(self.multipliers[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of a cycle."""
+        found = {name: value for name, value in vars(self).items() if name != "damping"}
+        return found | {
+            "frequency_hz": self.frequency_hz,
+            "amplitude": dict(zip(COORDINATES[:3], self.amplitude, strict=True)),
+            "multipliers": [{"real": m.real, "imag": m.imag} for m in self.multipliers],
+            "damping": self.damping,
+            "start": dict(zip(COORDINATES, self.start, strict=True)),
+        }
+
+
+@dataclass(frozen=True)
+class TurningPoint:
+    """A `fold`, `period doubling`, `torus` or `grazing` of a branch, at a value."""
+
+    kind: str
+    value: float
+
+
+COLUMNS = (
+    Column("period", "s"),
+    Column("frequency_hz"),
+    Column("amplitude_x", "m", lambda one: one.amplitude[0], hidden=True),
+    Column("amplitude_y", "m", lambda one: one.amplitude[1]),
+    Column("amplitude_theta", "rad", lambda one: one.amplitude[2], hidden=True),
+    Column("velocity", "m/s"),
+    Column("peak", "F_n"),
+    Column("multiplier"),
+    Column("stable", shown=lambda one: {True: "yes", False: "no", None: "?"}[one.stable]),
+    Column("friction", "J", hidden=True),
+    Column("damping", "J", hidden=True),
+    Column("contacts", value=lambda one: " ".join(one.contacts)),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycles(Answer):
+    """A branch of periodic motions, in order along the branch.
+
+    own: index of the motion at the scene's value; empty with a `reason` where there is none; turns:
+    folds, period doublings, tori and grazings; sliding: verdict of the sliding equilibrium at some
+    values, None where there is no equilibrium; source: the cycles in natural units and what they
+    were computed with.
+    """
+
+    model: str
+    parameter: str
+    orbits: tuple[Orbit, ...] = ()
+    own: int = 0
+    reason: str = ""
+    turns: tuple[TurningPoint, ...] = ()
+    sliding: tuple[tuple[float, str | None], ...] = ()
+    source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
+
+    def table(self) -> Table:
+        """A row for each cycle."""
+        lead = Column(self.parameter, value=attrgetter("value"))
+        return Table((lead, *COLUMNS), self.orbits, "", f"no periodic motion: {self.reason}")
+
+    def parts(self) -> Sequence[str | Table]:
+        """The cycles, the turning points and where sliding is stable."""
+        if not self.orbits:
+            return [self.table()]
+        own = self.orbits[self.own]
+        work = f"friction does {number(own.friction)} J of work in a period, damping takes "
+        found: list[str | Table] = [self.table(), f"{work}{number(own.damping)} J"]
+        told = (Column("kind"), Column(self.parameter, value=attrgetter("value")))
+        if len(self.orbits) > 1:
+            found.append(Table(told, self.turns, "turning points", "no turning point"))
+        at = dict(self.sliding)
+        found.append(f"sliding at {self.parameter} = {number(own.value)}: {at.get(own.value)}")
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal cycles`."""
+        return {
+            "model": self.model,
+            "parameter": self.parameter,
+            "cycles": [one.to_dict() for one in self.orbits],
+            "own": self.own if self.orbits else None,
+            "reason": self.reason or None,
+            "turning_points": [vars(one) for one in self.turns],
+            "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
+        }
+
+
+def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, float, float]:
+    """The parameter and its range. Raises InputError."""
+    at = Place("cycles") / "over"
+    if over is None:
+        return "mu", scene.pad.mu, scene.pad.mu
+    name, low, high = over
+    if name not in PARAMETERS or getattr(scene.pad, name) is None:
+        used = ", ".join(scene.pad.given())
+        raise at.refuse(f"{name} is not allowed; it must be one of {used}")
+    value = getattr(scene.pad, name)
+    if not low <= value <= high:
+        raise at.refuse(
+            f"{name}:{low:g}:{high:g} is not allowed; the range must hold {value:g}, the scene's "
+            "value, at which the first cycle is found"
+        )
+    for end in (low, high):
+        scene.replace(**{name: end})
+    return name, low, high
+
+
+def _models(scene: Scene, name: str, scale: float, scaled: Callable[[Any], Any]) -> Any:
+    @lru_cache(maxsize=8)
+    def at(value: float) -> Any:
+        return scaled(damped_model(scene.replace(**{name: value * scale})))
+
+    return at
+
+
+def _at_end(shooting: Shooting, last: Cycle, beyond: Cycle, end: float) -> list[Cycle]:
+    """The cycle at the end of the range, between two, where it is found."""
+    share = (end - last.value) / (beyond.value - last.value)
+    guess = last.unknowns + share * (beyond.unknowns - last.unknowns)
+    guess[7] = end
+    try:
+        return [shooting.solve(guess)[0]]
+    except ComputationError:
+        return []
+
+
+def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
+    """A cycle in SI units."""
+    model, units = shooting.model(cycle.value), shooting.units
+    extrema, measures = Extrema(model), Measures(model)
+    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema, measures])
+    half = np.append(np.ptp(measures.ranges, axis=1) / 2.0, np.zeros(3))
+    x, y, theta = units.to_si(half)[:3].tolist()
+    return Orbit(
+        value=float(cycle.value * scale),
+        period=float(cycle.period * units.time),
+        amplitude=(x, y, theta),
+        velocity=float(np.sqrt(measures.squares[1] / cycle.period) * units.velocity),
+        extrema=extrema.result()["extrema"],
+        contacts=tuple(model.state_name(state) for state in cycle.contacts),
+        multipliers=tuple(cycle.multipliers.tolist()),
+        stable=cycle.stable,
+        friction=measures.friction * units.energy,
+        damping=measures.damping * units.energy,
+        start=tuple(units.to_si(cycle.state).tolist()),
+    )
+
+
+def _verdict(scene: Scene) -> str | None:
+    try:
+        return analyse(scene).judgement.verdict
+    except ComputationError:
+        return None
+
+
+@takes_scene
+def cycles(
+    scene: Scene, over: tuple[str, float, float] | None = None, windows: int = WINDOWS
+) -> Cycles:
+    """Find the periodic motion to which a scene settles, and follow it over a parameter.
+
+    The scene is simulated until its contact changes repeat; shooting then gives the cycle and its
+    Floquet multipliers, and continuation by arc length follows it through folds.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene of a nonlinear model, with a time.
+    over : (str, float, float), optional
+        A parameter and its range, which holds the scene's value, such as ("mu", 0.1, 0.6).
+    windows : int
+        How many times the time of the scene its motion may take to settle.
+
+    Returns
+    -------
+    Cycles
+        The branch; without cycles and with a reason where the motion comes to rest or does not
+        repeat itself.
+
+    Raises
+    ------
+    ComputationError
+        Where the model ends.
+    InputError
+        For a scene that cannot be simulated, an unknown parameter or a range without its value.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+    ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+    >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, start="equilibrium",
+    ...                      damping=squeal.Damping(ratios=(0.05, 0.05, 0.05)))
+    >>> squeal.cycles(scene)
+    no periodic motion: the motion comes to rest
+    """
+    check_simulation(scene, Place(str(scene.source or "Scene")))
+    name, low, high = _over(scene, over)
+    units, _, start, stop = in_natural_units(scene)
+    value = getattr(scene.pad, name)
+    scale = 1.0 if name == "mu" or PARAMETERS[name].angle or not value else abs(value)
+    shooting = Shooting(_models(scene, name, scale, units.scaled), units)
+    own, reason = shooting.settle(start, stop, value / scale, windows)
+    if own is None:
+        return Cycles(scene.model, name, reason=reason)
+    ways: list[list[Cycle]] = [[], []]
+    turns: list[TurningPoint] = []
+    for way, towards in zip(ways, (-1.0, 1.0), strict=True):
+        last = own
+        for one, met in shooting.branch(own, towards, STEP, MOST if over else 0):
+            if not low <= one.value * scale <= high:
+                way += _at_end(shooting, last, one, min(max(one.value, low / scale), high / scale))
+                break
+            last = one
+            turns += [TurningPoint(turn.kind, turn.value * scale) for turn in met]
+            way.append(one)
+            if not one.changes:
+                break
+    every = [*reversed(ways[0]), own, *ways[1]]
+    values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
+    return Cycles(
+        scene.model,
+        name,
+        tuple(_orbit(shooting, one, scale) for one in every),
+        len(ways[0]),
+        turns=tuple(turns),
+        sliding=tuple((v, _verdict(scene.replace(**{name: v}))) for v in values),
+        source=(shooting, own),
+    )
+
+
+def parameter_range(given: str, option: str) -> tuple[str, float, float]:
+    """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
+    name, *ends = given.split(":")
+    try:
+        low, high = map(float, ends)
+    except ValueError:
+        low = high = 0.0
+    if not -np.inf < low < high < np.inf:
+        raise InputError(
+            f"{option} {given}: is not allowed; it must be NAME:LOW:HIGH with LOW < HIGH, such as "
+            "mu:0.1:0.6"
+        )
+    return name, low, high

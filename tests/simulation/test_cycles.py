@@ -1,0 +1,150 @@
+"""Periodic motions by shooting, and growth of deviations: each against a second method."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.analysis.cycles import Cycles
+from squeal.analysis.thresholds import critical_friction
+from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Damping, Scene
+from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.run import in_natural_units
+from tests.conftest import hammering_scene, needs_heyoka
+from tests.simulation.closed import bouncing, upright
+
+
+def damped(name: str, ratio: float) -> Scene:
+    scene = hammering_scene(name)
+    return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3))
+
+
+@pytest.fixture(scope="module")
+def answer() -> Cycles:
+    return squeal.cycles(damped("b1-d", 0.005), ("mu", 0.5, 0.8))
+
+
+@pytest.fixture(scope="module")
+def shooting(answer) -> Shooting:
+    return answer.source[0]
+
+
+@pytest.fixture(scope="module")
+def cycle(answer) -> Cycle:
+    """The hammering cycle to which the scene settles."""
+    return answer.source[1]
+
+
+@needs_heyoka
+def test_a_cycle_closes_and_a_shift_in_time_neither_grows_nor_decays(cycle):
+    assert cycle.gap < 1e-9
+    assert cycle.trivial == pytest.approx(1.0, abs=1e-5)
+    assert cycle.stable
+    assert len(cycle.multipliers) == 5
+
+
+@needs_heyoka
+def test_volume_shrinks_as_damping_says(shooting, cycle):
+    """Liouville: det of the monodromy is exp(-trace of the damping times the period)."""
+    trace = np.trace(shooting.model(cycle.value).decay)
+    assert np.linalg.det(cycle.monodromy) == pytest.approx(np.exp(-trace * cycle.period), rel=1e-5)
+
+
+@needs_heyoka
+def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(answer):
+    first = critical_friction(damped("b1-d", 0.005), 1.0).first
+    last = answer.orbits[0]
+    assert not last.contacts
+    assert last.value == pytest.approx(first.mu, rel=1e-6)
+    assert last.multiplier == pytest.approx(1.0, abs=1e-4)
+    assert [turn.kind for turn in answer.turns] == ["fold", "grazing"]
+
+
+@needs_heyoka
+def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
+    step = 1e-6 * np.abs(cycle.state).max()
+    columns = [
+        (
+            shooting.motion(cycle.state + step * e, cycle.period, cycle.value)
+            - shooting.motion(cycle.state - step * e, cycle.period, cycle.value)
+        )
+        / (2 * step)
+        for e in np.eye(6)
+    ]
+    assert cycle.monodromy == pytest.approx(np.transpose(columns), abs=1e-6)
+
+
+@needs_heyoka
+def test_work_of_friction_is_what_damping_takes(answer):
+    for one in answer.orbits:
+        assert one.friction == pytest.approx(one.damping, rel=1e-8)
+        assert one.damping >= 0.0
+
+
+@needs_heyoka
+def test_long_simulations_beside_the_fold(answer):
+    """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
+    it the motion from the last cycle comes to rest."""
+    fold = next(turn.value for turn in answer.turns if turn.kind == "fold")
+    scene = damped("b1-d", 0.005)
+
+    def settled(mu, start):
+        found = squeal.cycles(scene.replace(mu=mu, initial=start, stop=0.02, start="origin"))
+        return found.orbits[0].amplitude[1] if found.orbits else 0.0
+
+    near = min(answer.orbits, key=lambda one: abs(one.value - fold))
+    stable = settled(fold + 0.01, near.start)
+    larger = [one for one in answer.orbits if one.stable]
+    beside = np.interp(
+        fold + 0.01, [one.value for one in larger], [one.amplitude[1] for one in larger]
+    )
+    assert stable == pytest.approx(beside, rel=0.03)
+    assert settled(fold - 0.01, near.start) == 0.0
+    unstable = next(one for one in answer.orbits if one.stable is False)
+    kicked = tuple(np.array(unstable.start) * 1.02)
+    assert settled(unstable.value, kicked) != pytest.approx(unstable.amplitude[1], rel=0.1)
+
+
+@needs_heyoka
+def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
+    """Free fall and half an oscillation on the springs: a family that no multiplier isolates."""
+    pad, height = upright(), 1e-4
+    scene = Scene("B1", pad, initial=(0.0, height, 0.0, 0.0, 0.0, 0.0), stop=1.0, samples=2)
+    units, model, start, _ = in_natural_units(scene)
+    shooting = Shooting(lambda mu: model.replace(mu=mu), units)
+    fall, contact, _ = bouncing(pad, height)
+    apart, one = shooting.over(start, (2 * fall + contact) / units.time, 0.0)
+    assert np.abs(apart).max() < 1e-9
+    assert len(one.changes) == 4
+    assert np.abs(one.multipliers[0]) == pytest.approx(1.0, abs=1e-3)
+    assert one.stable is None
+
+
+def test_a_scene_that_comes_to_rest_has_no_cycle():
+    scene = dataclasses.replace(damped("b1-d", 0.1), stop=0.02)
+    found = squeal.cycles(scene.replace(mu=0.1))
+    assert not found.orbits
+    assert found.reason == "the motion comes to rest"
+    assert found.to_dict()["cycles"] == []
+
+
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        (("mass", 0.1, 0.2), "mass is not allowed"),
+        (("mu", 0.1, 0.2), "must hold 0.777"),
+        (("mu", -0.1, 2.0), "mu"),
+    ],
+)
+def test_a_range_that_means_nothing_is_refused(over, words):
+    with pytest.raises(InputError, match=words):
+        squeal.cycles(damped("b1-d", 0.005), over)
+
+
+@needs_heyoka
+def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
+    away = np.concatenate([3.0 * cycle.state, [2.7 * cycle.period, cycle.value]])
+    with pytest.raises(ComputationError, match="no periodic motion"):
+        shooting.solve(away)
