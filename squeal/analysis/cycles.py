@@ -18,7 +18,7 @@ from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
 from squeal.model.pad import PARAMETERS
 from squeal.schema.place import Place
 from squeal.simulation.cycles import Cycle, Measures, Shooting
-from squeal.simulation.observers import Extrema
+from squeal.simulation.observers import Extrema, Sliding
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times of the scene in which its motion may settle
@@ -36,7 +36,8 @@ class Orbit:
     states of a period in order; multipliers: the five Floquet multipliers beside the one of a shift
     in time, the largest first; stable: whether small deviations decay, None where they do
     not decide; friction, damping: work of friction on the pad and energy that damping takes, J a
-    period; start: a state that it passes, (x, y, theta, x_dot, y_dot, theta_dot).
+    period; sliding_holds: whether the surface stays faster than the pad, as the equations assume,
+    None without V; start: a state that it passes, (x, y, theta, x_dot, y_dot, theta_dot).
     """
 
     value: float
@@ -49,6 +50,7 @@ class Orbit:
     stable: bool | None
     friction: float
     damping: float
+    sliding_holds: bool | None
     start: tuple[float, ...]
 
     @property
@@ -99,6 +101,7 @@ COLUMNS = (
     Column("stable", shown=lambda one: {True: "yes", False: "no", None: "?"}[one.stable]),
     Column("friction", "J", hidden=True),
     Column("damping", "J", hidden=True),
+    Column("sliding_holds"),
     Column("contacts", value=lambda one: " ".join(one.contacts)),
 )
 
@@ -121,6 +124,17 @@ class Cycles(Answer):
     turns: tuple[TurningPoint, ...] = ()
     sliding: tuple[tuple[float, str | None], ...] = ()
     source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many of the cycles reach the speed of the surface."""
+        lost = sum(one.sliding_holds is False for one in self.orbits)
+        if not lost:
+            return ()
+        return (
+            f"{lost} of {len(self.orbits)} cycles reach the speed V of the surface, beyond which "
+            "the equations do not hold",
+        )
 
     def table(self) -> Table:
         """A row for each cycle."""
@@ -197,7 +211,9 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
     model, units = shooting.model(cycle.value), shooting.units
     extrema, measures = Extrema(model), Measures(model)
-    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema, measures])
+    sliding = None if model.pad.V is None else Sliding(units, model.pad.V * units.velocity)
+    observers = [extrema, measures, *([] if sliding is None else [sliding])]
+    shooting.motion(cycle.state, cycle.period, cycle.value, observers)
     half = np.append(np.ptp(measures.ranges, axis=1) / 2.0, np.zeros(3))
     x, y, theta = units.to_si(half)[:3].tolist()
     return Orbit(
@@ -211,6 +227,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         stable=cycle.stable,
         friction=measures.friction * units.energy,
         damping=measures.damping * units.energy,
+        sliding_holds=None if sliding is None else sliding.result()["sliding_holds"],
         start=tuple(units.to_si(cycle.state).tolist()),
     )
 

@@ -20,7 +20,7 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
     value, size = np.array([(o.value, 1e6 * o.amplitude[1]) for o in found.orbits]).T
     with style():
-        figure = Figure(figsize=(SINGLE, 2.7))
+        figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
         labels = {"stable": False, "unstable or undecided": False}
         for i in range(len(value) - 1):
@@ -47,7 +47,7 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         )
         axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
         axes.set_ylim(bottom=-0.04 * size.max())
-        axes.legend(loc="best")
+        figure.legend(loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
     own = found.orbits[found.own]
     text = (

@@ -30,6 +30,7 @@ PASSES = 12  # of Newton's method
 STEP = 1e-6  # in the scaled parameter, for the derivative by it
 RETURNED = 1e-6  # relative distance of two passages that count as a return
 PASSAGES = 9  # most passages in a period
+STRAIGHT = 0.9  # least cosine of the angle by which a branch turns in a step
 HALVINGS = 12  # of a step, to locate what happens in it
 
 
@@ -211,13 +212,13 @@ class Shooting:
     ) -> tuple[Cycle | None, str]:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
-        fastest, rate, changes = 0.0, 0.0, list[Change]()
+        rate, changes = 0.0, list[Change]()
+        fastest = max(1e-6, float(np.linalg.norm(state_rates(self.model(value), state))))
         for _ in range(windows):
             events = Events()
             end = self.motion(state, window, value, [events])
             changes, state = events.changes, end
             rate = float(np.linalg.norm(state_rates(self.model(value), state)))
-            fastest = max(fastest, rate)
             if not changes and rate <= 1e-6 * fastest:
                 break
             if period := _return(changes):
@@ -250,11 +251,13 @@ class Shooting:
             while True:
                 try:
                     after, turned = self.solve(cycle.unknowns + size * way, way, 6)
-                    break
+                    if abs(turned @ way) > STRAIGHT:  # a sharp turn may be a jump between branches
+                        break
                 except (ComputationError, np.linalg.LinAlgError):
-                    size /= 2.0
-                    if size < 1e-3 * step:
-                        return
+                    pass
+                size /= 2.0
+                if size < 1e-3 * step:
+                    return
             turned = turned * np.sign(turned @ way)
             yield after, self._turns((cycle, way), size, (after, turned))
             cycle, way, size = after, turned, min(1.5 * size, step)

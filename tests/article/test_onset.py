@@ -43,7 +43,7 @@ def test_cycle_of_b2_c_against_a_simulation():
     assert found.own.multiplier == pytest.approx(found.decay, abs=1e-6)
     assert found.shift < 1e-4
     # a supercritical branch ends where the equilibrium begins to flutter
-    assert found.fold == pytest.approx(found.threshold, rel=1e-3)
+    assert found.branch[-1].mu == pytest.approx(found.threshold, rel=1e-3)
     assert found.unstable[0][0] == found.threshold
     # half the time of a period is no period
     assert dataclasses.replace(found.own, multiplier=1.0).stable is False

@@ -103,7 +103,8 @@ class CyclePoint(Record):
 
 
 class Cycles(Record):
-    """A branch of periodic motions by falling mu from the greatest one that was followed.
+    """A branch of periodic motions by falling mu from the greatest one that was followed, as far as
+    the surface stays faster than the pad.
 
     own: the one at the case's friction; decay: its greatest multiplier, from the decay of a
     disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
@@ -297,13 +298,20 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     except ComputationError as error:
         return Missing(str(error))
     points = critical_friction(damped(scene, RATIO), GREATEST).points
-    branch = tuple(map(_point, reversed(found.orbits)))  # from the greatest friction
+    # beyond the speed of the surface the equations do not hold
+    held = [one for one in found.orbits if one.sliding_holds is not False]
+    turns = [
+        turn.value
+        for turn in found.turns
+        if min(found.orbits, key=lambda one: abs(one.value - turn.value)) in held
+    ]
+    branch = tuple(map(_point, reversed(held)))  # from the greatest friction
     return Cycles(
         own=_point(found.orbits[found.own]),
         decay=slower,
         shift=float(abs(found.source[1].trivial - 1.0)),
         branch=branch,
-        fold=min(one.value for one in (*found.orbits, *found.turns)),
+        fold=min([one.value for one in held] + turns),
         threshold=next((p.mu for p in points if p.kind == "flutter"), None),
         sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
         unstable=_unstable([(p.mu, p.kind) for p in points]),
