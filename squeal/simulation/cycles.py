@@ -225,7 +225,8 @@ class Shooting:
                 begin = next(c.state for c in changes if sum(c.target) < sum(c.source))
                 # from between two changes, so that none falls on an end
                 begin = self.motion(begin, 0.01 * period, value)
-                return self.solve(np.concatenate([begin, [period, value]]))[0], ""
+                cycle, _ = self.solve(np.concatenate([begin, [period, value]]))
+                return self._shortest(cycle), ""
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
         if rate <= 0.01 * fastest:
@@ -234,6 +235,14 @@ class Shooting:
             "the motion oscillates without a change of contact; without one it is followed neither "
             "as a linear oscillation, which is not isolated, nor as a transient"
         )
+
+    def _shortest(self, cycle: Cycle) -> Cycle:
+        """The cycle over its least period: a slow transient returns late, after several of them."""
+        for parts in range(len(cycle.changes), 1, -1):
+            _, part = self.over(cycle.state, cycle.period / parts, cycle.value)
+            if part.gap < RETURNED:
+                return self.solve(part.unknowns)[0]
+        return cycle
 
     def branch(
         self, own: Cycle, towards: float, step: float, most: int

@@ -147,3 +147,12 @@ def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
     away = np.concatenate([3.0 * cycle.state, [2.7 * cycle.period, cycle.value]])
     with pytest.raises(ComputationError, match="no periodic motion"):
         shooting.solve(away)
+
+
+@needs_heyoka
+def test_a_late_return_gives_the_least_period(shooting, cycle):
+    """Five periods of a cycle close too; their multipliers are fifth powers."""
+    _, five = shooting.over(cycle.state, 5 * cycle.period, cycle.value)
+    assert five.gap < 1e-6
+    assert abs(five.multipliers[0]) == pytest.approx(abs(cycle.multipliers[0]) ** 5, rel=1e-3)
+    assert shooting._shortest(five).period == pytest.approx(cycle.period, rel=1e-9)
