@@ -17,8 +17,7 @@ from squeal.io.answer import Answer, Column, Table, columns, located, number
 from squeal.io.writing import plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
-from squeal.schema.place import Place
-from squeal.schema.values import Number, Whole
+from squeal.schema.values import Number, Place, Whole
 
 LISTED = 8  # frequencies in a line of a table
 DEGREE = math.pi / 180

@@ -27,8 +27,7 @@ from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.linear.verdict import decide
 from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.schema.place import Place
-from squeal.schema.values import Number, Several, takes
+from squeal.schema.values import Number, Place, Several, takes
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 _AT_ORIGIN = "about the origin, full contact"

@@ -21,8 +21,7 @@ from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.outline import Outline, outline
-from squeal.schema.place import Place
-from squeal.schema.values import Instance, Number, Several, Whole, takes
+from squeal.schema.values import Instance, Number, Place, Several, Whole, takes
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided

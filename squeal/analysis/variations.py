@@ -33,8 +33,7 @@ from squeal.linear import GROWING, Spectrum, complex_eigenvalues
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.schema.keys import Group, Key
-from squeal.schema.place import Place
-from squeal.schema.values import FILE, Kind, Number, Whole, takes
+from squeal.schema.values import FILE, Kind, Number, Place, Whole, takes
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by

@@ -19,8 +19,7 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.schema.place import Place
-from squeal.schema.values import Number, Several
+from squeal.schema.values import Number, Place, Several
 
 Progress = Callable[[str], None]
 Band = tuple[float, float]

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar, Union, dataclass_tran
 
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
-from squeal.schema.place import Place, shown
+from squeal.schema.values import Place, shown
 
 T = TypeVar("T")
 Share = Annotated[float, ".1%"]

@@ -11,8 +11,7 @@ from squeal.errors import InputError
 from squeal.io.document import scalar
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
-from squeal.schema.place import Place
-from squeal.schema.values import Angle, Number, warn_of_degrees
+from squeal.schema.values import Angle, Number, Place, warn_of_degrees
 
 QUANTITIES = "critical-friction, growth, frequency"
 

@@ -16,8 +16,7 @@ from squeal.io.document import named_files, parse_document, read_content, scalar
 from squeal.io.provenance import InputFile
 from squeal.io.scene import SCENE, Scene, check_simulation
 from squeal.schema.keys import Group, Key
-from squeal.schema.place import Place
-from squeal.schema.values import Number
+from squeal.schema.values import Number, Place
 
 if TYPE_CHECKING:
     from squeal.io.system import SystemFile

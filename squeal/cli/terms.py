@@ -15,7 +15,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.answer import Column, Table, number
 from squeal.io.matrices import fingerprint, read_matrix, write_matrix
 from squeal.io.writing import whole_folder
-from squeal.schema.values import Named
+from squeal.schema.values import Name
 
 PAIR = "VALUE:FILE, the parameter's value and the matrix there"
 
@@ -37,7 +37,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the matrices and split them."""
-    if Named().convert(given.parameter) is None:
+    if Name().convert(given.parameter) is None:
         raise InputError(f"--parameter {given.parameter}: is not allowed; it must be a name")
     if len(given.matrices) not in (2, 3):
         raise InputError(f"{len(given.matrices)} matrices are not allowed; 2 or 3 {PAIR} are")

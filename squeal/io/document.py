@@ -3,19 +3,19 @@
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
-from squeal.schema.place import Place, shown
+from squeal.schema.values import Place, shown
 
 DEEPEST = 50  # levels of brackets or indents
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
+_TAG = "tag:yaml.org,2002:"
 
-_WORDS = {"true": True, "false": False}
 # fmt: off
 _SCALARS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
-    ("bool", "true|True|TRUE|false|False|FALSE", "tTfF", lambda text: _WORDS[text.lower()]),
+    ("bool", "true|True|TRUE|false|False|FALSE", "tTfF", lambda text: text.lower() == "true"),
     ("null", "~|null|Null|NULL|", "~nN", lambda _: None),
     # a very long whole number is out of every range, and int() refuses it
     ("int", "[-+]?[0-9]+", "-+0123456789", lambda text: (int if len(text) < 300 else float)(text)),
@@ -24,14 +24,15 @@ _SCALARS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
      lambda text: float(text.replace(".", ""))),
 )
 # fmt: on
-_TAG = "tag:yaml.org,2002:"
 
 
 class _Loader(yaml.SafeLoader):
-    """Finds the tags of plain YAML 1.2 scalars: 1.0e6 is a number, `on` and 1:30 are not.
+    """Tags plain scalars as YAML 1.2 does: 1.0e6 is a number, `on` and 1:30 are not.
 
-    It refuses what is nested too deeply as soon as it meets it; what it finds is never constructed.
+    It refuses what is nested too deeply as soon as it meets it, and constructs nothing.
     """
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
 
     def fetch_flow_collection_start(self, kind: Any) -> None:
         self._refuse_depth(self.flow_level)
@@ -46,7 +47,6 @@ class _Loader(yaml.SafeLoader):
             raise _refused(f"nested more than {DEEPEST} times", self.get_mark())
 
 
-_Loader.yaml_implicit_resolvers = {}
 for _name, _pattern, _first, _ in _SCALARS:
     _starts = [*_first, *([""] if _name == "null" else [])]
     _Loader.add_implicit_resolver(_TAG + _name, re.compile(f"^(?:{_pattern})$"), _starts)
@@ -56,62 +56,50 @@ def _refused(problem: str, mark: Any) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(None, None, problem, mark)
 
 
-class _Values:
-    """The values of a graph of nodes, at most so many: an alias counts as often as it is used."""
-
-    def __init__(self, most: int) -> None:
-        self.left = most
-
-    def of(self, node: yaml.Node, depth: int = 0) -> Any:
-        self.left -= 1
-        if self.left < 0 or depth > DEEPEST:
-            raise _refused("aliases make it too large", node.start_mark)
-        if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
-            return [self.of(one, depth + 1) for one in node.value]
-        if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
-            return self._mapping(node, depth)
-        if isinstance(node, yaml.ScalarNode):
-            text = str(node.value)
-            if node.tag in (_TAG + "str", "!"):
-                return text
-            for name, pattern, _, made in _SCALARS:
-                if node.tag == _TAG + name and re.fullmatch(pattern, text):
-                    return made(text)
-        raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
-
-    def _mapping(self, node: yaml.MappingNode, depth: int) -> dict[str, Any]:
-        found: dict[str, Any] = {}
-        for key_node, value_node in node.value:
-            key = self.of(key_node, depth + 1)
+def _value(node: yaml.Node, left: Iterator[int], depth: int = 0) -> Any:
+    """The value of a node; `left` ends after as many as may be, also of aliases."""
+    if next(left, None) is None or depth > DEEPEST:
+        raise _refused("aliases make it too large", node.start_mark)
+    if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
+        return [_value(entry, left, depth + 1) for entry in node.value]
+    if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
+        mapping: dict[str, Any] = {}
+        for key_node, entry in node.value:
+            key = _value(key_node, left, depth + 1)
             if not isinstance(key, str):
                 raise _refused(f"the key {shown(key)} is not a word", key_node.start_mark)
-            if key in found:
+            if key in mapping:
                 raise _refused(f"the key {key} stands there twice", key_node.start_mark)
-            found[key] = self.of(value_node, depth + 1)
-        return found
+            mapping[key] = _value(entry, left, depth + 1)
+        return mapping
+    if isinstance(node, yaml.ScalarNode):
+        text = str(node.value)
+        if node.tag in (_TAG + "str", "!"):
+            return text
+        for name, pattern, _, made in _SCALARS:
+            if node.tag == _TAG + name and re.fullmatch(pattern, text):
+                return made(text)
+    raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
 
 
-def _value(text: str) -> Any:
+def _parsed(text: str) -> Any:
     """The value of YAML text. Raises yaml.YAMLError or ValueError."""
     node = yaml.compose(text, Loader=_Loader)
     if node is None:
         raise _refused("there is none", None)
-    return _Values(max(len(text), MOST)).of(node)
+    return _value(node, iter(range(max(len(text), MOST))))
 
 
 def scalar(text: str) -> Any:
     """The value of a plain YAML scalar, such as the value of an option; the text itself if not."""
     try:
-        return _value(text) if text.strip() else None
+        return _parsed(text) if text.strip() else None
     except (yaml.YAMLError, ValueError):
         return text
 
 
 def read_document(path: Path) -> dict[str, Any]:
-    """The single mapping that a YAML file holds.
-
-    Raises InputError if the file cannot be read or is not one UTF-8 YAML mapping.
-    """
+    """The single mapping that a YAML file holds. Raises InputError for any other file."""
     at = Place(str(path))
     return parse_document(read_content(path, at), at)
 
@@ -121,9 +109,8 @@ def read_content(path: Path, at: Place) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise at.refuse(
-            f"cannot be read ({error.strerror}); the name of a readable file is allowed"
-        ) from None
+        words = f"cannot be read ({error.strerror}); the name of a readable file is allowed"
+        raise at.refuse(words) from None
 
 
 def parse_document(content: bytes, at: Place) -> dict[str, Any]:
@@ -132,7 +119,7 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
     Raises InputError if it is not one UTF-8 YAML mapping.
     """
     try:
-        found = _value(content.decode("utf-8"))
+        document = _parsed(content.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise at.refuse(f"byte {error.start} is not UTF-8; only UTF-8 text is allowed") from None
     except (yaml.YAMLError, ValueError) as error:
@@ -140,11 +127,10 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
         line = f"line {mark.line + 1}: " if mark else ""
         reason = getattr(error, "problem", None) or str(error).partition("\n")[0]
         raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed") from None
-    if not isinstance(found, dict):
-        raise at.refuse(
-            f"the content {shown(found)} is not allowed; it must be a mapping of keys to values"
-        )
-    return found
+    if not isinstance(document, dict):
+        words = f"the content {shown(document)} is not allowed; it must be a mapping of keys to"
+        raise at.refuse(f"{words} values")
+    return document
 
 
 def named_files(document: Any) -> Iterator[str]:

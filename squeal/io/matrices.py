@@ -1,9 +1,9 @@
 """Matrices in files: one table of formats, recognised by their content or else by their suffix.
 
-To add a format: a function that returns `Found` and a line of `FORMATS`, which is where refusals,
-documentation and `squeal` itself find it; its round trip goes to tests/io/test_matrices.py.
-Matrix Market is read here and not by SciPy, which takes 2.0D+01 for 2 and may crash on a line that
-was cut off.
+To add a format: a function that returns `MatrixFile` and a line of `FORMATS`, which is where
+refusals, documentation and `squeal` itself find it; its round trip goes to
+tests/io/test_matrices.py. Matrix Market is read here and not by SciPy, which takes 2.0D+01 for 2
+and may crash on a line that was cut off.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,11 @@ from squeal.io.writing import write_whole
 
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
-LABELS = 5  # columns of Abaqus text whose rows are named by node and degree of freedom
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class MatrixFile:
     """A matrix as it stands in a file.
 
     `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
@@ -53,17 +52,18 @@ def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
             table = np.loadtxt(lines, comments=comments, ndmin=2)
         except ValueError as error:
             message = str(error)
-            found = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
-            if not found:
+            bad = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
+            if not bad:
                 raise ValueError(message.partition(";")[0]) from None
-            exponent = re.search(r"\d[dD][+-]?\d", found[1])
+            exponent = re.search(r"\d[dD][+-]?\d", bad[1])
             fortran = "; Fortran's exponent D is not read" if exponent else ""
-            words = f"entry {int(found[2]) + 1}: {found[1]} is no number{fortran}"
+            words = f"entry {int(bad[2]) + 1}: {bad[1]} is no number{fortran}"
             raise ValueError(words) from None
     return table if table.size else np.empty((0, 0))
 
 
 def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
+    """Columns that count rows or columns from `first`, as whole numbers. Raises ValueError."""
     if np.any(columns != np.round(columns)):
         raise ValueError("rows and columns must be whole numbers")
     if columns.min(initial=first) < first:
@@ -71,14 +71,11 @@ def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
     return columns.astype(np.intp)
 
 
-def _check_size(rows: float) -> None:
-    if rows > MOST_ROWS:
-        raise ValueError(f"{rows:.6g} rows; at most {MOST_ROWS} are read")
-
-
-def _assembled(path: Path, indices: NDArray, values: NDArray, n: tuple[int, int]) -> Any:
+def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]) -> Any:
     """The matrix of entries at (row, column) `indices` (2, entries); those that meet are summed."""
-    matrix = coo_array((values, tuple(indices)), shape=n).tocsc()
+    if max(shape) > MOST_ROWS:
+        raise ValueError(f"{max(shape):.6g} rows; at most {MOST_ROWS} are read")
+    matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()
     if matrix.nnz < len(values):
         places, count = np.unique(indices, axis=1, return_counts=True)
         row, column = places[:, np.argmax(count > 1)] + 1
@@ -107,7 +104,7 @@ def _mirrored(matrix: Any, kind: str = "symmetric") -> Any:
     return csc_array(matrix + (off.T if kind == "symmetric" else -off.T))
 
 
-def _read_matrix_market(path: Path) -> Found:
+def _read_matrix_market(path: Path) -> MatrixFile:
     """Coordinate or array, general, symmetric or skew-symmetric."""
     with path.open(encoding="utf-8") as stream:
         words = stream.readline().lower().split()
@@ -124,7 +121,6 @@ def _read_matrix_market(path: Path) -> Found:
     if len(numbers) != 2 + placed:
         raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
     n = (numbers[0], numbers[1])
-    _check_size(max(n))
     count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
     width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
     shape = (numbers[2] if placed else count, width)
@@ -148,7 +144,7 @@ def _read_matrix_market(path: Path) -> Found:
     matrix = _assembled(path, where, values, n)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
-    return Found(matrix if general else _mirrored(matrix, symmetry))
+    return MatrixFile(matrix if general else _mirrored(matrix, symmetry))
 
 
 def _is_abaqus(head: bytes) -> bool:
@@ -156,11 +152,11 @@ def _is_abaqus(head: bytes) -> bool:
     for line in head.decode("ascii", "replace").splitlines():
         if line.strip() and line.lstrip()[0] not in "*#%":
             words = line.replace(",", " ").split()
-            return len(words) in (3, LABELS) and all(word.isdecimal() for word in words[:-1])
+            return len(words) in (3, 5) and all(word.isdecimal() for word in words[:-1])
     return False
 
 
-def _read_abaqus(path: Path) -> Found:
+def _read_abaqus(path: Path) -> MatrixFile:
     """Rows `row, column, value` or `node, dof, node, dof, value`, by commas or blanks.
 
     A line that begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC.
@@ -170,22 +166,21 @@ def _read_abaqus(path: Path) -> Found:
     table = _numbers((s for s in lines if s.strip() and s.lstrip()[0] not in "*#%"), None)
     if not table.size:
         raise ValueError("no entries")
-    if table.shape[1] not in (3, LABELS):
-        raise ValueError(f"{table.shape[1]} columns; 3 or {LABELS} are read")
+    if table.shape[1] not in (3, 5):
+        raise ValueError(f"{table.shape[1]} columns; 3 or 5 are read")
     labels = None
-    if table.shape[1] == LABELS:
+    if table.shape[1] == 3:
+        where = _places(table[:, :2].T, 1) - 1
+    else:
         given = _places(table[:, :4], 0)
         base = int(given[:, 1::2].max()) + 1
         codes, index = np.unique(given[:, ::2] * base + given[:, 1::2], return_inverse=True)
         labels = tuple(divmod(code, base) for code in codes.tolist())
         where = index.reshape(-1, 2).T
-    else:
-        where = _places(table[:, :2].T, 1) - 1
     n = int(where.max()) + 1
-    _check_size(n)
-    found = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
+    kind = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
     matrix = _assembled(path, where, table[:, -1], (n, n))
-    return Found(matrix, labels, labels is None, found[1] is None if found else None)
+    return MatrixFile(matrix, labels, labels is None, kind[1] is None if kind else None)
 
 
 def _is_harwell_boeing(head: bytes) -> bool:
@@ -195,7 +190,7 @@ def _is_harwell_boeing(head: bytes) -> bool:
     return counts and bool(re.match(rb"[RCPI][SUHZR][AE]\s", lines[2].upper()))
 
 
-def _read_harwell_boeing(path: Path) -> Found:
+def _read_harwell_boeing(path: Path) -> MatrixFile:
     """Real, assembled, RUA or RSA; no right-hand sides."""
     from scipy.io import hb_read
 
@@ -211,21 +206,22 @@ def _read_harwell_boeing(path: Path) -> Found:
         del lines[4]
     matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
     matrix.check_format(full_check=True)
-    return Found(_mirrored(matrix) if kind[1] == "S" else matrix)
+    return MatrixFile(_mirrored(matrix) if kind[1] == "S" else matrix)
 
 
-def _picked(path: Path, found: dict[str, Any], key: str | None) -> Found:
-    names = ", ".join(sorted(found)) or "none"
-    if key is None and len(found) != 1:
+def _picked(path: Path, matrices: dict[str, Any], key: str | None) -> MatrixFile:
+    names = ", ".join(sorted(matrices)) or "none"
+    if key is None and len(matrices) != 1:
         raise InputError(f"{path}: holds the matrices {names}; name one of them with key")
-    alike = [n for n in found if key is None or n == key]
-    alike = alike or [n for n in found if key and n.lower() == key.lower()]  # op4 in small letters
+    alike = [n for n in matrices if key is None or n == key]
+    # op4 writes small letters
+    alike = alike or [n for n in matrices if key and n.lower() == key.lower()]
     if len(alike) != 1:
         raise InputError(f"{path}: holds no matrix {key}; it holds {names}")
-    return Found(found[alike[0]])
+    return MatrixFile(matrices[alike[0]])
 
 
-def _read_mat(path: Path, key: str | None) -> Found:
+def _read_mat(path: Path, key: str | None) -> MatrixFile:
     from scipy.io import loadmat
     from scipy.io.matlab import matfile_version
 
@@ -233,11 +229,11 @@ def _read_mat(path: Path, key: str | None) -> Found:
         raise InputError(f"{path}: MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
     content = loadmat(path, spmatrix=False)
     kinds = {name: getattr(getattr(v, "dtype", None), "kind", "O") for name, v in content.items()}
-    found = {n: v for n, v in content.items() if kinds[n] in "fciub" and v.ndim == 2}
-    return _picked(path, found, key)
+    numeric = {n: v for n, v in content.items() if kinds[n] in "fciub" and v.ndim == 2}
+    return _picked(path, numeric, key)
 
 
-def _read_npz(path: Path, key: str | None) -> Found:
+def _read_npz(path: Path, key: str | None) -> MatrixFile:
     from scipy.sparse import load_npz
 
     with np.load(path, allow_pickle=False) as archive:
@@ -245,10 +241,10 @@ def _read_npz(path: Path, key: str | None) -> Found:
             return _picked(path, {n: archive[n] for n in archive.files}, key)
     if key is not None:
         raise InputError(f"{path}: key {key} is not allowed; the file holds one sparse matrix")
-    return Found(load_npz(path))
+    return MatrixFile(load_npz(path))
 
 
-def _read_op4(path: Path, key: str | None) -> Found:
+def _read_op4(path: Path, key: str | None) -> MatrixFile:
     from pyyeti.nastran import op4
 
     return _picked(path, dict(op4.read(str(path), into="dct", sparse=True)), key)
@@ -265,7 +261,7 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     recognises: Callable[[bytes], bool] | None
-    read: Callable[..., Found]
+    read: Callable[..., MatrixFile]
     keyed: bool = False
 
 
@@ -295,7 +291,9 @@ def _format_of(path: Path) -> Format:
     return fitting[0]
 
 
-def read_matrix(path: Path | str, key: str | None = None, symmetric: bool | None = None) -> Found:
+def read_matrix(
+    path: Path | str, key: str | None = None, symmetric: bool | None = None
+) -> MatrixFile:
     """The real square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
 
     Parameters
@@ -322,28 +320,25 @@ def read_matrix(path: Path | str, key: str | None = None, symmetric: bool | None
         if key is not None and not form.keyed:
             keyed = ", ".join(one.name for one in FORMATS if one.keyed)
             raise InputError(f"{path}: key {key} is not allowed; {keyed} files hold keys")
-        found = form.read(path, key) if form.keyed else form.read(path)
-        complete = _complete(path, _checked(path, found.matrix), found, symmetric)
-        return Found(complete, found.labels, found.open_ended)
+        file = form.read(path, key) if form.keyed else form.read(path)
+        matrix = _checked(path, file.matrix)
+        return replace(file, matrix=_complete(path, matrix, file, symmetric), symmetric=False)
     except InputError:
         raise
     except ImportError as error:
-        raise InputError(
-            f"{path}: reading {name} needs the package {error.name}, which is not installed"
-        ) from None
+        words = f"reading {name} needs the package {error.name}, which is not installed"
     except MemoryError:
-        raise InputError(f"{path}: the matrix is too large for this machine's memory") from None
+        words = "the matrix is too large for this machine's memory"
     except Exception as error:  # each library has its own words for a broken file
-        if reason := getattr(error, "strerror", None):
-            raise InputError(
-                f"{path}: cannot be read ({reason}); the name of a matrix file is allowed"
-            ) from None
         lines = str(error).strip().splitlines() or [type(error).__name__]
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
-        raise InputError(f"{path}: {words}") from None
+        if reason := getattr(error, "strerror", None):
+            words = f"cannot be read ({reason}); the name of a matrix file is allowed"
+    raise InputError(f"{path}: {words}")
 
 
 def _checked(path: Path, given: Any) -> Any:
+    """The matrix, canonical, if it is square, real and finite. Raises InputError."""
     if issparse(given):
         given.check_format(full_check=True)  # SciPy trusts the indices of a file
     matrix = csc_array(given)
@@ -361,18 +356,18 @@ def _checked(path: Path, given: Any) -> Any:
 
 def _canonical(matrix: Any) -> Any:
     """A copy as CSC array of doubles, sorted, every place once and no zeros."""
-    found = csc_array(matrix, dtype=float, copy=True)
-    found.sum_duplicates()
-    found.eliminate_zeros()
-    return found
+    copy = csc_array(matrix, dtype=float, copy=True)
+    copy.sum_duplicates()
+    copy.eliminate_zeros()
+    return copy
 
 
-def _complete(path: Path, matrix: Any, found: Found, symmetric: bool | None) -> Any:
+def _complete(path: Path, matrix: Any, file: MatrixFile, symmetric: bool | None) -> Any:
     """The matrix with its other triangle where it stands for that too. Raises InputError."""
-    said = found.symmetric if symmetric is None else symmetric
-    one = _one_sided(csc_array(found.matrix))  # a zero that is written is an entry too
-    if said is None and one and matrix.nnz > np.count_nonzero(matrix.diagonal()):
-        if found.labels is None or not _as_abaqus_writes(matrix, np.array(found.labels)[:, 0]):
+    said = file.symmetric if symmetric is None else symmetric
+    one_sided = _one_sided(csc_array(file.matrix))  # a zero that is written is an entry too
+    if said is None and one_sided and matrix.nnz > np.count_nonzero(matrix.diagonal()):
+        if file.labels is None or not _as_abaqus_writes(matrix, np.array(file.labels)[:, 0]):
             raise InputError(
                 f"{path}: all entries stand on one side of the diagonal, and nothing says whether "
                 "they stand for the other side too; the key symmetric: true or symmetric: false "
@@ -386,7 +381,7 @@ def _complete(path: Path, matrix: Any, found: Found, symmetric: bool | None) -> 
             stacklevel=3,
         )
         said = True
-    if said and one:
+    if said and one_sided:
         return _mirrored(matrix)
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError(f"{path}: is not symmetric; symmetric: true is not allowed")
@@ -409,27 +404,27 @@ def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
     return positive and bool(np.any(nodes[rows[off]] != nodes[columns[off]]))
 
 
-def aligned(matrices: Sequence[Found]) -> list[Any]:
+def aligned(files: Sequence[MatrixFile]) -> list[Any]:
     """The matrices on common rows: by their labels where they have them, else as they stand.
 
     A matrix whose file does not tell its size gets the size of the largest; those with labels are
     placed among all (node, degree of freedom) that occur. Raises InputError if both kinds meet.
     """
-    if not any(m.labels for m in matrices):
-        n = max(m.matrix.shape[0] for m in matrices)
-        result = [csc_array(m.matrix) for m in matrices]
-        for m, matrix in zip(matrices, result, strict=True):
-            if m.open_ended:
+    if not any(file.labels for file in files):
+        n = max(file.matrix.shape[0] for file in files)
+        result = [csc_array(file.matrix) for file in files]
+        for file, matrix in zip(files, result, strict=True):
+            if file.open_ended:
                 matrix.resize((n, n))
         return result
-    if not all(m.labels for m in matrices):
+    if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
-    every = sorted({label for m in matrices for label in m.labels or ()})
+    every = sorted({label for file in files for label in file.labels or ()})
     place = {label: i for i, label in enumerate(every)}
     placed = []
-    for m in matrices:
-        rows = np.array([place[label] for label in m.labels or ()])
-        entries = m.matrix.tocoo()
+    for file in files:
+        rows = np.array([place[label] for label in file.labels or ()])
+        entries = file.matrix.tocoo()
         where = (rows[entries.row], rows[entries.col])
         placed.append(coo_array((entries.data, where), shape=(len(every), len(every))).tocsc())
     return placed

@@ -26,17 +26,18 @@ from squeal.model.contact import (
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.schema.keys import Group, Key
-from squeal.schema.place import Place, shown
 from squeal.schema.values import (
     FILE,
     Angle,
     Instance,
     Number,
+    Place,
     Row,
     Square,
     Whole,
     Word,
     Words,
+    shown,
     takes,
     warn_of_degrees,
 )

@@ -28,14 +28,25 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.document import read_document
-from squeal.io.matrices import FORMATS, Found, aligned, read_matrix
+from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
 from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
 from squeal.linear.matrices import reduce
 from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema.keys import Group, Key
-from squeal.schema.place import Place
-from squeal.schema.values import FILE, Flag, Kind, Named, Number, Numbers, Row, Square, Text, takes
+from squeal.schema.values import (
+    FILE,
+    FLAG,
+    NOT_NEGATIVE,
+    TEXT,
+    Kind,
+    Name,
+    Numbers,
+    Place,
+    Row,
+    Square,
+    takes,
+)
 
 PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not
@@ -45,22 +56,22 @@ POWER = 9  # of the parameter in the short form
 SUFFIXES = ", ".join(suffix for one in FORMATS for suffix in one.suffixes)
 COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
-OTHERS = ("4", "5", "6", "rx", "ry", "rz", "-")  # rotations, and what has no place in space
+# rotations, and what has no place in space
+DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), -1)
 
 # fmt: off
 TERM = Group({
-    "file": Key(f"matrix file beside this one ({SUFFIXES})", Text()),
-    "key": Key("which matrix of a .mat, .npz or .op4 file", Text(), default="the only one"),
+    "file": Key(f"matrix file beside this one ({SUFFIXES})", TEXT),
+    "key": Key("which matrix of a .mat, .npz or .op4 file", TEXT, default="the only one"),
     "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
     "symmetric": Key(
         "whether entries on one side of the diagonal stand for the other side too",
-        Flag(), default="what the file says"),
-    "factor": Key(f"what it is multiplied with: {ALLOWED}", Text(), default="1"),
+        FLAG, default="what the file says"),
+    "factor": Key(f"what it is multiplied with: {ALLOWED}", TEXT, default="1"),
 })
 # fmt: on
 
 
-@dataclass(frozen=True)
 class Part(Kind):
     """A matrix of the system: its rows, a term, or a list of terms, as mappings of `TERM`."""
 
@@ -80,13 +91,13 @@ class Part(Kind):
     def _term(self, value: Any, at: Place) -> dict[str, Any]:
         if isinstance(value, dict) and isinstance(value.get("factor"), int | float):
             value = value | {"factor": repr(value["factor"])}
-        found = TERM.read(value, at)
-        if ("file" in found) == ("matrix" in found):
+        term = TERM.read(value, at)
+        if ("file" in term) == ("matrix" in term):
             raise at.refuse("it must hold one of file and matrix")
         for name in ("key", "symmetric"):
-            if name in found and "file" not in found:
-                raise (at / name).unused(found[name], "a matrix without a file")
-        return found
+            if name in term and "file" not in term:
+                raise (at / name).unused(term[name], "a matrix without a file")
+        return term
 
     def schema(self) -> dict[str, Any]:
         one = TERM.schema()
@@ -96,10 +107,6 @@ class Part(Kind):
         return {"anyOf": [Square(most=MOST_ROWS).schema(), one, terms]}
 
 
-NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
-
-
-@dataclass(frozen=True)
 class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
 
@@ -107,12 +114,11 @@ class Ratios(Kind):
         return "a number of at least 0, or a list of them"
 
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
-        """The number or the numbers. Raises InputError."""
-        if isinstance(value, list):
-            if not value:
-                raise at.must_be(value, self.allowed())
-            return tuple(NOT_NEGATIVE.read(one, at / str(i)) for i, one in enumerate(value, 1))
-        return NOT_NEGATIVE.read(value, at)
+        if not isinstance(value, list):
+            return NOT_NEGATIVE.read(value, at)
+        if not value:
+            raise at.must_be(value, self.allowed())
+        return tuple(NOT_NEGATIVE.read(one, at / str(i)) for i, one in enumerate(value, 1))
 
     def schema(self) -> dict[str, Any]:
         each = NOT_NEGATIVE.schema()
@@ -120,16 +126,19 @@ class Ratios(Kind):
 
 
 # fmt: off
+_OF_BOTH = {
+    "name": Key("what the system is called", TEXT, default="the name of the file"),
+    "reference": Key("where it is from", TEXT, default="empty"),
+}
 DAMPING = Group({
     "rayleigh": Key("alpha and beta: C gains alpha M + beta K", Row(2, NOT_NEGATIVE), "1/s, s"),
     "ratios": Key("damping ratios of the modes without friction", Ratios(), "1"),
     "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
 })
 SYSTEM = Group({
-    "name": Key("what the system is called", Text(), default="the name of the file"),
-    "reference": Key("where it is from", Text(), default="empty"),
+    **_OF_BOTH,
     "parameters": Key("named numbers", Numbers(), default="none"),
-    "parameter": Key("the one that is swept", Named(), default="mu"),
+    "parameter": Key("the one that is swept", Name(), default="mu"),
     "M": Key("mass", Part(), required=True),
     "C": Key("damping and gyroscopic forces", Part(), default="none"),
     "K": Key("stiffness, friction included", Part(), required=True),
@@ -137,7 +146,7 @@ SYSTEM = Group({
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
         "a table with the columns node, dof, x, y, z, a line for each row; for mode shapes",
-        Group({"file": Key("a .csv file", Text(), required=True)}, owner="coordinates"),
+        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
         default="none"),
 }, owner="every system")
 # fmt: on
@@ -145,19 +154,16 @@ SYSTEM = Group({
 
 def short_keys(count: int | None) -> Group:
     """The keys of the short form, for matrices with so many rows."""
-    found = {
-        "name": Key("what the system is called", Text(), default="the name of the file"),
-        "reference": Key("where it is from", Text(), default="empty"),
-        "parameter": Key("what the free parameter is called", Text(), default="mu"),
+    keys = _OF_BOTH | {
+        "parameter": Key("what the free parameter is called", TEXT, default="mu"),
         "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
     }
     for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness")):
+        meaning = f"{what}: what is multiplied with that power of the parameter"
         for power in range(POWER + 1):
-            needed = (letter, power) == ("K", 0)
-            meaning = f"{what}: what is multiplied with that power of the parameter"
-            kind, default = Square(count, "M"), "" if needed else "0"
-            found[f"{letter}{power}"] = Key(meaning, kind, required=needed, default=default)
-    return Group(found, owner="every system")
+            keys[f"{letter}{power}"] = Key(meaning, Square(count, "M"), default="0")
+    keys["K0"] = Key(keys["K0"].meaning, Square(count, "M"), required=True)
+    return Group(keys, owner="every system")
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +186,8 @@ class Coordinates:
     def displacements(self, shape: NDArray) -> NDArray:
         """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
         moved = np.zeros((len(self.places), 3), dtype=np.asarray(shape).dtype)
-        kept = self.directions >= 0
-        moved[self.nodes[kept], self.directions[kept]] = np.asarray(shape)[kept]
+        moving = self.directions >= 0
+        moved[self.nodes[moving], self.directions[moving]] = np.asarray(shape)[moving]
         return moved
 
 
@@ -191,37 +197,37 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
     dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
     not move a node in space. Raises InputError.
     """
+    at = Place(str(path))
     try:
         with path.open(encoding="utf-8", newline="") as stream:
             table = list(csv.DictReader(stream, skipinitialspace=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is no UTF-8 table"
-        raise InputError(
-            f"{path}: cannot be read ({reason}); the name of a .csv file is allowed"
-        ) from None
+        words = f"cannot be read ({reason}); the name of a .csv file is allowed"
+        raise at.refuse(words) from None
     heads = {name.strip().lower(): name for name in (table[0] if table else {}) if name}
     missing = [name for name in COLUMNS if name not in heads]
     if missing:
-        raise InputError(f"{path}: no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
+        raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
     if len(table) != rows:
-        raise InputError(f"{path}: {len(table)} lines; the system's {rows} rows need one each")
+        raise at.refuse(f"{len(table)} lines; the system's {rows} rows need one each")
     places: dict[str, tuple[float, ...]] = {}
     names, directions = [], []
-    for line, row in enumerate(table, 2):
-        node, way = ((row[heads[name]] or "").strip() for name in ("node", "dof"))
+    for number, line in enumerate(table, 2):
+        node, direction, *numbers = ((line[heads[name]] or "").strip() for name in COLUMNS)
+        direction = direction.lower()
         try:
-            place = tuple(float(row[heads[c]]) for c in "xyz")
-        except (TypeError, ValueError):
-            place = (np.nan,) * 3
-        if not node or not all(map(np.isfinite, place)):
-            raise InputError(f"{path}: line {line}: a node and three finite coordinates are needed")
-        way = way.lower()
-        if way not in DIRECTIONS and way not in OTHERS:
-            allowed = ", ".join((*DIRECTIONS, *OTHERS))
-            raise InputError(f"{path}: line {line}: dof {way} is not allowed; it must be {allowed}")
+            place = tuple(map(float, numbers))
+        except ValueError:
+            place = (np.nan,)
+        if not node or not np.isfinite(place).all():
+            raise at.refuse(f"line {number}: a node and three finite coordinates are needed")
+        if direction not in DIRECTIONS:
+            words = f"line {number}: dof {direction} is not allowed; it must be "
+            raise at.refuse(words + ", ".join(DIRECTIONS))
         places.setdefault(node, place)
         names.append(node)
-        directions.append(DIRECTIONS.get(way, -1))
+        directions.append(DIRECTIONS[direction])
     index = {node: i for i, node in enumerate(places)}
     nodes = np.array([index[node] for node in names])
     return Coordinates(nodes, np.array(directions), np.array(list(places.values())))
@@ -271,18 +277,16 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     if not is_general(document):
         return _short(document, at)
     given = SYSTEM.read(document, at)
+    read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
     terms: list[tuple[str, Place, dict[str, Any]]] = []
     for part in PARTS:
-        several = len(given.get(part, ())) > 1
-        for i, term in enumerate(given.get(part, ()), 1):
-            terms.append((part, at / part / str(i) if several else at / part, term))
-    seen: dict[Any, Found] = {}
-    matrices = [_matrix(term, here, folder, seen) for _, here, term in terms]
-    _compare_labels(at, [(part, m) for (part, *_), m in zip(terms, matrices, strict=True)])
-    try:
+        of_part = given.get(part, ())
+        for i, term in enumerate(of_part, 1):
+            terms.append((part, at / part / str(i) if len(of_part) > 1 else at / part, term))
+    matrices = [_matrix(term, here, folder, read) for _, here, term in terms]
+    _compare_labels(at, [part for part, *_ in terms], matrices)
+    with at.named():
         common = aligned(matrices)
-    except InputError as error:
-        raise at.refuse(str(error)) from None
     rows = common[0].shape[0]
     dense = rows <= MOST_ROWS and any(m.nnz > FULL * rows * rows for m in common)
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
@@ -290,32 +294,30 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     for (part, here, term), matrix in zip(terms, common, strict=True):
         if matrix.shape[0] != rows:
             raise here.refuse(
-                f"{_named(term)} of {matrix.shape[0]} rows is not allowed; it must have the "
-                f"{rows} rows of {_named(terms[0][2])} in M"
+                f"{_name_of(term)} of {matrix.shape[0]} rows is not allowed; it must have the "
+                f"{rows} rows of {_name_of(terms[0][2])} in M"
             )
         text = term.get("factor", "1")
         origins.append(TermOrigin(part, term.get("file", ""), text, matrix))
         parts[part].append(Term(matrix.toarray() if dense else matrix, _formula(text, here)))
-    inputs = list(dict.fromkeys(path for path, *_ in seen))
+    inputs = list(dict.fromkeys(path for path, *_ in read))
     coordinates = None
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
         coordinates = _read_coordinates(inputs[-1], rows)
-    try:
+    with at.named():
         own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
         M, C, K = (tuple(parts[part]) for part in PARTS)
         system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
-        system, held = without_supports(system)
-        if held.size:
+        system, supports = without_supports(system)
+        if supports.size:
             _warn(
                 at / "K",
-                f"{held.size} rows whose diagonal stands decades above all others are "
-                f"taken for supports and left out, the first is row {held[0] + 1}",
+                f"{supports.size} rows whose diagonal stands decades above all others are "
+                f"taken for supports and left out, the first is row {supports[0] + 1}",
             )
-            coordinates = coordinates and coordinates.without(held)
+            coordinates = coordinates and coordinates.without(supports)
         system = _damped(system, given.get("damping", {}), at)
-    except InputError as error:
-        raise at.refuse(str(error)) from None
     reference = given.get("reference", "")
     return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
 
@@ -331,17 +333,15 @@ def _short(document: dict[str, Any], at: Place) -> SystemFile:
     name, parameter = given.get("name") or Path(at.source).stem, given.get("parameter") or "mu"
     if not parameter.isidentifier() or iskeyword(parameter):
         parameter = "p"  # in formulas a parameter is a word
-    C, K = (_powers(given, letter, parameter, len(M)) for letter in "CK")
-    system = TermSystem((Term(M),), C, K, {}, parameter, name)
-    return SystemFile(system, given.get("reference", ""))
-
-
-def _powers(given: dict[str, Any], letter: str, parameter: str, n: int) -> tuple[Term, ...]:
-    """The terms of rising powers, up to the highest that is given."""
-    highest = max((k for k in range(POWER + 1) if f"{letter}{k}" in given), default=-1)
-    each = [np.array(given.get(f"{letter}{k}", np.zeros((n, n)))) for k in range(highest + 1)]
-    return tuple(
-        Term(X, Formula(f"{parameter}**{k}")) if k else Term(X) for k, X in enumerate(each)
+    parts: dict[str, tuple[Term, ...]] = {}
+    for letter in "CK":
+        powers = [k for k in range(POWER + 1) if f"{letter}{k}" in given]
+        each = (given.get(f"{letter}{k}", np.zeros_like(M)) for k in range(max([-1, *powers]) + 1))
+        formulas = (Formula(f"{parameter}**{k}" if k else "1") for k in range(POWER + 1))
+        parts[letter] = tuple(Term(np.array(X), f) for X, f in zip(each, formulas, strict=False))
+    return SystemFile(
+        TermSystem((Term(M),), parts["C"], parts["K"], {}, parameter, name),
+        given.get("reference", ""),
     )
 
 
@@ -349,14 +349,14 @@ def _warn(at: Place, words: str) -> None:
     warnings.warn(f"{at}: {words}", InputWarning, stacklevel=3)
 
 
-def _compare_labels(at: Place, named: Sequence[tuple[str, Found]]) -> None:
+def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> None:
     """Warn of rows (node, dof) that M or K alone have."""
-    found = {
-        part: {label for p, m in named if p == part for label in m.labels or ()} for part in "MK"
-    }
+    labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
+    for part, matrix in zip(parts, matrices, strict=True):
+        labels[part].update(matrix.labels or ())
     for part, other in ("MK", "KM"):
-        alone = sorted(found[part] - found[other])
-        if alone and found[other]:
+        alone = sorted(labels[part] - labels[other])
+        if alone and labels[other]:
             node, dof = alone[0]
             _warn(
                 at,
@@ -382,28 +382,26 @@ def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSyste
     return system
 
 
-def _named(term: dict[str, Any]) -> str:
+def _name_of(term: dict[str, Any]) -> str:
     return f"file {term['file']}" if "file" in term else "the matrix"
 
 
 def _formula(text: str, at: Place) -> Formula:
     place = at / "factor"
-    try:
-        found = Formula(text, str(place))
-    except InputError as error:
-        raise place.refuse(str(error)) from None
-    if not found.names:
-        found.value({})
-    return found
+    with place.named():
+        formula = Formula(text, str(place))
+    if not formula.names:
+        formula.value({})
+    return formula
 
 
-def _matrix(term: dict[str, Any], at: Place, folder: Path, seen: dict[Any, Found]) -> Found:
+def _matrix(
+    term: dict[str, Any], at: Place, folder: Path, read: dict[Any, MatrixFile]
+) -> MatrixFile:
     if "matrix" in term:
-        return Found(csc_array(np.array(term["matrix"])))
+        return MatrixFile(csc_array(np.array(term["matrix"])))
     wanted = folder / term["file"], term.get("key"), term.get("symmetric")
-    if wanted not in seen:
-        try:
-            seen[wanted] = read_matrix(*wanted)
-        except InputError as error:
-            raise (at / "file").refuse(str(error)) from None
-    return seen[wanted]
+    if wanted not in read:
+        with (at / "file").named():
+            read[wanted] = read_matrix(*wanted)
+    return read[wanted]

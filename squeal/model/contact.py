@@ -33,8 +33,7 @@ from squeal.model.pad import (
     gaps,
 )
 from squeal.schema.keys import Group, Key
-from squeal.schema.place import Place
-from squeal.schema.values import Whole, Word
+from squeal.schema.values import Place, Whole, Word
 
 LineForce = Literal["integral", "mean"]
 DeltaFrom = Literal["centre", "frame"]

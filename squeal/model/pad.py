@@ -24,7 +24,7 @@ import numpy as np
 from squeal.numerics import differentiation as dual
 from squeal.schema import values
 from squeal.schema.keys import Key, check_needs, listed
-from squeal.schema.place import Place
+from squeal.schema.values import Place
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 Number = Any  # a float, complex, array, mpmath number or heyoka expression

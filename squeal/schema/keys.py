@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from squeal.schema.place import Place
-from squeal.schema.values import Kind
+from squeal.schema.values import Kind, Place
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ class Group(Kind):
         if self.only_one and len(value) != 1:
             each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for name, key in self.keys.items():
             here = at / name
             if name not in value:
@@ -77,9 +76,9 @@ class Group(Kind):
             elif not key.used_by(model):
                 raise here.unused(value[name], f"model {model}")
             else:
-                found[name] = key.kind.read(value[name], here, model)
-        check_needs(self.keys, found, at)
-        return found
+                values[name] = key.kind.read(value[name], here, model)
+        check_needs(self.keys, values, at)
+        return values
 
     def find(
         self, name: str, at: Place, allowed: Iterable[str] = ()
@@ -105,24 +104,20 @@ class Group(Kind):
     def schema(self, model: str = "") -> dict[str, Any]:
         """An object that holds no other keys than those that the model uses."""
         used = {name: key for name, key in self.keys.items() if key.used_by(model)}
-        found: dict[str, Any] = {
-            "type": "object",
-            "additionalProperties": False,
-            "properties": {name: _described(key, model) for name, key in used.items()},
+        described = {name: _described(key, model) for name, key in used.items()}
+        needed = {name: key.unless for name, key in used.items() if key.required}
+        always = [name for name, other in needed.items() if other not in used]
+        either = [[name, other] for name, other in needed.items() if other in used]
+        parts: dict[str, Any] = {
+            "required": always,
+            "allOf": [{"anyOf": [{"required": [name]} for name in pair]} for pair in either],
+            "dependentRequired": {n: list(key.needs) for n, key in used.items() if key.needs},
         }
-        needed = [name for name, key in used.items() if key.required]
-        either = [[name, used[name].unless] for name in needed if used[name].unless in used]
-        needed = [name for name in needed if used[name].unless not in used]
-        if needed:
-            found["required"] = needed
-        if either:
-            found["allOf"] = [{"anyOf": [{"required": [n]} for n in pair]} for pair in either]
-        beside = {name: list(key.needs) for name, key in used.items() if key.needs}
-        if beside:
-            found["dependentRequired"] = beside
+        form: dict[str, Any] = {"type": "object", "additionalProperties": False}
+        form |= {"properties": described} | {word: part for word, part in parts.items() if part}
         if self.only_one:
-            found |= {"minProperties": 1, "maxProperties": 1}
-        return {"anyOf": [found, self.keys[self.short].kind.schema()]} if self.short else found
+            form |= {"minProperties": 1, "maxProperties": 1}
+        return {"anyOf": [form, self.keys[self.short].kind.schema()]} if self.short else form
 
 
 def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) -> None:

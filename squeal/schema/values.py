@@ -4,24 +4,29 @@ The same record serves a file (`read`: from YAML to the value) and a Python reco
 value as it stands), so both refuse with the same sentence.
 """
 
+from __future__ import annotations
+
 import inspect
 import math
 import os
 import re
+import reprlib
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
 from numbers import Integral
-from typing import Any, ClassVar, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from squeal.errors import InputWarning
-from squeal.schema.place import Place, shown
+from squeal.errors import InputError, InputWarning
 
 P = ParamSpec("P")
 T = TypeVar("T")
+_SHORT = reprlib.Repr()  # aliases can make a short file mean a value of any size
+_SHORT.maxstring = _SHORT.maxother = 200
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
@@ -29,23 +34,57 @@ _PLAIN = (int, float, np.integer, np.floating)
 _NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
 
 
+class Place:
+    """Where a value stands: a file or record and the dotted key in it, for messages."""
+
+    def __init__(self, source: str, *path: str) -> None:
+        self.source, self.path = source, path
+
+    def __truediv__(self, key: object) -> Place:
+        word = str(key)
+        return Place(self.source, *self.path, word if word.isprintable() else repr(word))
+
+    def __str__(self) -> str:
+        return f"{self.source}: {'.'.join(self.path)}" if self.path else self.source
+
+    def refuse(self, message: str) -> InputError:
+        """An InputError whose message starts with source and key."""
+        return InputError(f"{self}: {message}")
+
+    def must_be(self, value: Any, allowed: str) -> InputError:
+        """The InputError of a value that is not what is allowed."""
+        return self.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
+
+    def unused(self, value: Any, owner: str) -> InputError:
+        """The InputError of a value that is given in vain."""
+        return self.refuse(f"{shown(value)} is not allowed; {owner} does not use it, leave it out")
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Let what is refused meanwhile begin with this place."""
+        try:
+            yield
+        except InputError as error:
+            raise self.refuse(str(error)) from None
+
+
+def shown(value: Any) -> str:
+    """A short printable form of a refused value."""
+    plain = isinstance(value, (str, list, dict, set, tuple))
+    text = _SHORT.repr(value) if plain else " ".join(str(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 class Kind:
-    """What all kinds of values offer: each says what it allows, and describes and reads it.
-
-    A kind without parameters states `words` (to follow "it must be") and its JSON schema as
-    `form`; any other overrides `allowed` and `schema`.
-    """
-
-    words: ClassVar[str] = ""
-    form: ClassVar[Mapping[str, Any]] = {}
+    """What all kinds of values offer: each says what it allows, describes and reads it."""
 
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
-        return self.words
+        raise NotImplementedError
 
     def schema(self) -> dict[str, Any]:
         """The JSON schema of the value in a file."""
-        return dict(self.form)
+        raise NotImplementedError
 
     def convert(self, value: Any) -> Any:
         """The value of a file as it is used, None where it is not allowed."""
@@ -53,10 +92,10 @@ class Kind:
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
-        found = self.convert(value)
-        if found is None:
+        result = self.convert(value)
+        if result is None:
             raise at.must_be(value, self.allowed())
-        return found
+        return result
 
 
 @dataclass(frozen=True)
@@ -119,12 +158,14 @@ class Number(Kind):
         return float(value) if isinstance(value, _PLAIN) and self.admits(value) else None
 
     def schema(self) -> dict[str, Any]:
-        found: dict[str, Any] = {"type": "number"}
-        if self.low > -math.inf:
-            found["minimum" if self.low_allowed else "exclusiveMinimum"] = self.low
-        if self.high < math.inf:
-            found["maximum" if self.high_allowed else "exclusiveMaximum"] = self.high
-        return found
+        ends = {
+            "minimum" if self.low_allowed else "exclusiveMinimum": self.low,
+            "maximum" if self.high_allowed else "exclusiveMaximum": self.high,
+        }
+        return {"type": "number"} | {word: end for word, end in ends.items() if math.isfinite(end)}
+
+
+NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
 
 
 @dataclass(frozen=True)
@@ -152,12 +193,8 @@ class Angle(Number):
 def warn_of_degrees(value: Any, at: Place) -> None:
     """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
     if isinstance(value, int | float) and abs(value) > 2 * math.pi:
-        warnings.warn(
-            f"{at}: {value:g} rad is more than a full turn; if degrees are meant, write "
-            f"{value / 180:.6g}*pi",
-            InputWarning,
-            stacklevel=2,
-        )
+        words = f"{at}: {value:g} rad is more than a full turn; if degrees are meant, write "
+        warnings.warn(f"{words}{value / 180:.6g}*pi", InputWarning, stacklevel=2)
 
 
 @dataclass(frozen=True)
@@ -213,52 +250,59 @@ class Words(Word):
         return {"type": "array", "items": super().schema()}
 
 
-class Text(Kind):
-    """Free text."""
+@dataclass(frozen=True)
+class Instance(Kind):
+    """An object of a class, or of one of several; `named` says which, `form` is its schema."""
 
-    words = "text"
-    form: ClassVar = {"type": "string"}
+    kind: type | tuple[type, ...]
+    named: str
+    form: Mapping[str, Any] = field(default_factory=dict)
 
-    def convert(self, value: Any) -> str | None:
-        return value if isinstance(value, str) else None
+    def allowed(self) -> str:
+        return self.named
+
+    def schema(self) -> dict[str, Any]:
+        return dict(self.form)
+
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
+        if not isinstance(value, self.kind):
+            raise at.must_be(value, self.named)
+        return value
 
 
-class Flag(Kind):
-    """true or false."""
-
-    words = "true or false"
-    form: ClassVar = {"type": "boolean"}
-
-    def convert(self, value: Any) -> bool | None:
-        return value if isinstance(value, bool) else None
+TEXT = Instance(str, "text", {"type": "string"})
+FLAG = Instance(bool, "true or false", {"type": "boolean"})
+FILE = Instance((str, os.PathLike), "the path of a file")
 
 
-class Named(Kind):
+class Name(Kind):
     """A name: letters, digits and underscores, no digit first."""
 
-    words = "a name of letters, digits and underscores"
-    form: ClassVar = {"type": "string", "pattern": f"^{_NAME.pattern}$"}
+    def allowed(self) -> str:
+        return "a name of letters, digits and underscores"
 
     def convert(self, value: Any) -> str | None:
         return value if isinstance(value, str) and _NAME.fullmatch(value) else None
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
 
 
 class Numbers(Kind):
     """A mapping of names to finite numbers."""
 
-    words = "a mapping of names to finite numbers"
-    form: ClassVar = {
-        "type": "object",
-        "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
-        "additionalProperties": Number().schema(),
-    }
+    def allowed(self) -> str:
+        return "a mapping of names to finite numbers"
 
     def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
         if not isinstance(value, dict):
-            raise at.must_be(value, self.words)
-        for name in value:
-            Named().read(name, at)
-        return {name: Number().read(one, at / name) for name, one in value.items()}
+            raise at.must_be(value, self.allowed())
+        return {Name().read(name, at): Number().read(v, at / name) for name, v in value.items()}
+
+    def schema(self) -> dict[str, Any]:
+        names = {"pattern": f"^{_NAME.pattern}$"}
+        each = Number().schema()
+        return {"type": "object", "propertyNames": names, "additionalProperties": each}
 
 
 @dataclass(frozen=True)
@@ -274,11 +318,11 @@ class Row(Kind):
     def convert(self, value: Any) -> tuple[float, ...] | None:
         if not isinstance(value, list | tuple) or len(value) != self.count:
             return None
-        found = tuple(self.each.convert(entry) for entry in value)
-        return None if None in found else found  # type: ignore[return-value]
+        entries = tuple(self.each.convert(entry) for entry in value)
+        return None if None in entries else entries  # type: ignore[return-value]
 
     def schema(self) -> dict[str, Any]:
-        return _array(self.each.schema(), self.count)
+        return _array(self.each.schema(), self.count, self.count)
 
 
 @dataclass(frozen=True)
@@ -308,31 +352,12 @@ class Square(Kind):
         return tuple(tuple(Number().read(v, at / n) for v in row) for n, row in rows.items())
 
     def schema(self) -> dict[str, Any]:
-        if self.count:
-            return _array(Row(self.count).schema(), self.count)
-        row = {"type": "array", "items": Number().schema(), "minItems": 1, "maxItems": self.most}
-        return row | {"items": row}
+        low, high = (self.count, self.count) if self.count else (1, self.most)
+        return _array(_array(Number().schema(), low, high), low, high)
 
 
-def _array(items: dict[str, Any], count: int) -> dict[str, Any]:
-    return {"type": "array", "items": items, "minItems": count, "maxItems": count}
-
-
-# arguments of functions, refused with the same words
-
-
-@dataclass(frozen=True)
-class Instance(Kind):
-    """An object of a class, or of one of several; `named` says which."""
-
-    kind: type | tuple[type, ...]
-    named: str
-
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
-        """The object. Raises InputError."""
-        if not isinstance(value, self.kind):
-            raise at.must_be(value, self.named)
-        return value
+def _array(items: dict[str, Any], low: int, high: int) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": low, "maxItems": high}
 
 
 @dataclass(frozen=True)
@@ -343,18 +368,17 @@ class Several(Kind):
     named: str
     count: int = 0
 
+    def allowed(self) -> str:
+        return self.named
+
     def read(self, value: Any, at: Place, model: str = "") -> tuple[Any, ...]:
-        """The entries as a tuple. Raises InputError."""
         try:
-            found = () if isinstance(value, str) else tuple(value)
+            entries = () if isinstance(value, str) else tuple(value)
         except TypeError:
-            found = ()
-        if not found or (self.count and len(found) != self.count):
+            entries = ()
+        if not entries or (self.count and len(entries) != self.count):
             raise at.must_be(value, self.named)
-        return tuple(self.each.read(one, at) for one in found)
-
-
-FILE = Instance((str, os.PathLike), "the path of a file")
+        return tuple(self.each.read(one, at) for one in entries)
 
 
 def takes(**kinds: Kind) -> Callable[[Callable[P, T]], Callable[P, T]]:

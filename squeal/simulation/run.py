@@ -19,8 +19,7 @@ from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation, takes
 from squeal.io.writing import plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.schema.place import Place
-from squeal.schema.values import Word
+from squeal.schema.values import Place, Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
 from squeal.simulation.observers import Events, Extrema, History, Progress, Shares, Sliding
 from squeal.simulation.response import Response, Watch

@@ -97,7 +97,7 @@ def test_friction_that_falls_with_speed_is_no_plain_gain():
     document = scene_of("b1-a").to_dict()
     document["parameters"] = {k: v for k, v in document["parameters"].items() if k != "mu"} | text
     from squeal.io.scene import Scene
-    from squeal.schema.place import Place
+    from squeal.schema.values import Place
 
     falling = Scene.from_dict(document, Place("falling"))
     with pytest.raises(ComputationError, match="no plain gain"):

@@ -11,7 +11,7 @@ from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.schema.place import Place
+from squeal.schema.values import Place
 
 PAD = {
     **{"m": 1.6, "w": 0.025, "h": 0.019, "k1": 3.9e6, "k2": 1.06e6, "k_c": 1.56e6, "L1": 0.23},

@@ -9,7 +9,7 @@ from squeal.io.document import DEEPEST, named_files, parse_document, read_docume
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
-from squeal.schema.place import Place
+from squeal.schema.values import Place
 
 VALUES = {
     "m": "1.0",

@@ -14,7 +14,7 @@ from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import Dual
-from squeal.schema.place import Place
+from squeal.schema.values import Place
 from tests.io.test_scene import FALLING, text
 
 BASIC: dict[str, Any] = {

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import available_memory
 from squeal.linear.system import TermSystem
-from squeal.schema.place import Place
-from squeal.schema.values import Instance, Row, Whole
+from squeal.schema.values import Instance, Place, Row, Whole
 from squeal.sparse.argument_principle import Disc, Rectangle, band
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
