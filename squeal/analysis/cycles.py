@@ -16,7 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.answer import Answer, Column, Table, number
 from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
 from squeal.model.pad import PARAMETERS
-from squeal.schema.place import Place
+from squeal.schema.values import Place
 from squeal.simulation.cycles import Cycle, Measures, Shooting
 from squeal.simulation.observers import Extrema, Sliding
 from squeal.simulation.run import in_natural_units

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import yaml
 
@@ -32,8 +32,6 @@ class _Loader(yaml.SafeLoader):
     It refuses what is nested too deeply as soon as it meets it, and constructs nothing.
     """
 
-    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
-
     def fetch_flow_collection_start(self, kind: Any) -> None:
         self._refuse_depth(self.flow_level)
         super().fetch_flow_collection_start(kind)
@@ -47,6 +45,7 @@ class _Loader(yaml.SafeLoader):
             raise _refused(f"nested more than {DEEPEST} times", self.get_mark())
 
 
+_Loader.yaml_implicit_resolvers = {}
 for _name, _pattern, _first, _ in _SCALARS:
     _starts = [*_first, *([""] if _name == "null" else [])]
     _Loader.add_implicit_resolver(_TAG + _name, re.compile(f"^(?:{_pattern})$"), _starts)

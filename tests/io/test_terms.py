@@ -8,8 +8,8 @@ from scipy.sparse import csc_array, save_npz
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.document import read_document
-from squeal.io.documentation import system_schema
 from squeal.io.system import is_general, read_system
+from workflow.release.keys import system_schema
 
 M = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 K0 = np.array([[9.0, -1.0, 0.0], [-1.0, 8.0, -2.0], [0.0, -2.0, 7.0]])

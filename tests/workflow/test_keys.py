@@ -5,7 +5,6 @@ from jsonschema import Draft202012Validator as Validator
 
 from squeal.errors import InputError
 from squeal.io.document import read_document
-from squeal.io.documentation import documents, scene_schema, system_schema
 from squeal.io.provenance import ROOT as PACKAGE
 from squeal.io.scene import read_scene
 from squeal.io.system import read_system
@@ -13,8 +12,9 @@ from squeal.model.contact import MODELS
 from tests.conftest import ROOT, SCENES
 from tests.io.test_scene import text
 from tests.io.test_system import GOOD
+from workflow.release.keys import documents, scene_schema, system_schema
 
-COMMAND = "python -m squeal.io.documentation docs"
+COMMAND = "python -m workflow.release.keys docs"
 
 
 @pytest.mark.parametrize(("name", "content"), list(documents()))

@@ -1,6 +1,6 @@
 """The table of keys as a page for people and as JSON schemas for editors.
 
-`python -m squeal.io.documentation docs` writes them anew; a test says whether they are current.
+`python -m workflow.release.keys docs` writes them anew; a test says whether they are current.
 """
 
 import sys
@@ -18,7 +18,7 @@ _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _INTRODUCTION = """\
 # Scene and system files
 
-Written by `python -m squeal.io.documentation docs` from the table that also reads the files;
+Written by `python -m workflow.release.keys docs` from the table that also reads the files;
 `scene.schema.json` and `system.schema.json` beside it are the same for editors that complete and
 check YAML while you type.
 
