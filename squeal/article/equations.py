@@ -24,7 +24,7 @@ def stiffness(pad: Pad, printed: bool = False, angles: Any = None) -> np.ndarray
 
 
 class Bounds(NamedTuple):
-    """Friction bounds (23a, b) and whether mu meets both, as printed and with signs followed.
+    """Friction bounds (23a, b) and whether mu meets both, as printed and with correct signs.
 
     `as_printed`: mu < K11/K21 and mu < K31/(h K21). `sign_aware`: R_n > 0 in each pair of rows of
     Eq. (21) with y = theta = delta = 0, that is mu K21/K11 < 1 and mu h K21/K31 < 1.
@@ -59,7 +59,7 @@ def bounds(pad: Pad, angles: Any = None) -> Bounds:
 
 
 class Readings(Record):
-    """Share of the map where (23a, b) hold as printed, and with signs followed."""
+    """Share of the map where (23a, b) hold as printed, and with correct signs."""
 
     as_printed: Share
     sign_aware: Share
@@ -86,8 +86,8 @@ class QuasiStaticMap:
 def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
     """Both readings of Eqs. (23a, b) at the middles of n x n equal cells of (0, pi)^2."""
     angles = math.pi * (np.arange(n) + 0.5) / n
-    found = bounds(pad, tuple(np.meshgrid(angles, angles, indexing="ij")))
-    return QuasiStaticMap(angles, np.asarray(found.as_printed), np.asarray(found.sign_aware))
+    limits = bounds(pad, tuple(np.meshgrid(angles, angles, indexing="ij")))
+    return QuasiStaticMap(angles, np.asarray(limits.as_printed), np.asarray(limits.sign_aware))
 
 
 def spring_stiffness(pad: Pad, angles: Any = None) -> np.ndarray:

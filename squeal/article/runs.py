@@ -21,20 +21,20 @@ class StoredSummary(Summary):
     def read(cls, file: Path) -> Self:
         """What `squeal simulate --json` printed.
 
-        Raises InputError if it lacks what the scene's outputs must have asked for.
+        Raises InputError if it lacks what the scene's outputs must contain.
         """
-        found = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
         for key in ("events", "shares", "extrema"):
-            if key not in found:
+            if key not in content:
                 raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
         return cls(
             name=file.stem,
-            model=found["model"],
-            shares=found["shares"],
-            stop=found["final"]["t"],
-            events=tuple(Event(e["t"], e["from"], e["to"]) for e in found["events"]),
-            extrema={key: ends and (ends[0], ends[1]) for key, ends in found["extrema"].items()},
-            provenance=Provenance.from_dict(found["provenance"]),
+            model=content["model"],
+            shares=content["shares"],
+            stop=content["final"]["t"],
+            events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
+            extrema={key: ends and (ends[0], ends[1]) for key, ends in content["extrema"].items()},
+            provenance=Provenance.from_dict(content["provenance"]),
         )
 
 

@@ -8,7 +8,7 @@ import pytest
 from squeal.article.claims import CLAIMS
 from squeal.article.identify import search as searching
 from squeal.article.identify.judging import INDEPENDENT, distance, margins
-from squeal.article.identify.search import Found, allowed, arrays, judged, search
+from squeal.article.identify.search import SearchResult, allowed, arrays, judged, search
 from squeal.article.identify.space import DIMENSIONS, NAMES, decode, scenes_of, starts
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.studies import baseline
@@ -55,7 +55,7 @@ def test_many_sets_are_judged_as_one_is():
     points = np.random.default_rng(3).uniform(size=(3, len(NAMES)))
     numbers = {name: np.append(v, CHOICE[name]) for name, v in decode(points).items()}
     table, whole = margins(numbers, CONSISTENT)
-    alone = judged(Found(CHOICE, 0.0, 1), CONSISTENT)
+    alone = judged(SearchResult(CHOICE, 0.0, 1), CONSISTENT)
     assert whole[-1]
     for many, one in zip(table[-1].tolist(), alone, strict=True):
         # calm is not measured of many, peaks are from coarser samples
@@ -129,7 +129,7 @@ def test_written_scenes_are_the_set_in_si_units(tmp_path, formulation):
 
 @needs_heyoka
 def test_the_command_writes_what_it_found(monkeypatch, tmp_path, capsys):
-    found = Found(CHOICE, 5.0, 1, 1, 100)
+    found = SearchResult(CHOICE, 5.0, 1, 1, 100)
     monkeypatch.setattr("squeal.article.commands.identify.search", lambda *_: found)
     assert main(["identify", "--starts", "1", "--scenes", str(tmp_path), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)

@@ -43,8 +43,7 @@ class Claim:
     The rule takes the measures of these scenes in their order (b3: those of the linear model).
     ample: margin beyond which a search gains no more, over F_n / (k1 w) if `by_load` (a tilt grows
     with the load); conflicts: a claim that cannot hold together with this one; follows: why its
-    verdict carries no information of its own, None where it does; listed: among the 29 by which
-    pads were first sought, to which four were added.
+    verdict carries no information of its own, None where it does.
     """
 
     id: str
@@ -56,7 +55,6 @@ class Claim:
     by_load: bool = False
     conflicts: str = ""
     follows: Consequence | None = None
-    listed: bool = True
 
     @property
     def informative(self) -> bool:
@@ -166,22 +164,19 @@ CLAIMS = (
           follows=Consequence(
               "identity",
               "at rest in full contact, with springs that turn little, it is multiplied by "
-              "(1 + 4 r) / (1 + 4 r - 6 r mu h/w), r = k2/k_c, above 1 up to divergence"),
-          listed=False),
+              "(1 + 4 r) / (1 + 4 r - 6 r mu h/w), r = k2/k_c, above 1 up to divergence")),
     Claim("B12-c-severe", (*_ALL_B1, *_ALL_B2), "Sec. 5, end",
           "the pad hammers with both models in case c and in no other",
-          rules.only_c_hammers, ample=0.1, listed=False),
+          rules.only_c_hammers, ample=0.1),
     Claim("B12-more-loss", (*_ALL_B1, *_ALL_B2), "Sec. 5, end",
           "in more cases of B1 than of B2 an edge loses its contact force", rules.more_loss_in_b1,
           follows=_implied(
               "B1-all-separate B2-only-c",
-              "in all four cases of B1, in case c of B2 alone"),
-          listed=False),
+              "in all four cases of B1, in case c of B2 alone")),
     Claim("B12-sliding", (*_ALL_B1, *_ALL_B2), "Sec. 5",
           "no sprag-slip: sliding never stops (by our measure, x_dot < V)",
           rules.keeps_sliding,
           follows=Consequence(
-              "free", "V is not printed, and with V large enough sliding never stops"),
-          listed=False),
+              "free", "V is not printed, and with V large enough sliding never stops")),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""What the claims ask of a simulated case."""
+"""Measures of a simulated case for the claims."""
 
 import dataclasses
 import math
@@ -42,7 +42,7 @@ class Case:
     over that of the whole run; slip, face: greatest x_dot, and greatest speed of the lower face
     while it touches, over the speed V of the surface (NaN without V);
     raised: reaction of the sliding equilibrium over that without friction, less one (NaN if one
-    of them is not asked for or does not exist).
+    of them is not computed or does not exist).
     """
 
     duration: float
@@ -121,27 +121,27 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
 
 
 def case_of(
-    found: Mapping[str, np.ndarray], pad: int, V: float | None = None, raised: float = math.nan
+    arrays: Mapping[str, np.ndarray], pad: int, V: float | None = None, raised: float = math.nan
 ) -> Case:
     """The measures of one of several pads, the last two given."""
 
     def span(name: str) -> Range:
-        return Range(*found[name][pad].tolist())
+        return Range(*arrays[name][pad].tolist())
 
-    shares = zip(STATES, found["shares"][pad].tolist(), strict=True)
+    shares = zip(STATES, arrays["shares"][pad].tolist(), strict=True)
     return Case(
-        duration=float(found["duration"][pad]),
-        separated=tuple(found["separated"][pad].tolist()),
-        losses=found["losses"][pad],
+        duration=float(arrays["duration"][pad]),
+        separated=tuple(arrays["separated"][pad].tolist()),
+        losses=arrays["losses"][pad],
         shares={state: share for state, share in shares if share > 0.0},
         **{name: span(name) for name in ("first", "second", "together", "tilt")},
-        mean=float(found["mean"][pad]),
-        blows=tuple(found["blows"][pad].tolist()),
-        heaviest=tuple(found["heaviest"][pad].tolist()),
-        vanishes=tuple(found["vanishes"][pad].tolist()),
-        calm=float(found["calm"][pad]),
-        slip=math.nan if V is None else float(found["fastest"][pad]) / V,
-        face=math.nan if V is None else float(found["face"][pad]) / V,
+        mean=float(arrays["mean"][pad]),
+        blows=tuple(arrays["blows"][pad].tolist()),
+        heaviest=tuple(arrays["heaviest"][pad].tolist()),
+        vanishes=tuple(arrays["vanishes"][pad].tolist()),
+        calm=float(arrays["calm"][pad]),
+        slip=math.nan if V is None else float(arrays["fastest"][pad]) / V,
+        face=math.nan if V is None else float(arrays["face"][pad]) / V,
         raised=raised,
     )
 

@@ -63,8 +63,8 @@ def measures(
     a, b = grid.read(signals)
 
     def span(read: Read, values: np.ndarray) -> np.ndarray:
-        found = grid.ranges(read, values, _first_turn(grid, values, touched))
-        return np.where(np.isfinite(found), found, np.nan)
+        ends = grid.ranges(read, values, _first_turn(grid, values, touched))
+        return np.where(np.isfinite(ends), ends, np.nan)
 
     def tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
@@ -77,8 +77,8 @@ def measures(
 
     def face(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         # of the middle of the lower face, which lies h below the mass centre
-        found = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
-        return np.where(on.any(axis=0), found, np.nan)
+        velocity = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
+        return np.where(on.any(axis=0), velocity, np.nan)
 
     nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
     counts = grid.steps.t >= touched[lane]
@@ -114,9 +114,9 @@ def contact_shares(course: Course, _units: Units) -> dict[str, np.ndarray]:
 
 def _first_contact(course: Course) -> np.ndarray:
     """When (n,) each motion first touches, inf for one that never does."""
-    found = np.where(course.first.any(axis=0), course.t0, np.inf)
-    np.fmin.at(found, course.lane, np.where(np.isinf(found[course.lane]), course.t, np.inf))
-    return found
+    times = np.where(course.first.any(axis=0), course.t0, np.inf)
+    np.fmin.at(times, course.lane, np.where(np.isinf(times[course.lane]), course.t, np.inf))
+    return times
 
 
 def _times(course: Course) -> np.ndarray:
@@ -131,11 +131,11 @@ def _times(course: Course) -> np.ndarray:
 
 def _losses(course: Course) -> np.ndarray:
     lost = course.on[course.point, np.arange(len(course.point))] == 0
-    found: list[list[int]] = [[] for _ in course.t0]
+    losses: list[list[int]] = [[] for _ in course.t0]
     for lane, edge in zip(course.lane[lost].tolist(), course.point[lost].tolist(), strict=True):
-        found[lane].append(edge)
-    result = np.empty(len(found), dtype=object)
-    result[:] = [tuple(edges) for edges in found]
+        losses[lane].append(edge)
+    result = np.empty(len(losses), dtype=object)
+    result[:] = [tuple(edges) for edges in losses]
     return result
 
 
@@ -178,16 +178,16 @@ def _blows(
     side = np.where(lane[last] == lane, side[last], 0.0)
     begin = np.flatnonzero(np.append(True, (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])))
     total, side, lane = np.add.reduceat(impulse, begin), side[begin], lane[begin]
-    found, heaviest = np.zeros((n, len(LEVELS)), dtype=int), np.zeros((n, 2))
+    turns, heaviest = np.zeros((n, len(LEVELS)), dtype=int), np.zeros((n, 2))
     for edge, sign in enumerate((-1.0, 1.0)):
         own = side == sign
         np.fmax.at(heaviest[:, edge], lane[own], total[own])
-    for column, level in zip(found.T, LEVELS, strict=True):
+    for column, level in zip(turns.T, LEVELS, strict=True):
         hit = (total > level) & (side != 0.0)
         of, where = lane[hit], side[hit]
         other = (where[1:] != where[:-1]) & (of[1:] == of[:-1])
         column[:] = np.bincount(of[1:][other], minlength=n)
-    return found, heaviest
+    return turns, heaviest
 
 
 def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:

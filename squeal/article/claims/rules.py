@@ -38,14 +38,14 @@ def _share(case: Case, state: State) -> float:
 
 
 def _apart(case: Case, edge: int) -> float:
-    """Share of time that an edge is apart; below TOUCH none, told by how near to zero it came."""
+    """Share of time that an edge is separated; below TOUCH none, then less its least force."""
     share = case.separated[edge] / case.duration
     low = (case.first if edge == LEADING else case.second).low
     return share if share > TOUCH else -max(low, 0.0)
 
 
 def _surface_apart(case: Case) -> float:
-    """Share of time without contact; below TOUCH none, told by the least reaction."""
+    """Share of time without contact; below TOUCH none, then less the least reaction."""
     share = _share(case, NONE)
     return share if share > TOUCH else -max(case.first.low, 0.0)
 
@@ -160,8 +160,8 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
     """The cases that hammer by model, from the measures by name (`b1-a` to `b2-d`)."""
-    found = [name for name, case in cases.items() if hammers(case, level).margin > 0.0]
-    return {m.upper(): tuple(n[-1] for n in found if n.startswith(m)) for m in ("b1", "b2")}
+    hammering = [name for name, case in cases.items() if hammers(case, level).margin > 0.0]
+    return {m.upper(): tuple(n[-1] for n in hammering if n.startswith(m)) for m in ("b1", "b2")}
 
 
 def only_c_hammers(*cases: Case) -> Outcome:
@@ -184,8 +184,8 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 
 
 def keeps_sliding(*cases: Case) -> Outcome:
-    """The pad is never as fast as the surface, by x_dot; its lower face, which is what rubs, is
-    told beside."""
+    """The pad is never as fast as the surface, by x_dot; its lower face, where friction
+    acts, is printed beside."""
     slip, face = (max(getattr(case, key) for case in cases) for key in ("slip", "face"))
     words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
     rubs = "" if math.isnan(face) else f", its lower face {100 * face:.2g} % while it touches"

@@ -1,4 +1,4 @@
-"""A motion that settles without damping, sought: on a decaying mode of a fluttering equilibrium."""
+"""A motion that settles without damping, on a decaying mode of a fluttering equilibrium."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -32,11 +32,11 @@ class Settled(Record):
 def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:
     """The real part (1/s) of the mode that decays fastest about the sliding equilibrium, and a
     state (6,) on it; None where the scene is damped, has no equilibrium or none decays."""
-    found, _ = sliding_equilibrium(scene.pad_model)
-    if found is None or scene.damping is not None:
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    if equilibrium is None or scene.damping is not None:
         return None
-    q = np.array(found.q)
-    matrices = linearise(scene.pad_model, q, found.state)
+    q = np.array(equilibrium.q)
+    matrices = linearise(scene.pad_model, q, equilibrium.state)
     squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
     roots = -np.sqrt(-squares.astype(complex))  # of each pair the one in the left half plane
     at = int(np.argmin(roots.real))

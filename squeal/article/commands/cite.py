@@ -38,8 +38,8 @@ def made_by(path: Path) -> Provenance:
 def run(given: argparse.Namespace) -> Reply:
     """Collect the references of some results, or of what is installed."""
     made = [made_by(path) for path in given.results]
-    found = references(behind(made) if made else installed())
+    cited = references(behind(made) if made else installed())
     return Reply(
-        lambda: {"references": [dataclasses.asdict(entry) for entry in found]},
-        lambda: "\n\n".join(entry.bibtex for entry in found),
+        lambda: {"references": [dataclasses.asdict(entry) for entry in cited]},
+        lambda: "\n\n".join(entry.bibtex for entry in cited),
     )

@@ -41,24 +41,24 @@ def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
     return {folder.name: [folder / file.name for file in files] for folder in beside}
 
 
-def text(found: Claims, others: Mapping[str, Claims]) -> str:
+def text(record: Claims, others: Mapping[str, Claims]) -> str:
     """The claims for people; of each how many parameter sets satisfy it, if there are several."""
-    every = [found, *others.values()]
-    satisfied = [sum(one.claims[i].holds for one in every) for i in range(len(found.claims))]
+    every = [record, *others.values()]
+    satisfied = [sum(one.claims[i].holds for one in every) for i in range(len(record.claims))]
     rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
     rows += [
         (c.id, c.statement, c.verdict, f"{c.margin:+.3g}", f"{n} of {len(every)}", c.measured)
-        for c, n in zip(found.claims, satisfied, strict=True)
+        for c, n in zip(record.claims, satisfied, strict=True)
     ]
-    held = sum(c.holds for c in found.claims)
-    return f"{table(rows, right=False)}\n\n{held} of {len(found.claims)} reproduced"
+    held = sum(c.holds for c in record.claims)
+    return f"{table(rows, right=False)}\n\n{held} of {len(record.claims)} reproduced"
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Judge the claims on the article's scenes, and on those of other sets beside them."""
     files = scene_files(given.scenes, HISTORY_FIGURES)
-    found = study(files)
+    record = study(files)
     others = {name: study(some) for name, some in sets(files).items()}
     satisfied = {name: [c.id for c in one.claims if c.holds] for name, one in others.items()}
-    answer = found.to_dict() | {"other_sets": satisfied}
-    return Reply(lambda: answer, lambda: text(found, others), files)
+    answer = record.to_dict() | {"other_sets": satisfied}
+    return Reply(lambda: answer, lambda: text(record, others), files)

@@ -12,6 +12,7 @@ from squeal.cli.command import Reply
 def run(given: argparse.Namespace) -> Reply:
     """Measure the findings on the article's scenes."""
     files = scene_files(given.scenes, STEMS)
-    found = study(files)
-    lines = (f"{one.id}, {one.where}: {one.statement}\n    {one.outcome}" for one in found.findings)
-    return Reply(found.to_dict, lambda: "\n".join(lines), files)
+    record = study(files)
+    every = record.findings
+    lines = (f"{one.id}, {one.where}: {one.statement}\n    {one.outcome}" for one in every)
+    return Reply(record.to_dict, lambda: "\n".join(lines), files)

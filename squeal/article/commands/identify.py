@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal.article.claims.judging import JudgedClaim
-from squeal.article.identify.search import Found, judged, search
+from squeal.article.identify.search import SearchResult, judged, search
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import numbers, whole
@@ -41,21 +41,21 @@ def options(parser: Parser) -> None:
     )
 
 
-def data(found: Found, claims: list[JudgedClaim]) -> dict[str, Any]:
+def data(result: SearchResult, claims: list[JudgedClaim]) -> dict[str, Any]:
     """The best set as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
-    answer = picked(found, "numbers distance starts sets")
+    answer = picked(result, "numbers distance starts sets")
     answer |= {"reproduced": sum(one.holds for one in claims)}
     return answer | {"claims": [picked(one, "id verdict margin") for one in claims]}
 
 
-def text(found: Found, claims: list[JudgedClaim]) -> str:
+def text(result: SearchResult, claims: list[JudgedClaim]) -> str:
     """The same for people."""
-    rows = [(f"  {name}", f"{value:.6g}") for name, value in found.numbers.items()]
+    rows = [(f"  {name}", f"{value:.6g}") for name, value in result.numbers.items()]
     failing = [(f"  {j.id}", f"{j.margin:+.3g}", j.measured) for j in claims if not j.holds]
     held = len(claims) - len(failing)
     return "\n".join(
         [
-            f"{found.sets} sets from {found.starts} starts; best set (w = m = k1 = 1)",
+            f"{result.sets} sets from {result.starts} starts; best set (w = m = k1 = 1)",
             table(rows),
             f"{held} of {len(claims)} claims reproduced; not so",
             table(failing, right=False) if failing else "  none",
@@ -64,7 +64,7 @@ def text(found: Found, claims: list[JudgedClaim]) -> str:
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Search, and write the scenes if asked."""
+    """Search, and write the scenes if requested."""
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
     seed = whole(0)(given.seed, "--seed")
     words = "a number of at least 0"
@@ -76,8 +76,8 @@ def run(given: argparse.Namespace) -> Reply:
         check_folder(given.scenes, given.overwrite)
     elif given.overwrite:
         raise InputError("--overwrite: is not allowed without --scenes, which it replaces")
-    found = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
-    claims = judged(found, formulation)
+    result = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
+    claims = judged(result, formulation)
     if given.scenes is not None:
-        write_scenes(found.numbers, formulation, given.scenes)
-    return Reply(lambda: data(found, claims), lambda: text(found, claims), inputs=[])
+        write_scenes(result.numbers, formulation, given.scenes)
+    return Reply(lambda: data(result, claims), lambda: text(result, claims), inputs=[])

@@ -27,14 +27,14 @@ def _finite(value: float) -> float | None:
 def data(scene: Scene) -> dict[str, Any]:
     """The answer as a JSON object; a bound is null where K21 = 0, and friction is not bounded.
 
-    Both conditions hold there, because nothing is asked, and say nothing about sliding.
+    Both conditions hold there, because they require nothing, and say nothing about sliding.
 
     `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
     pad = scene.pad
     K = stiffness(pad)
     limits = bounds(pad)
-    found: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "K": K.tolist(),
         "determinant": float(np.linalg.det(K)),
         "rank": rank(pad, K),
@@ -47,8 +47,8 @@ def data(scene: Scene) -> dict[str, Any]:
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
         taken = next((e for e, _ in judged if e.on_branch), judged[0][0] if judged else None)
-        found["admissible"] = taken is not None and taken.admissible
-        found["equilibria"] = [
+        answer["admissible"] = taken is not None and taken.admissible
+        answer["equilibria"] = [
             dict(zip(("x", "y", "theta"), e.q, strict=True))
             | picked(e, "R_n delta")
             | {"contact": scene.pad_model.state_name(e.state), "verdict": judgement.verdict}
@@ -56,50 +56,50 @@ def data(scene: Scene) -> dict[str, Any]:
             | {"warnings": list(e.warnings)}
             for e, judgement in judged
         ]
-    return found
+    return answer
 
 
-def text(found: dict[str, Any]) -> str:
+def text(answer: dict[str, Any]) -> str:
     """The same for people."""
-    K = [[number(v) for v in row] for row in found["K"]]
-    rank_word = "singular" if found["rank"] < 3 else "regular"
+    K = [[number(v) for v in row] for row in answer["K"]]
+    rank_word = "singular" if answer["rank"] < 3 else "regular"
 
     def bound(key: str) -> str:
-        return "none (K21 = 0)" if found[key] is None else f"mu < {number(found[key])}"
+        return "none (K21 = 0)" if answer[key] is None else f"mu < {number(answer[key])}"
 
     yes = {True: "yes", False: "no"}
-    nothing = found["bound_23a"] is None and found["bound_23b"] is None
+    nothing = answer["bound_23a"] is None and answer["bound_23b"] is None
     parts = [
         "K of Eq. (22), N/m, N and N m\n" + table([("  ", *row) for row in K]),
         (
-            f"rank {found['rank']} ({rank_word}); with K33 as printed "
-            f"{'singular' if found['printed_K33_singular'] else 'regular'}"
+            f"rank {answer['rank']} ({rank_word}); with K33 as printed "
+            f"{'singular' if answer['printed_K33_singular'] else 'regular'}"
         ),
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
-            f"hold as printed: {yes[found['holds_as_printed']]}, "
-            f"signs followed: {yes[found['holds_sign_aware']]}"
+            f"hold as printed: {yes[answer['holds_as_printed']]}, "
+            f"with correct signs: {yes[answer['holds_sign_aware']]}"
             f"{'; without bounds they say nothing of sliding' if nothing else ''}"
         ),
     ]
-    if "equilibria" in found:
+    if "equilibria" in answer:
         heads = ("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")
         rows = [(*heads, "admissible")]
-        for e in found["equilibria"]:
+        for e in answer["equilibria"]:
             numbers = (number(e[key]) for key in ("x", "y", "theta", "R_n", "delta"))
             first, *rest = numbers
             rows.append((f"  {first}", *rest, e["contact"], e["verdict"], yes[e["admissible"]]))
         parts.append(
             "sliding equilibria, least potential energy first\n" + table(rows)
-            if found["equilibria"]
+            if answer["equilibria"]
             else "no sliding equilibrium was found: no steady sliding exists near the pad"
         )
     return "\n\n".join(parts)
 
 
-def _warnings(found: dict[str, Any]) -> list[str]:
+def _warnings(answer: dict[str, Any]) -> list[str]:
     """Why the equilibrium that is taken is not admissible, and how many of the others are not."""
-    rows = found.get("equilibria", [])
+    rows = answer.get("equilibria", [])
     taken = next((row for row in rows if row["on_branch"]), rows[0] if rows else None)
     others = [row for row in rows if row is not taken and not row["admissible"]]
     more = f"{len(others)} of the {len(rows)} equilibria listed are none that the model means"
@@ -119,9 +119,9 @@ def run(given: argparse.Namespace) -> Reply:
             f"{given.table_said}: is not allowed with model B3, "
             "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
-    found = data(scene)
+    answer = data(scene)
     if given.table is not None:
         write_table(
-            given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in found["equilibria"])
+            given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in answer["equilibria"])
         )
-    return Reply(lambda: found, lambda: text(found), warnings=_warnings(found))
+    return Reply(lambda: answer, lambda: text(answer), warnings=_warnings(answer))

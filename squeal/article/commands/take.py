@@ -47,5 +47,5 @@ def run(given: argparse.Namespace) -> Reply:
     if given.name is None:
         listed = names()
         return Reply(lambda: {"names": listed}, lambda: table(list(listed.items()), right=False))
-    found = take(given.name, build_folder(given.build), given.to)
-    return Reply(lambda: vars(found), lambda: "\n".join(f"{found.folder}/{f}" for f in found.files))
+    taken = take(given.name, build_folder(given.build), given.to)
+    return Reply(lambda: vars(taken), lambda: "\n".join(f"{taken.folder}/{f}" for f in taken.files))

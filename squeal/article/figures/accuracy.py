@@ -36,17 +36,17 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     axes.invert_xaxis()
 
 
-def accuracy_figure(found: Accuracy) -> Figure:
+def accuracy_figure(record: Accuracy) -> Figure:
     """A panel a case."""
     with style():
         figure = Figure(figsize=(DOUBLE, 2.7))
-        grid = figure.subplots(1, len(found.changes), sharey=True, squeeze=False)[0]
-        for axes, case, letter in zip(grid, found.changes, "abcdef", strict=False):
-            _panel(axes, [p for p in found.points if p.case == case])
+        grid = figure.subplots(1, len(record.changes), sharey=True, squeeze=False)[0]
+        for axes, case, letter in zip(grid, record.changes, "abcdef", strict=False):
+            _panel(axes, [p for p in record.points if p.case == case])
             axes.set_title(f"({letter}) {case}", loc="left", pad=3.0)
         grid[0].set_ylabel("run time [ms]")
         handles: list[Line2D] = []
-        for path in dict.fromkeys(p.path for p in found.points):
+        for path in dict.fromkeys(p.path for p in record.points):
             colour, marker, line = LOOKS[path]
             looks: Any = {"color": colour, "ls": line, "marker": marker, "label": path}
             handles.append(Line2D([], [], ms=4, lw=0.8, **looks))
@@ -54,17 +54,17 @@ def accuracy_figure(found: Accuracy) -> Figure:
     return figure
 
 
-def draw(found: Accuracy) -> Drawing:
+def draw(record: Accuracy) -> Drawing:
     """The figure, ready to be saved."""
     name = "Error against run time"
-    if not found.points:
-        return blank(name, found.left_out, __name__, found.provenance)
+    if not record.points:
+        return blank(name, record.left_out, __name__, record.provenance)
     parts = []
-    for path in dict.fromkeys(p.path for p in found.points):
-        own = [p for p in found.points if p.path == path and p.error]
+    for path in dict.fromkeys(p.path for p in record.points):
+        own = [p for p in record.points if p.path == path and p.error]
         times = [1e3 * p.seconds for p in own]
         best = min(p.error for p in own if p.error)
         parts.append(f"{path} {min(times):.2g} to {max(times):.2g} ms, least error {best:.1e}")
-    text = f"Run time over the error of the final place in {len(found.changes)} cases. "
-    made = origin(__name__, found.provenance)
-    return Drawing(accuracy_figure(found), f"{text}{'; '.join(parts)}.", name, made)
+    text = f"Run time over the error of the final place in {len(record.changes)} cases. "
+    made = origin(__name__, record.provenance)
+    return Drawing(accuracy_figure(record), f"{text}{'; '.join(parts)}.", name, made)

@@ -20,21 +20,21 @@ def places(model: Model) -> dict[str, tuple[float, float]]:
     """Where each state's box stands; states that share a name stand at the first one's place."""
     law = contact_law(model)
     wide = 1.0 if len(law.meanings) == len(STATES) else 1.35  # one box stands for both sides
-    found: dict[str, tuple[float, float]] = {}
+    centres: dict[str, tuple[float, float]] = {}
     for state in STATES:
         x, y = _PLACES[state]
-        found.setdefault(law.state_name(state), (wide * x, y))
-    return found
+        centres.setdefault(law.state_name(state), (wide * x, y))
+    return centres
 
 
 def links(model: Model) -> dict[tuple[str, str], int]:
     """Changes of state (from, to) by name, with the number of gaps that must vanish together."""
     name = contact_law(model).state_name
-    found: dict[tuple[str, str], int] = {}
+    counts: dict[tuple[str, str], int] = {}
     for condition in conditions():
         ends = (name(condition.source), name(condition.target))
-        found[ends] = min(condition.codimension, found.get(ends, 2))
-    return found
+        counts[ends] = min(condition.codimension, counts.get(ends, 2))
+    return counts
 
 
 def _box(axes: Axes, model: Model, label: str, at: tuple[float, float]) -> None:

@@ -21,14 +21,14 @@ KILOHERTZ, PER_MS = Unit(2e3 * np.pi, "kHz"), Unit(1e3, "1/ms")
 
 def _events(branch: Branch) -> list[tuple[float, str, str]]:
     """(mu, label, line style) of all that happens on the branch, sorted."""
-    found = [(c.mu, state_label(c.into), ":") for c in branch.contact_changes]
-    jumps = {mu for mu, _, _ in found}
-    found += [
+    events = [(c.mu, state_label(c.into), ":") for c in branch.contact_changes]
+    jumps = {mu for mu, _, _ in events}
+    events += [
         (p.mu, "regained" if p.kind == "restabilised" else p.kind, "--")
         for p in branch.thresholds
         if p.mu not in jumps
     ]
-    return sorted(found)
+    return sorted(events)
 
 
 def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
@@ -44,9 +44,9 @@ def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
 
 
-def coupling_figure(found: Stability) -> Figure:
+def coupling_figure(record: Stability) -> Figure:
     """Frequencies over growth rates, a column a case."""
-    scenes = [scene for scene in found.scenes if scene.name in SHOWN]
+    scenes = [scene for scene in record.scenes if scene.name in SHOWN]
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         shape: Any = {"sharex": True, "sharey": "row", "height_ratios": (1.7, 1.0)}
@@ -58,16 +58,16 @@ def coupling_figure(found: Stability) -> Figure:
         reach = max(abs(axes.dataLim.intervaly).max() for axes in grid[1]) or 1.0
         grid[0, 0].set(ylim=(0.0, 1.07 * top), ylabel="frequency [kHz]")
         grid[1, 0].set(ylim=(-1.15 * reach, 1.15 * reach), ylabel="growth [1/ms]")
-        grid[0, 0].set(xlim=(0.0, found.mu_max), xticks=[0.0, 0.5, 1.0])
+        grid[0, 0].set(xlim=(0.0, record.mu_max), xticks=[0.0, 0.5, 1.0])
         handles = [Line2D([], [], label=f"mode {k}", **look) for k, look in enumerate(LOOKS, 1)]
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
 
 
-def draw(found: Stability) -> Drawing:
+def draw(record: Stability) -> Drawing:
     """The figure, ready to be saved."""
     parts = []
-    for scene in found.scenes:
+    for scene in record.scenes:
         if scene.name in SHOWN and isinstance(scene.branch, Branch):
             events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.branch)]
             parts.append(f"{title(scene.name)}: {', '.join(events) or 'no change'}")
@@ -75,5 +75,5 @@ def draw(found: Stability) -> Drawing:
         "Frequencies above growth rates of the three modes over friction along the sliding "
         f"equilibria. {'; '.join(parts)}."
     )
-    made = origin(__name__, found.provenance)
-    return Drawing(coupling_figure(found), text, "Mode coupling over friction", made)
+    made = origin(__name__, record.provenance)
+    return Drawing(coupling_figure(record), text, "Mode coupling over friction", made)

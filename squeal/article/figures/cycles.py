@@ -21,34 +21,34 @@ contact force (B1: at the leading edge). Solid: stable; dashed: unstable. Bar be
 equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set."""
 
 
-def _panel(axes: Axes, found: Cycles) -> None:
-    mu, peak = (np.array([getattr(p, key) for p in found.branch]) for key in ("mu", "peak"))
-    stable = np.array([point.stable for point in found.branch])
+def _panel(axes: Axes, cycles: Cycles) -> None:
+    mu, peak = (np.array([getattr(p, key) for p in cycles.branch]) for key in ("mu", "peak"))
+    stable = np.array([point.stable for point in cycles.branch])
     ends = np.flatnonzero(np.diff(stable)) + 1  # one line for all neighbours that are alike
     for part in np.split(np.arange(len(mu)), ends):
         shown = slice(part[0], part[-1] + 2)
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
-    axes.plot(found.own.mu, found.own.peak, "o", mfc="none", mec="k", ms=5)
+    axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.15 * peak.max()
     axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)
-    for interval in found.unstable:
+    for interval in cycles.unstable:
         axes.fill_between(interval, -0.07 * high, 0.0, color="k", lw=0.0)
     axes.set_xlim(0.0, GREATEST)
     axes.set_ylim(-0.07 * high, high)
     axes.set_xlabel(r"friction $\mu$")
 
 
-def draw(found: Onset) -> Drawing:
+def draw(record: Onset) -> Drawing:
     """The figure, ready to be saved."""
     title = "Periodic motions over friction"
     there = {
         name: one
         for name in TITLES
-        if not isinstance(one := found.cycles.get(name, Missing("")), Missing)
+        if not isinstance(one := record.cycles.get(name, Missing("")), Missing)
     }
     if not there:
-        why = found.left_out or "No motion that lasts is periodic."
-        return blank(title, why, __name__, found.provenance)
+        why = record.left_out or "No motion that lasts is periodic."
+        return blank(title, why, __name__, record.provenance)
     with style():
         figure = Figure(figsize=(DOUBLE, 2.2))
         panels = figure.subplots(1, len(there), squeeze=False)[0]
@@ -62,4 +62,4 @@ def draw(found: Onset) -> Drawing:
         for name, one in there.items()
     )
     text = f"Peak force of periodic motions over the friction coefficient. {parts}."
-    return Drawing(figure, text, title, origin(__name__, found.provenance))
+    return Drawing(figure, text, title, origin(__name__, record.provenance))

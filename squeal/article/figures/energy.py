@@ -31,11 +31,11 @@ def _episodes(axes: Axes, motion: Motion) -> None:
                 axes.axvspan(stay.start, stay.stop, zorder=0, **look)
 
 
-def energy_figure(found: Energy) -> Figure:
+def energy_figure(record: Energy) -> Figure:
     """Energies above and works below, a column for each motion that has curves."""
     shown = {
         name: motion
-        for name, motion in found.motions.items()
+        for name, motion in record.motions.items()
         if isinstance(motion, Motion) and motion.curves
     }
     with style():
@@ -64,10 +64,10 @@ def energy_figure(found: Energy) -> Figure:
     return figure
 
 
-def draw(found: Energy) -> Drawing:
+def draw(record: Energy) -> Drawing:
     """The figure, ready to be saved."""
     parts = []
-    for name, motion in found.motions.items():
+    for name, motion in record.motions.items():
         if isinstance(motion, Motion) and motion.curves:
             gain, loss = motion.fed(1), motion.fed(-1)
             parts.append(
@@ -80,8 +80,8 @@ def draw(found: Energy) -> Drawing:
         f"contact law in the lower row. {'; '.join(parts)}. Areas mark the episodes of partial "
         "contact in which the law does positive or negative work."
     )
-    made = origin(__name__, found.provenance)
-    return Drawing(energy_figure(found), text, "Energies and works in case (c)", made)
+    made = origin(__name__, record.provenance)
+    return Drawing(energy_figure(record), text, "Energies and works in case (c)", made)
 
 
 CAPTION = r"""Energies (above) and works since the start (below) in case (c): point contact and

@@ -10,12 +10,12 @@ LOOKS = {"a": ("#3498DB", "o"), "b": ("#000000", "s"), "c": ("#C8380E", "^"), "d
 LEAST = 1e-9  # of the range: motions that are nearer are the same to rounding
 
 
-def springs_figure(found: LineSprings) -> Figure:
+def springs_figure(record: LineSprings) -> Figure:
     """Contact lost, surfaces apart and distance from the line's motion over the springs' number."""
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         lost, apart, off = figure.subplots(1, 3)
-        for name, case in found.cases.items():
+        for name, case in record.cases.items():
             colour, marker = LOOKS[name]
             some = [one for one in case.springs if isinstance(one, Contact)]
             count = [one.count for one in some]
@@ -45,10 +45,10 @@ def springs_figure(found: LineSprings) -> Figure:
     return figure
 
 
-def draw(found: LineSprings) -> Drawing:
+def draw(record: LineSprings) -> Drawing:
     """The figure, ready to be saved."""
     parts = []
-    for name, case in found.cases.items():
+    for name, case in record.cases.items():
         first, line = case.springs[0], case.line
         if isinstance(first, Contact) and isinstance(line, Contact):
             parts.append(
@@ -61,8 +61,8 @@ def draw(found: LineSprings) -> Drawing:
         "lost, share in which the surfaces are apart, and greatest distance from the motion on "
         f"the line, which dashed lines show. Lost and apart: {'; '.join(parts)}."
     )
-    made = origin(__name__, found.provenance)
-    return Drawing(springs_figure(found), text, "Springs along the face against the line", made)
+    made = origin(__name__, record.provenance)
+    return Drawing(springs_figure(record), text, "Springs along the face against the line", made)
 
 
 CAPTION = r"""$N$ springs in place of the line: share of time in which an edge is separated (a) and

@@ -12,12 +12,12 @@ LOOKS = (("#3498DB", "--"), ("#000000", "-"), ("#C8380E", ":"))
 SYMBOLS = {"h/w": "$h/w$", "k2/k1": "$k_2/k_1$", "mu": r"friction $\mu$"}
 
 
-def map_ranges_figure(found: MapRanges) -> Figure:
+def map_ranges_figure(record: MapRanges) -> Figure:
     """Above outlines of the area at three values of each parameter, below the shares over it."""
     with style():
         figure = Figure(figsize=(DOUBLE, 4.5))
         grid = figure.subplots(2, 3)
-        for column, (name, sweep) in enumerate(found.sweeps.items()):
+        for column, (name, sweep) in enumerate(record.sweeps.items()):
             shape, share = grid[:, column]
             for (value, curves), (colour, dash) in zip(sweep.shapes.items(), LOOKS, strict=False):
                 label = f"{SYMBOLS[name].split()[-1]} = {value}"
@@ -52,18 +52,18 @@ def map_ranges_figure(found: MapRanges) -> Figure:
     return figure
 
 
-def draw(found: MapRanges) -> Drawing:
+def draw(record: MapRanges) -> Drawing:
     """The figure, ready to be saved."""
-    low, high = (100 * v for v in (found.printed.low, found.printed.high))
+    low, high = (100 * v for v in (record.printed.low, record.printed.high))
     text = (
         "Upper row: outlines over the two spring angles of the area in which the conditions "
         "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
-        f"marked. Lower row: shares of the map over the same parameters. Over all {found.pads} "
+        f"marked. Lower row: shares of the map over the same parameters. Over all {record.pads} "
         f"pads the printed conditions hold on {low:.1f} to {high:.1f} % of the map; grey bands "
         "show that range at each value."
     )
-    made = origin(__name__, found.provenance)
-    return Drawing(map_ranges_figure(found), text, "The map of Fig. 13 over its parameters", made)
+    made = origin(__name__, record.provenance)
+    return Drawing(map_ranges_figure(record), text, "The map of Fig. 13 over its parameters", made)
 
 
 CAPTION = r"""The map of Fig.~13 over its parameters, the others as in the reference set (grey

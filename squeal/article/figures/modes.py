@@ -33,17 +33,17 @@ def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
     axes.set_title(f"{mode.frequency_hz / 1e3:#.3g} kHz{rate}", pad=2.0)
 
 
-def scenes_of(found: Stability) -> list[SceneStability]:
+def scenes_of(record: Stability) -> list[SceneStability]:
     """The scenes of the model shown."""
-    return [scene for scene in found.scenes if scene.model == MODEL]
+    return [scene for scene in record.scenes if scene.model == MODEL]
 
 
-def modes_figure(found: Stability) -> Figure:
+def modes_figure(record: Stability) -> Figure:
     """One column a case, three modes below each other by rising frequency.
 
     Raises ValueError if none of the cases has a sliding equilibrium.
     """
-    scenes = scenes_of(found)
+    scenes = scenes_of(record)
     shown = [
         (column, row, mode, pads_of(scene, scene.equilibrium, mode))
         for column, scene in enumerate(scenes)
@@ -80,28 +80,28 @@ def modes_figure(found: Stability) -> Figure:
     return figure
 
 
-def alternative_text(found: Stability) -> str:
+def alternative_text(record: Stability) -> str:
     """What the figure shows: per case the frequency and the leading motion of each mode."""
-    told = []
-    for scene in scenes_of(found):
+    texts = []
+    for scene in scenes_of(record):
         parts = []
         equilibrium = scene.equilibrium
         for mode in equilibrium.modes if isinstance(equilibrium, Modes) else ():
             size = np.hypot(mode.real, mode.imag)
             motion = ("sliding", "lifting", "pitching")[int(np.argmax(size))]
             parts.append(f"{mode.frequency_hz / 1e3:#.3g} kHz mostly {motion}")
-        told.append(f"{title(scene.name)}: {', '.join(parts) or 'no sliding equilibrium'}")
+        texts.append(f"{title(scene.name)}: {', '.join(parts) or 'no sliding equilibrium'}")
     return (
         "The pad over the sliding surface at its equilibrium and displaced at two phases, "
-        f"exaggerated, for the three modes of each case of model {MODEL}. {'; '.join(told)}."
+        f"exaggerated, for the three modes of each case of model {MODEL}. {'; '.join(texts)}."
     )
 
 
-def draw(found: Stability) -> Drawing:
+def draw(record: Stability) -> Drawing:
     """The figure of `squeal.article.studies.stability` results, ready to be saved."""
     return Drawing(
-        modes_figure(found),
-        alternative_text(found),
+        modes_figure(record),
+        alternative_text(record),
         f"Mode shapes of model {MODEL}",
-        origin(__name__, found.provenance),
+        origin(__name__, record.provenance),
     )

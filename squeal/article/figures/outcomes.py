@@ -18,12 +18,12 @@ def _tile(row: After) -> tuple[int, str]:
     return (2 if own else 1 if row.lasting else 0), f"{share:.0f} %" if row.lasting else ""
 
 
-def draw(found: Onset) -> Drawing:
+def draw(record: Onset) -> Drawing:
     """The figure, ready to be saved."""
     title = "What lasts with damping"
-    if not found.after:
-        return blank(title, found.left_out, __name__, found.provenance)
-    shown = {name[:4]: rows for name, rows in found.after.items() if not name.endswith("mean")}
+    if not record.after:
+        return blank(title, record.left_out, __name__, record.provenance)
+    shown = {name[:4]: rows for name, rows in record.after.items() if not name.endswith("mean")}
     with style():
         figure = Figure(figsize=(SINGLE, 2.75))
         axes = figure.add_subplot()
@@ -35,10 +35,10 @@ def draw(found: Onset) -> Drawing:
                 )
                 ink = "w" if kind == 2 else "k"
                 axes.text(x + 0.5, y + 0.5, share, ha="center", va="center", color=ink)
-        axes.set_xlim(0, len(found.ratios))
+        axes.set_xlim(0, len(record.ratios))
         axes.set_ylim(len(shown), 0)
         axes.set_xticks(
-            [i + 0.5 for i in range(len(found.ratios))], [f"{100 * r:g} %" for r in found.ratios]
+            [i + 0.5 for i in range(len(record.ratios))], [f"{100 * r:g} %" for r in record.ratios]
         )
         axes.set_yticks(
             [i + 0.5 for i in range(len(shown))], [f"{n[:2].upper()} ({n[-1]})" for n in shown]
@@ -52,4 +52,4 @@ def draw(found: Onset) -> Drawing:
         if row.lasting
     ]
     text = f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}."
-    return Drawing(figure, text, title, origin(__name__, found.provenance))
+    return Drawing(figure, text, title, origin(__name__, record.provenance))

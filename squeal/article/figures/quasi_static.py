@@ -15,15 +15,15 @@ Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
 
-def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Figure:
+def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Figure:
     """Fig. 13 as printed, beside it with the correct signs and what equilibria of B2 there are.
 
     The regions are black as in the article, within their traced boundaries.
     """
     quiet = np.arange(4) >= PARTIAL
     panels = {
-        f"(a) as printed: {100 * found.share.as_printed:.1f} %": found.as_printed,
-        f"(b) correct signs: {100 * found.share.sign_aware:.1f} %": found.sign_aware,
+        f"(a) as printed: {100 * record.share.as_printed:.1f} %": record.as_printed,
+        f"(b) correct signs: {100 * record.share.sign_aware:.1f} %": record.sign_aware,
         f"(c) no growing mode: {100 * angles.share.quiet:.1f} %": angles.b2.regrouped(
             quiet.astype(int)
         ),
@@ -42,27 +42,27 @@ def quasi_static_figure(found: QuasiStatic, angles: Angles, marks: Marks) -> Fig
     return figure
 
 
-def alternative_text(found: QuasiStatic, angles: Angles) -> str:
+def alternative_text(record: QuasiStatic, angles: Angles) -> str:
     """The maps in words."""
     printed, signs, quiet = (
         f"{100 * share:.1f} % of the map"
-        for share in (found.share.as_printed, found.share.sign_aware, angles.share.quiet)
+        for share in (record.share.as_printed, record.share.sign_aware, angles.share.quiet)
     )
     return (
         "Three maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
-        f"coefficient {found.mu:g}, black where: (a) the conditions (23a) and (23b) hold as "
+        f"coefficient {record.mu:g}, black where: (a) the conditions (23a) and (23b) hold as "
         f"printed, {printed}; (b) they hold with the correct signs of the divisors, {signs}; (c) "
         f"model B2 has a sliding equilibrium about which no mode grows, {quiet}. Letters mark the "
         "cases."
     )
 
 
-def draw(found: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
+def draw(record: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
     """The figure, ready to be saved."""
     title = "Map of the quasi-static sliding motion"
-    made = origin(__name__, found.provenance, angles.provenance)
-    figure = quasi_static_figure(found, angles, marks)
-    return Drawing(figure, alternative_text(found, angles), title, made)
+    made = origin(__name__, record.provenance, angles.provenance)
+    figure = quasi_static_figure(record, angles, marks)
+    return Drawing(figure, alternative_text(record, angles), title, made)
 
 
 CAPTIONS = {

@@ -42,17 +42,17 @@ def lamps(hammering: Hammering, sets: Sets, onset: Onset) -> dict[str, dict[str,
     """The answers by question and case."""
     first = {name: one["1"] for name, one in hammering.motions.items()}
     flutters = sets.sets[REFERENCE].flutters
-    found: dict[str, dict[str, bool]] = {
+    answers: dict[str, dict[str, bool]] = {
         "points: an edge separates": {c: first[f"b1-{c}"].apart > 0.0 for c in CASES},
         "line: the surfaces separate": {c: first[f"b2-{c}"].separated > 0.0 for c in CASES},
         "line: sliding flutters": {c: c in flutters["B2"] for c in CASES},
     }
     if onset.after:
         at = onset.ratios.index(RATIO)
-        found["line: loss survives damping"] = {
+        answers["line: loss survives damping"] = {
             c: bool(onset.after[f"b2-{c}-integral"][at].lasting) for c in CASES
         }
-    return found
+    return answers
 
 
 def draw(hammering: Hammering, sets: Sets, onset: Onset) -> Drawing:

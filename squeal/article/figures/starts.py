@@ -40,26 +40,26 @@ def starts_figure(maps: dict[str, Map], reach: float) -> Figure:
             axes.set_yticks([-1, 0, 1])
         figure.supxlabel("height of the initial condition", fontsize=8)
         figure.supylabel("tilt", fontsize=8)
-        found = {int(digit) for one in maps.values() for row in one.rows for digit in row}
+        present = {int(digit) for one in maps.values() for row in one.rows for digit in row}
         handles = [
             Patch(facecolor=COLOURS[k], edgecolor="k", linewidth=0.5, label=KINDS[k])
-            for k in sorted(found)
+            for k in sorted(present)
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
     return figure
 
 
-def draw(found: Starts) -> Drawing:
+def draw(record: Starts) -> Drawing:
     """The figure, ready to be saved."""
     title, longest = "What the initial conditions decide", WINDOWS[-1]
     maps = {
         name: next(part for part in one if part.windows == longest)
-        for name, one in found.cases.items()
+        for name, one in record.cases.items()
         if not isinstance(one, Missing)
     }
     if not maps:
-        reason = next(one.reason for one in found.cases.values() if isinstance(one, Missing))
-        return blank(title, reason, __name__, found.provenance)
+        reason = next(one.reason for one in record.cases.values() if isinstance(one, Missing))
+        return blank(title, reason, __name__, record.provenance)
     shares = "; ".join(
         f"{name} {100 * one.share[KINDS[0]]:.0f} % permanent contact, "
         f"{100 * one.share[KINDS[3]]:.0f} % hammering"
@@ -69,5 +69,5 @@ def draw(found: Starts) -> Drawing:
         "Maps over height and tilt of initial conditions about the equilibrium of each case, "
         f"coloured by what becomes of the motion. Shares: {shares}."
     )
-    made = origin(__name__, found.provenance)
-    return Drawing(starts_figure(maps, found.reach), text, title, made)
+    made = origin(__name__, record.provenance)
+    return Drawing(starts_figure(maps, record.reach), text, title, made)

@@ -144,7 +144,7 @@ def friction_arm(pad: Pad) -> Measured:
 
 
 def contact_loss_point(pad: Pad) -> Measured:
-    """E11: contact states told by Eq. (12) that contradict the edge penetrations."""
+    """E11: contact states by Eq. (12) that contradict the edge penetrations."""
     random = np.random.default_rng(2)
     c = coefficients(math, pad, True)
     wrong, count = dict.fromkeys((-8, -12, -15), 0), 400
@@ -154,10 +154,10 @@ def contact_loss_point(pad: Pad) -> Measured:
             y = -pad.y0 + share * pad.w * tilt
             phi = pad.theta0 + (tilt - pad.theta0)
             x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
-            told = (x_cl > -pad.w, x_cl >= pad.w)
+            states = (x_cl > -pad.w, x_cl >= pad.w)
             gap = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
             sure = abs(abs(share) - 1.0) > 1e-3
-            wrong[exponent] += sure and told != (gap[0] < 0.0, gap[1] <= 0.0)
+            wrong[exponent] += sure and states != (gap[0] < 0.0, gap[1] <= 0.0)
     shares = {exponent: w / count for exponent, w in wrong.items()}
     return Measured(
         {f"wrong_1e{exponent}": share for exponent, share in shares.items()},

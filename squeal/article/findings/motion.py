@@ -77,7 +77,7 @@ def _place(run: Simulation) -> np.ndarray:
 def switch_effect(switch: str) -> Callable[[Study], Measured]:
     """E5, E6: what turning one switch over does to the four B2 runs and to the claims."""
 
-    def found(study: Study) -> Measured:
+    def effect(study: Study) -> Measured:
         apart, ended, measured = 0.0, [], {}
         for case, scene in study.b2.items():
             other = flipped(scene, switch)
@@ -107,7 +107,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
         numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
         return Measured(numbers | ({} if after is None else {"after": float(after)}), text + ".")
 
-    return found
+    return effect
 
 
 def fed_by_the_law(study: Study) -> Measured:
@@ -117,10 +117,10 @@ def fed_by_the_law(study: Study) -> Measured:
     numbers, text = dict(path.numbers), path.outcome
     laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the integral law"}
     for law, words in laws.items():
-        told = dataclasses.replace(scene.formulation, line_force=law)
+        varied = dataclasses.replace(scene.formulation, line_force=law)
         try:
-            works = contact_work(dataclasses.replace(scene, formulation=told))
-            case = measure(dataclasses.replace(scene, formulation=told))
+            works = contact_work(dataclasses.replace(scene, formulation=varied))
+            case = measure(dataclasses.replace(scene, formulation=varied))
         except ComputationError as error:
             text += f" In case c under {words} the model ends: {error}."
             continue
@@ -143,18 +143,18 @@ def static_balance(study: Study) -> Measured:
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
     text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
     plain = scene.pad.replace(y0=0.0, theta0=0.0)
-    told = {
+    models = {
         "with the reference set": scene.pad_model,
         "with y0 = theta0 = 0": PadModel("B2", plain),
     }
-    for i, (words, model) in enumerate(told.items()):
-        found, _ = sliding_equilibrium(model)
+    for i, (words, model) in enumerate(models.items()):
+        equilibrium, _ = sliding_equilibrium(model)
         text += f"Static balance {words} "
-        if found is None:
+        if equilibrium is None:
             text += "is not possible. "
         else:
-            numbers[f"delta_{i}"] = found.delta / scene.pad.w
-            text += f"requires delta/w = {found.delta / scene.pad.w:+.3f}. "
+            numbers[f"delta_{i}"] = equilibrium.delta / scene.pad.w
+            text += f"requires delta/w = {equilibrium.delta / scene.pad.w:+.3f}. "
     return Measured(numbers, text.strip())
 
 
@@ -162,10 +162,10 @@ def states_met(study: Study) -> Measured:
     """E8: shares of the four states in case d of B1."""
     shares = study.cases["b1-d"].shares
     numbers = {contact_law("B1").state_name(s): shares.get(s, 0.0) for s in STATES}
-    told = ", ".join(f"{100 * numbers[key]:.2f}" for key in sorted(numbers))
+    shares_text = ", ".join(f"{100 * numbers[key]:.2f}" for key in sorted(numbers))
     return Measured(
         {f"state_{k}": v for k, v in numbers.items()},
-        f"Shares of the states 1 to 4 in case d: {told} %.",
+        f"Shares of the states 1 to 4 in case d: {shares_text} %.",
     )
 
 
@@ -188,7 +188,7 @@ def sliding_conditions(study: Study) -> Measured:
 
 
 def springs_alone(study: Study) -> Measured:
-    """E12: flutter told by K of Eq. (22) alone, and with contact and friction included."""
+    """E12: flutter by K of Eq. (22) alone, and with contact and friction included."""
     pad = study.b3.pad
     worst = 0.0
     for scene in study.b2.values():

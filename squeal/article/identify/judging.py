@@ -52,19 +52,19 @@ def margins(
         columns = {name: np.concatenate([one[name] for one in given])[able] for name in given[0]}
         motions = (stacks[0].pad.replace(**columns), first[able], stop, TOLERANCE, formulation)
         how = partial(measures, calm=False)
-        found = simulate_many(model, *motions, measure=how, workers=workers)
+        arrays = simulate_many(model, *motions, measure=how, workers=workers)
         raised = np.full(n, np.nan)
         if model == "B2":
             raised = friction_raises(stacks[list(CASES).index("b")])
         done = np.zeros(len(first), dtype=bool)
-        done[able] = found["outcome"] == DONE
+        done[able] = arrays["outcome"] == DONE
         whole &= done.reshape(len(CASES), n).all(axis=0)
         for row, (at, done_) in enumerate(zip(able.tolist(), done[able].tolist(), strict=True)):
             case, i = divmod(at, n)
             if done_:
                 name = stem(model, list(CASES)[case])
                 last = float(raised[i]) if name == "b2-b" else math.nan
-                measured[i][name] = case_of(found, row, float(speed[i]), last)
+                measured[i][name] = case_of(arrays, row, float(speed[i]), last)
     table = np.full((n, len(CLAIMS)), np.nan)
     for i in np.flatnonzero(whole).tolist():
         one = {name: v[i] for name, v in numbers.items()}

@@ -34,7 +34,7 @@ WIDTH = 0.05  # of the first generation, over the ranges
 DIGITS = 6  # a set that needs more to satisfy a claim would hold it by a hair
 
 
-class Found(Record):
+class SearchResult(Record):
     """A parameter set: its numbers, its distance from the statements, and the effort."""
 
     numbers: dict[str, float]
@@ -45,7 +45,7 @@ class Found(Record):
 
 
 def allowed(n: Numbers) -> np.ndarray:
-    """True (n,) for level, released pads whose rest, taken in full contact, is as asked.
+    """True (n,) for level, released pads whose rest, taken in full contact, is as required.
 
     In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
     """
@@ -75,15 +75,15 @@ class _Search:
 
     def drawn(self) -> np.ndarray:
         """Random points, with the consistent law those that the balances allow."""
-        found: list[np.ndarray] = []
+        saved: list[np.ndarray] = []
         for _ in range(CHUNKS):
             points = self.random.uniform(size=(DRAWN, len(DIMENSIONS)))
             if self.formulation == CONSISTENT:
                 points = points[allowed(decode(points))]
-            found.append(points[:FIRST])
-            if sum(map(len, found)) >= FIRST:
+            saved.append(points[:FIRST])
+            if sum(map(len, saved)) >= FIRST:
                 break
-        return np.concatenate(found)[:FIRST]
+        return np.concatenate(saved)[:FIRST]
 
     def near(self, middle: np.ndarray, names: Sequence[str], model: Model) -> np.ndarray:
         """The nearest point by CMA-ES in some of the numbers."""
@@ -126,14 +126,14 @@ def arrays(numbers: dict[str, float]) -> dict[str, np.ndarray]:
     return {name: np.array([value]) for name, value in numbers.items()}
 
 
-def _resumed(file: Path | None, seed: int) -> Found:
+def _resumed(file: Path | None, seed: int) -> SearchResult:
     """What an earlier search left in a file, or nothing. Raises InputError if it is another."""
     if file is None or not file.exists():
-        return Found({}, math.inf, seed)
-    found = read_json(Found, file)
-    if found.seed != seed:
-        raise InputError(f"--state {file}: holds the search of seed {found.seed}, not of {seed}")
-    return found
+        return SearchResult({}, math.inf, seed)
+    saved = read_json(SearchResult, file)
+    if saved.seed != seed:
+        raise InputError(f"--state {file}: holds the search of seed {saved.seed}, not of {seed}")
+    return saved
 
 
 def search(
@@ -144,10 +144,10 @@ def search(
     workers: int = 1,
     tell: Callable[[str], None] = lambda _: None,
     starts: float = math.inf,
-) -> Found:
+) -> SearchResult:
     """The nearest set to the statements of some starts, for about `seconds` or so many `starts`.
 
-    Finished starts are kept in the file `state`, and a later call goes on after them. An interrupt
+    Finished starts are written to the file `state`; a later call continues after them. An interrupt
     ends the search with the best set so far, if there is one. Repeatable from the seed for a given
     number of starts. Raises InputError if the file is of another search, ComputationError without
     heyoka.
@@ -173,10 +173,10 @@ def search(
     return best
 
 
-def judged(found: Found, formulation: Formulation) -> list[JudgedClaim]:
+def judged(best: SearchResult, formulation: Formulation) -> list[JudgedClaim]:
     """All claims on the set that was found, at a tight tolerance.
 
     Raises ComputationError where a motion leaves the model.
     """
-    scenes = scenes_of(arrays(found.numbers), formulation)
+    scenes = scenes_of(arrays(best.numbers), formulation)
     return judge_scenes(*(scenes[model] for model in MODELS))

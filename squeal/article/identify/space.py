@@ -64,12 +64,12 @@ NAMES = tuple(d.name for d in DIMENSIONS)
 
 def decode(points: np.ndarray) -> dict[str, np.ndarray]:
     """The numbers that points (n, dimensions) of the unit cube stand for."""
-    found = {}
+    numbers = {}
     for d, u in zip(DIMENSIONS, points.T, strict=True):
         low, high = (math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high)
         value = low + (high - low) * u
-        found[d.name] = np.exp(value) if d.log else value
-    return found
+        numbers[d.name] = np.exp(value) if d.log else value
+    return numbers
 
 
 def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
@@ -111,9 +111,9 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     still = np.flatnonzero(n["start"] >= 0.5)
     if still.size:
         few = pads.replace(**{name: v[still] for name, v in pads.pad.given().items()})
-        found = rest(few, np.zeros(still.size))
-        held = (found.gaps < 0.0).all(axis=0)
-        state[still, :3] = np.where(held, found.place, math.nan).T
+        numbers = rest(few, np.zeros(still.size))
+        held = (numbers.gaps < 0.0).all(axis=0)
+        state[still, :3] = np.where(held, numbers.place, math.nan).T
     return state
 
 

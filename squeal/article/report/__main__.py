@@ -37,16 +37,16 @@ def records(files: Mapping[str, Path]) -> Iterator[tuple[Any, Any]]:
 
 def checked(files: Mapping[str, Path]) -> dict[str, bool]:
     """The sentences that the studies check, by name. Raises ComputationError if one is wrong."""
-    found: dict[str, bool] = {}
+    checks: dict[str, bool] = {}
     for module, record in records(files):
-        found |= module.sentences(record)
-    wrong = [name for name, holds in found.items() if not holds]
+        checks |= module.sentences(record)
+    wrong = [name for name, holds in checks.items() if not holds]
     if wrong:
         raise ComputationError(
             f"sentences of the paper that no longer hold: {', '.join(wrong)}; each stands in "
-            r"paper/*.tex as \says{name} and must be written anew"
+            r"paper/*.tex as \says{name} and must be rewritten"
         )
-    return found
+    return checks
 
 
 def table(module: Any, files: Mapping[str, Path]) -> str:
@@ -66,7 +66,7 @@ def where(citation: Path) -> dict[str, str]:
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
     """Generated files by name."""
     holding = checked(files)
-    told = captions()
+    legends = captions()
     results = values.read(files.values()) | {"where": where(Path("CITATION.cff"))}
     complete = not any(values.left_out(result) for result in results.values())
     for name, text in texts.items():
@@ -77,9 +77,9 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
         name: table(module, files)
         for name, module in modules("squeal.article.report.tables").items()
     }
-    lines = (f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in told.items())
+    lines = (f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items())
     made["captions"] = "".join(lines)
-    made["values"] = values.definitions({**texts, **told}, results)
+    made["values"] = values.definitions({**texts, **legends}, results)
     return made
 
 

@@ -30,8 +30,8 @@ def entries() -> dict[str, str]:
         .joinpath("references.bib")
         .read_text(encoding="utf-8")
     )
-    found = re.finditer(r"^@\w+\{(\w+),\n.*?^\}$", text, re.MULTILINE | re.DOTALL)
-    return {entry[1]: entry[0] for entry in found}
+    matches = re.finditer(r"^@\w+\{(\w+),\n.*?^\}$", text, re.MULTILINE | re.DOTALL)
+    return {entry[1]: entry[0] for entry in matches}
 
 
 def reference(key: str, used: str | None = None) -> Reference:
@@ -50,11 +50,11 @@ def installed() -> dict[str, str]:
 
 def behind(results: Iterable[Provenance]) -> dict[str, str]:
     """Versions of the packages with an entry that some results were computed with, by name."""
-    found: dict[str, set[str]] = {}
+    versions: dict[str, set[str]] = {}
     for made in results:
         for name in made.loaded:
-            found.setdefault(name, set()).add(made.versions[name])
-    return {name: ", ".join(sorted(found[name])) for name in entries() if name in found}
+            versions.setdefault(name, set()).add(made.versions[name])
+    return {name: ", ".join(sorted(versions[name])) for name in entries() if name in versions}
 
 
 def references(versions: dict[str, str]) -> list[Reference]:

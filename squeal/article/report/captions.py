@@ -24,14 +24,14 @@ def modules(package: str) -> dict[str, ModuleType]:
 def captions() -> dict[str, str]:
     """Captions by the name of the figure's or table's file, figures first."""
     drawing = modules("squeal.article.figures")
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for name, figure in FIGURES.items():
         module = drawing[figure.module]
         several = getattr(module, "CAPTIONS", {})
-        found[name] = several.get(name, getattr(module, "CAPTION", ""))
+        texts[name] = several.get(name, getattr(module, "CAPTION", ""))
     for name, module in modules("squeal.article.report.tables").items():
-        found[name] = module.CAPTION
-    return found
+        texts[name] = module.CAPTION
+    return texts
 
 
 def captions_shown(results: Path) -> dict[str, str]:

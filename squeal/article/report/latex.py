@@ -47,19 +47,19 @@ def escape(text: str) -> str:
 def typeset(text: str) -> str:
     """Plain text as results hold it ("delta/w = +0.3, 1.2e-05") with symbols and numbers set."""
 
-    def token(found: re.Match[str]) -> str:
-        word = found.group()
-        if found.lastgroup == "id":  # of a claim
+    def token(match: re.Match[str]) -> str:
+        word = match.group()
+        if match.lastgroup == "id":  # of a claim
             return escape(word)
-        if found.lastgroup == "number":
+        if match.lastgroup == "number":
             return f"${number_text(word)}$"
-        if found.lastgroup == "signed":
+        if match.lastgroup == "signed":
             return f"${word}$"
-        if found.lastgroup == "percent":
+        if match.lastgroup == "percent":
             return r"\,\%"
-        if found.lastgroup == "times":
+        if match.lastgroup == "times":
             return r" $\times$ "
-        if found.lastgroup == "mark":
+        if match.lastgroup == "mark":
             return _MARKS[word]
         if word in _SYMBOLS or word in _LETTERS:
             return f"${_SYMBOLS.get(word, word)}$"
@@ -132,10 +132,10 @@ def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
         return {key: number(value, int(form[1:-1]))}
     elif isinstance(value, (int, str)):
         return {key: typeset(str(value))}
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for name, (entry, hint) in inner.items():
-        found |= plain_values(f"{key}.{name}", entry, hint)
-    return found
+        texts |= plain_values(f"{key}.{name}", entry, hint)
+    return texts
 
 
 def counted(n: int, noun: str) -> str:

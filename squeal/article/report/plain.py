@@ -37,7 +37,7 @@ _SPAN = re.compile(r"\\multicolumn\{(\d+)\}\{[^}]*\}\{(.*)\}$", re.DOTALL)
 def table_rows(tex: str) -> Sequence[list[str]]:
     """The rows of a generated table as text, its head first and once."""
     inside = re.sub(r"\\begin\{tabular\}\{(?:[^{}]|\{[^{}]*\})*\}|\\end\{tabular\}", "", tex)
-    found: list[list[str]] = []
+    rows: list[list[str]] = []
     for row in re.split(r"\\\\", _RULE.sub("", inside)):
         if not row.strip():
             continue
@@ -45,6 +45,6 @@ def table_rows(tex: str) -> Sequence[list[str]]:
         for cell in re.split(r"(?<!\\)&", row):
             span = _SPAN.match(cell.strip())
             cells += [plain(span[2]), *[""] * (int(span[1]) - 1)] if span else [plain(cell)]
-        if not (found and cells == found[0]):
-            found.append(cells)
-    return found
+        if not (rows and cells == rows[0]):
+            rows.append(cells)
+    return rows

@@ -47,7 +47,7 @@ class Origin:
     """Where a figure, table or number comes from.
 
     command: makes it in a clone; reads: the files that it was made from, in the build; module: of
-    this package, whose sources' digest is told.
+    this package, whose sources' digest is printed.
     """
 
     name: str
@@ -57,12 +57,12 @@ class Origin:
 
     def made(self) -> list[Provenance]:
         """What made each result among the files."""
-        found = []
+        records = []
         for file in self.reads:
             if file.suffix == ".json":
-                told = json.loads(file.read_text(encoding="utf-8")).get("provenance")
-                found += [Provenance.from_dict(told)] if told else []
-        return found
+                made = json.loads(file.read_text(encoding="utf-8")).get("provenance")
+                records += [Provenance.from_dict(made)] if made else []
+        return records
 
     def to_dict(self) -> dict[str, Any]:
         """As origin.json holds it."""
@@ -139,7 +139,7 @@ def _check(folder: Path, name: str) -> None:
 
 
 def _sealed(made: Path) -> None:
-    """Tell in origin.json what was written, so that a later take sees what was changed."""
+    """List in origin.json what was written, so that a later take sees what was changed."""
     origin = json.loads((made / ORIGIN).read_text(encoding="utf-8"))
     files = sorted(path for path in made.rglob("*") if path.is_file() and path.name != ORIGIN)
     origin["written"] = {str(path.relative_to(made)): _sha256(path) for path in files}

@@ -26,15 +26,15 @@ def looked_up(results: Mapping[str, Any], key: str) -> Any:
     study, *rest = key.split(".")
     if left_out(results.get(study)):
         return None
-    found: Any = results[study]
+    entry: Any = results[study]
     for part in rest:
-        if isinstance(found, list) and part.isdigit() and int(part) < len(found):
-            found = found[int(part)]
-        elif isinstance(found, dict) and part in found:
-            found = found[part]
+        if isinstance(entry, list) and part.isdigit() and int(part) < len(entry):
+            entry = entry[int(part)]
+        elif isinstance(entry, dict) and part in entry:
+            entry = entry[part]
         else:
             raise KeyError(key)
-    return found
+    return entry
 
 
 def left_out(result: Any) -> bool:

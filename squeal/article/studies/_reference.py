@@ -59,6 +59,6 @@ def precision_in_words() -> str:
     return "quad precision" if quad() is not None else "SciPy with shorter steps"
 
 
-def error_against(found: np.ndarray, exact: np.ndarray) -> float:
+def error_against(place: np.ndarray, exact: np.ndarray) -> float:
     """Greatest difference of two places (3,), relative to the size of the exact one."""
-    return float(np.abs(found - exact).max() / np.abs(exact).max())
+    return float(np.abs(place - exact).max() / np.abs(exact).max())

@@ -24,8 +24,8 @@ def read_scenes(
 
 def read_cases(files: Sequence[Path], model: str, purpose: Purpose = "query") -> dict[str, Scene]:
     """The four scenes of model B1 or B2 by case."""
-    found = read_scenes(files, [stem(model, case) for case in CASES], purpose)
-    return dict(zip(CASES, found.values(), strict=True))
+    scenes = read_scenes(files, [stem(model, case) for case in CASES], purpose)
+    return dict(zip(CASES, scenes.values(), strict=True))
 
 
 def alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:

@@ -1,7 +1,7 @@
 """Error against run time: both own paths and SciPy on two of the article's cases and a stiff pad.
 
 SciPy gets the same equations compiled by heyoka, and locates contact changes by its own events. The
-truth is a simulation in quad precision.
+reference solution is a simulation in quad precision.
 """
 
 import math
@@ -38,7 +38,7 @@ from squeal.simulation.run import in_natural_units
 STEMS = ("b1-c", "b2-c")
 STIFF = 1e6  # k3, k4 over k1 of the stiff pad
 TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
-PATIENCE = 0.3  # s: a path slower than this is not asked for tighter tolerances
+PATIENCE = 0.3  # s: a path slower than this gets no tighter tolerances
 SEVERAL = 256  # pads of a batch, whose time is given for each
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 MOST = 100_000  # contact changes
@@ -101,10 +101,10 @@ def ours(scene: Scene, tolerance: float) -> Run:
 def batch(scene: Scene, tolerance: float) -> Run:
     """`SEVERAL` equal pads at once; one of them is returned."""
     starts = np.tile(scene.initial, (SEVERAL, 1))
-    found = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
+    motions = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
     units, *_ = in_natural_units(scene)
-    place = units.to_scaled(found["final"][0])[:3]
-    return Run(place, found["events"][0][:, 0] / units.time, int(found["steps"][0]))
+    place = units.to_scaled(motions["final"][0])[:3]
+    return Run(place, motions["events"][0][:, 0] / units.time, int(motions["steps"][0]))
 
 
 @lru_cache(maxsize=64)
@@ -159,7 +159,7 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
 
 
 def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
-    """A method of `solve_ivp` with terminal events, started anew after each."""
+    """A method of `solve_ivp` with terminal events, restarted after each."""
     from scipy.integrate import solve_ivp
 
     def advance(
@@ -176,9 +176,9 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
             events.append(gap)
         given: Any = {"rtol": max(tolerance, 3e-14), "atol": tolerance, "events": events}
-        found = solve_ivp(lambda _t, s: rhs(s), (t, stop), state, method=method, **given)
-        met = next((e for e in (0, 1) if len(found.t_events[e])), None)
-        return float(found.t[-1]), found.y[:, -1], met, len(found.t) - 1
+        solution = solve_ivp(lambda _t, s: rhs(s), (t, stop), state, method=method, **given)
+        met = next((e for e in (0, 1) if len(solution.t_events[e])), None)
+        return float(solution.t[-1]), solution.y[:, -1], met, len(solution.t) - 1
 
     return hybrid(advance, scene, tolerance)
 
@@ -191,18 +191,18 @@ WAYS: dict[str, Way] = {
 }
 
 
-def compare_times(found: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
+def compare_times(times: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
     """Changes missed and changes made up, those that pair off in order left aside."""
     missed = extra = i = j = 0
-    while i < len(found) and j < len(exact):
-        apart = float(found[i] - exact[j])
+    while i < len(times) and j < len(exact):
+        apart = float(times[i] - exact[j])
         if abs(apart) <= NEAR:
             i, j = i + 1, j + 1
         elif apart < 0.0:
             extra, i = extra + 1, i + 1
         else:
             missed, j = missed + 1, j + 1
-    return missed + len(exact) - j, extra + len(found) - i
+    return missed + len(exact) - j, extra + len(times) - i
 
 
 def timed(task: Callable[[], T], enough: float = 0.02, least: int = 1) -> tuple[T, float]:
@@ -211,10 +211,10 @@ def timed(task: Callable[[], T], enough: float = 0.02, least: int = 1) -> tuple[
     spent: list[float] = []
     while True:
         begun = time.process_time()
-        found = task()
+        result = task()
         spent.append(time.process_time() - begun)
         if len(spent) == 50 or (sum(spent) > enough and len(spent) >= least):
-            return found, statistics.median(spent)
+            return result, statistics.median(spent)
 
 
 def points_of(
@@ -224,7 +224,7 @@ def points_of(
     share = 1.0 / SEVERAL if "batch" in name else 1.0
     # compilation is left out; ours, one contact state at a time, ends with the motion
     first = scene if name == "squeal" else replace(scene, stop=1e-3 * (scene.stop or 0.0))
-    found = []
+    points = []
     for tolerance in TOLERANCES:
         try:
             way(first, tolerance)
@@ -234,10 +234,10 @@ def points_of(
         error = error_against(run.place, exact.place)
         shown = error if math.isfinite(error) else None
         changes = compare_times(run.times, exact.times)
-        found.append(Point(case, name, tolerance, shown, seconds * share, *changes))
+        points.append(Point(case, name, tolerance, shown, seconds * share, *changes))
         if seconds * share > patience:
             break
-    return found
+    return points
 
 
 def study(files: Sequence[Path]) -> Accuracy:

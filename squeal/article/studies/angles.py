@@ -38,11 +38,11 @@ class Angles(Result):
     share: Shares
 
 
-def _encoded(found: Found, _: object = None) -> np.ndarray:
-    stable = found.codes <= NAMES.index("marginal")
-    full = found.contact == STATES.index(FULL)
+def _encoded(regions: Found, _: object = None) -> np.ndarray:
+    stable = regions.codes <= NAMES.index("marginal")
+    full = regions.contact == STATES.index(FULL)
     codes = np.where(stable, np.where(full, STABLE, PARTIAL), UNSTABLE)
-    return np.asarray(np.where(found.codes == BEYOND_FOLD, NONE, codes))
+    return np.asarray(np.where(regions.codes == BEYOND_FOLD, NONE, codes))
 
 
 def equilibria(scene: Scene) -> Outline:
@@ -56,12 +56,12 @@ def equilibria(scene: Scene) -> Outline:
 def study(files: Sequence[Path]) -> Angles:
     """The map for the pad of case (c), which the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
-    found = equilibria(scene)
-    area = np.array([found.area.get(code, 0.0) for code in range(4)]) / np.pi**2
+    regions = equilibria(scene)
+    area = np.array([regions.area.get(code, 0.0) for code in range(4)]) / np.pi**2
     exists, quiet, quiet_full = area[1:].sum(), area[PARTIAL:].sum(), area[STABLE]
-    return Angles(scene.pad.mu, found, Shares(float(exists), float(quiet), float(quiet_full)))
+    return Angles(scene.pad.mu, regions, Shares(float(exists), float(quiet), float(quiet_full)))
 
 
-def sentences(found: Angles) -> dict[str, bool]:
+def sentences(record: Angles) -> dict[str, bool]:
     """What the paper says of sliding equilibria."""
-    return {"sliding-on-most-of-the-map": found.share.quiet > 0.5}
+    return {"sliding-on-most-of-the-map": record.share.quiet > 0.5}

@@ -60,12 +60,12 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))
     with np.errstate(invalid="ignore", divide="ignore"):
         _, ratios, values = control.damp(plant, doprint=False)
-    found = []
+    rows = []
     for s, ratio in zip(values, ratios, strict=True):
         if s.imag < 0.0:
             continue
         still = abs(s.real) < ROUNDING * abs(s)
-        found.append(
+        rows.append(
             Pole(
                 real=0.0 if still else float(s.real),
                 imag=float(s.imag),
@@ -73,24 +73,24 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
                 damping_ratio=0.0 if still else float(ratio) if math.isfinite(ratio) else None,
             )
         )
-    return tuple(sorted(found, key=lambda p: (p.imag, p.real)))
+    return tuple(sorted(rows, key=lambda p: (p.imag, p.real)))
 
 
 def examined(scene: Scene) -> EquilibriumPoles | Missing:
     """Equilibrium, poles and verdict of a scene, or the reason why there is none."""
     try:
-        found, still = analyse(scene), analyse(scene.replace(mu=0.0))
+        analysis, still = analyse(scene), analyse(scene.replace(mu=0.0))
     except ComputationError as error:
         return Missing(str(error))
-    rows = poles(found.matrices)
+    rows = poles(analysis.matrices)
     upper = np.array([complex(p.real, p.imag) for p in rows])
     both = np.concatenate([upper, upper.conj()])
-    own = np.array([e.value for e in found.spectrum.eigenvalues])
+    own = np.array([e.value for e in analysis.spectrum.eigenvalues])
     apart = max(float(np.abs(both - s).min()) for s in own) / float(np.abs(own).max())
-    assert found.R_n is not None
+    assert analysis.R_n is not None
     assert still.R_n is not None  # of the line that all these scenes have
-    rest = (found.contact, found.R_n, still.R_n, found.q[2])
-    return EquilibriumPoles(*rest, rows, found.judgement.verdict, apart)
+    rest = (analysis.contact, analysis.R_n, still.R_n, analysis.q[2])
+    return EquilibriumPoles(*rest, rows, analysis.judgement.verdict, apart)
 
 
 def study(files: Sequence[Path]) -> Eigenvalues:

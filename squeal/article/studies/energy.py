@@ -112,15 +112,15 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
 
 def under_both_laws(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """The scenes by name; each of B2 under both laws, as b2-c-mean and b2-c-integral."""
-    found: dict[str, Scene] = {}
+    variants: dict[str, Scene] = {}
     for name, scene in scenes.items():
         if scene.model == "B1":
-            found[name] = scene
+            variants[name] = scene
             continue
         for law in LAWS:
             form = dataclasses.replace(scene.formulation, line_force=law)
-            found[f"{name}-{law}"] = dataclasses.replace(scene, formulation=form)
-    return found
+            variants[f"{name}-{law}"] = dataclasses.replace(scene, formulation=form)
+    return variants
 
 
 def study(files: Sequence[Path]) -> Energy:

@@ -84,23 +84,23 @@ class Case(NamedTuple):
     t: float = 0.0
 
 
-def _place(scene: Scene, found: Simulation) -> np.ndarray:
+def _place(scene: Scene, motion: Simulation) -> np.ndarray:
     units, *_ = in_natural_units(scene)
-    return units.to_scaled(np.array(found.final[1:]))[:3]
+    return units.to_scaled(np.array(motion.final[1:]))[:3]
 
 
-def against_quad(scene: Scene, found: Simulation) -> tuple[float, str]:
+def against_quad(scene: Scene, motion: Simulation) -> tuple[float, str]:
     """Relative error of the final place; infinite if other contact changes are found."""
     exact = reference(scene)
-    if len(exact.times) != found.contact_changes:
+    if len(exact.times) != motion.contact_changes:
         return math.inf, f"{len(exact.times)} contact changes in {precision_in_words()}"
-    return error_against(_place(scene, found), exact.place), precision_in_words()
+    return error_against(_place(scene, motion), exact.place), precision_in_words()
 
 
-def drift(scene: Scene, found: Simulation) -> tuple[float, str]:
+def drift(scene: Scene, motion: Simulation) -> tuple[float, str]:
     """Relative change of the energy, which a pad without friction keeps."""
     model = scene.pad_model
-    states = np.array([scene.initial, found.final[1:]])
+    states = np.array([scene.initial, motion.final[1:]])
     begin, end = (model.energy(s[:3], s[3:], model.state_at(s[:3])) for s in states)
     return abs(float(end / begin) - 1.0), "drift of energy"
 
@@ -126,12 +126,12 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     return np.concatenate([n * (2 * fall + back) + one for n in range(cycles)])
 
 
-def bounce_error(scene: Scene, found: Simulation) -> tuple[float, str]:
+def bounce_error(scene: Scene, motion: Simulation) -> tuple[float, str]:
     """Error of the contact changes of a dropped pad, relative to the time of the run."""
     stop = scene.stop or 0.0
     expected = bounce_times(scene.pad, scene.initial[1], 5)
     expected = expected[expected < stop]
-    times = np.array([event.t for event in found.events or ()])
+    times = np.array([event.t for event in motion.events or ()])
     alike = len(times) == len(expected)
     return float(np.abs(times - expected).max() / stop) if alike else math.inf, "closed form"
 
@@ -205,17 +205,17 @@ def cases() -> Iterator[Case]:
 def outcome(case: Case) -> Outcome:
     """Run a case and compare its outcome with the reference solution."""
     try:
-        found = simulate(case.scene)
+        motion = simulate(case.scene)
     except ComputationError as failure:
         message = str(failure)
         expected = bool(case.refusal) and case.refusal in message
         passed = expected and f"t = {case.t:.9g} s" in message
         word: Any = "rejected" if passed else "failed"
         return Outcome(case.group, case.name, word, None, 0, 0, 0.0, message)
-    error, against = case.error(case.scene, found)
+    error, against = case.error(case.scene, motion)
     word = "passed" if error <= LIMIT and not case.refusal else "failed"
     shown = error if math.isfinite(error) else None
-    counts = (found.steps, found.contact_changes, found.run_time)
+    counts = (motion.steps, motion.contact_changes, motion.run_time)
     return Outcome(case.group, case.name, word, shown, *counts, against)
 
 

@@ -112,9 +112,9 @@ def _amplitude(scene: Scene) -> float | None:
     assert scene.stop is not None
     starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(KICKS), 1))
     starts[:, 1] += KICKS * compression(scene)
-    found = simulate_starts(scene, starts, WINDOWS[-1] * scene.stop, TOLERANCE, measure=measures)
+    runs = simulate_starts(scene, starts, WINDOWS[-1] * scene.stop, TOLERANCE, measure=measures)
     lost = [
-        found["outcome"][i] != DONE or len(case_of(found, i).losses) > 0 for i in range(len(KICKS))
+        runs["outcome"][i] != DONE or len(case_of(runs, i).losses) > 0 for i in range(len(KICKS))
     ]
     return float(KICKS[lost.index(True)]) if any(lost) else None
 
@@ -182,9 +182,9 @@ def _between(amplitude: Mapping[str, float | None], low: str, high: str) -> bool
     return min(heights, key=heights.__getitem__) == low and max(heights.values()) == heights[high]
 
 
-def sentences(found: Hammering) -> Mapping[str, bool]:
+def sentences(record: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
-    by = found.hammering
+    by = record.hammering
     at = {w: by[f"{LEVEL}, {w}"] for w in WINDOWS}
     return {
         "b2-only-c-hammers": all(one["B2"] == ("c",) for one in at.values()),
@@ -193,13 +193,13 @@ def sentences(found: Hammering) -> Mapping[str, bool]:
         and not by["0.2, 1"]["B1"]
         and not any(by[f"0.5, {w}"]["B1"] for w in WINDOWS),
         "b2-c-at-every-level": all("c" in one["B2"] for one in by.values()),
-        "b1-loses-more": found.mean_lost["B1"] > found.mean_lost["B2"],
+        "b1-loses-more": record.mean_lost["B1"] > record.mean_lost["B2"],
         "equal-stiffness-and-load-widen-it": all(
-            (one.lost or 0.0) > (found.motions[stem("B2", case)]["1"].lost or 0.0)
-            for case, one in found.alike.items()
+            (one.lost or 0.0) > (record.motions[stem("B2", case)]["1"].lost or 0.0)
+            for case, one in record.alike.items()
         ),
-        "no-separation-without-rotation": found.locked == {"B1": ("c", "d"), "B2": ()},
-        "light-blows-in-b1-a": found.motions["b1-a"]["1"].leading < found.level,
-        "least-heights-from-b-to-a": _between(found.amplitude, "b1-b", "b1-a"),
-        "b1-b-keeps-its-leading-edge": found.motions["b1-b"]["1"].vanishes == 0.0,
+        "no-separation-without-rotation": record.locked == {"B1": ("c", "d"), "B2": ()},
+        "light-blows-in-b1-a": record.motions["b1-a"]["1"].leading < record.level,
+        "least-heights-from-b-to-a": _between(record.amplitude, "b1-b", "b1-a"),
+        "b1-b-keeps-its-leading-edge": record.motions["b1-b"]["1"].vanishes == 0.0,
     }

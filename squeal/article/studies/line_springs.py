@@ -61,7 +61,7 @@ def on_springs(scene: Scene, count: int) -> Scene:
 def _run(scene: Scene, count: int) -> Simulation | Missing:
     wanted = dataclasses.replace(
         on_springs(scene, count),
-        pad=scene.pad.replace(V=None),  # sliding is not asked for
+        pad=scene.pad.replace(V=None),  # sliding is not checked
         outputs=("events", "shares", "extrema", "history"),
         samples=SAMPLES,
     )
@@ -83,16 +83,16 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     places, goal = _places(scene, run), _places(scene, line)
     peak = run.extrema["Rn"]
     losses = sum(event.target == "SS" for event in run.events)
-    told = (1.0 - run.shares["FC"], run.shares["SS"], losses, peak[1] if peak else 0.0)
+    shares = (1.0 - run.shares["FC"], run.shares["SS"], losses, peak[1] if peak else 0.0)
     apart = float(np.abs(places - goal).max() / np.ptp(goal, axis=1).max())
-    return Contact(count, *told, apart)
+    return Contact(count, *shares, apart)
 
 
 def case(scene: Scene) -> Case:
     """Motions on springs and on the line."""
     line = _run(scene, 0)
     runs = {count: _run(scene, count) for count in COUNTS}
-    found = {
+    contacts = {
         count: _contact(scene, count, run, line)
         if isinstance(run, Simulation) and isinstance(line, Simulation)
         else run
@@ -100,7 +100,7 @@ def case(scene: Scene) -> Case:
     }
     return Case(
         _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
-        tuple(one for one in found.values() if not isinstance(one, Simulation)),
+        tuple(one for one in contacts.values() if not isinstance(one, Simulation)),
     )
 
 

@@ -119,8 +119,8 @@ def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     printed, signs = np.empty(shape), np.empty(shape)
     for index in np.ndindex(*shape):
         values = (v[i] for v, i in zip(VALUES.values(), index, strict=True))
-        found = bounds(with_values(pad, *values), angles)
-        printed[index], signs[index] = found.as_printed.mean(), found.sign_aware.mean()
+        holds = bounds(with_values(pad, *values), angles)
+        printed[index], signs[index] = holds.as_printed.mean(), holds.sign_aware.mean()
     return printed, signs
 
 
@@ -130,9 +130,9 @@ def _curves(pad: Pad) -> tuple[Curve, ...]:
 
     x, y = _axes(FINE)
     codes = at(np.array(_angles(FINE)))
-    found = outline(((0.0, math.pi), (0.0, math.pi)), x, y, codes.reshape(FINE, -1), at)
+    region = outline(((0.0, math.pi), (0.0, math.pi)), x, y, codes.reshape(FINE, -1), at)
     return tuple(
-        tuple((round(x, 5), round(y, 5)) for x, y in line.tolist()) for line, _ in found.curves
+        tuple((round(x, 5), round(y, 5)) for x, y in line.tolist()) for line, _ in region.curves
     )
 
 
@@ -144,9 +144,13 @@ def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> tuple[np.ndarray
     given = np.broadcast_arrays(*(getattr(pads, name) for name in names))
     count, each = len(given[0]), len(angles[0])
     values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, each) for v in given)])
-    found = codes_at(scene, ("alpha1", "alpha2", *names), values)
-    stable = np.isin(found.codes, STABLE)
-    chosen = found.codes != BEYOND_FOLD, stable, stable & (found.contact == STATES.index(FULL))
+    computed = codes_at(scene, ("alpha1", "alpha2", *names), values)
+    stable = np.isin(computed.codes, STABLE)
+    chosen = (
+        computed.codes != BEYOND_FOLD,
+        stable,
+        stable & (computed.contact == STATES.index(FULL)),
+    )
     return tuple(one.reshape(count, each).mean(axis=1) for one in chosen)
 
 
@@ -197,12 +201,12 @@ def study(files: Sequence[Path]) -> MapRanges:
     return MapRanges(sweeps, printed.size, _span(printed), _span(signs), full(scene))
 
 
-def sentences(found: MapRanges) -> Mapping[str, bool]:
+def sentences(record: MapRanges) -> Mapping[str, bool]:
     """What the supplement says of these maps."""
     return {
         "printed-below-correct-over-parameters": all(
             printed < correct
-            for sweep in found.sweeps.values()
+            for sweep in record.sweeps.values()
             for printed, correct in zip(sweep.printed, sweep.signs, strict=True)
         )
     }

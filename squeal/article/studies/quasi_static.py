@@ -28,16 +28,16 @@ class QuasiStatic(Result):
 
 def quasi_static(pad: Pad, cells: int = CELLS) -> QuasiStatic:
     """The map of so many cells a side, with the boundaries of both readings traced."""
-    found = quasi_static_map(pad, cells)
+    maps = quasi_static_map(pad, cells)
 
     def region(reading: str) -> Outline:
         def at(angles: np.ndarray) -> np.ndarray:
             return np.asarray(getattr(bounds(pad, angles), reading)).astype(int)
 
-        codes = getattr(found, reading).astype(int)
-        return outline(ENDS, found.angles, found.angles, codes, at)
+        codes = getattr(maps, reading).astype(int)
+        return outline(ENDS, maps.angles, maps.angles, codes, at)
 
-    return QuasiStatic(cells, pad.mu, found.share, region("as_printed"), region("sign_aware"))
+    return QuasiStatic(cells, pad.mu, maps.share, region("as_printed"), region("sign_aware"))
 
 
 def study(files: Sequence[Path]) -> QuasiStatic:
@@ -45,6 +45,6 @@ def study(files: Sequence[Path]) -> QuasiStatic:
     return quasi_static(read_scenes(files, ["b3"])["b3"].pad)
 
 
-def sentences(found: QuasiStatic) -> dict[str, bool]:
+def sentences(record: QuasiStatic) -> dict[str, bool]:
     """What the paper says of the map."""
-    return {"signs-decide-the-map": found.share.as_printed < 0.1 and found.share.sign_aware > 0.9}
+    return {"signs-decide-the-map": record.share.as_printed < 0.1 and record.share.sign_aware > 0.9}

@@ -162,23 +162,23 @@ def study(files: Sequence[Path]) -> Sets:
     """The sets in the folders of the scene files."""
     folders = list(dict.fromkeys(file.parent for file in files))
     first, *others = sorted(folders, key=lambda folder: len(folder.parts))
-    found = {}
+    sets = {}
     for name, folder in ((REFERENCE, first), *((one.name, one) for one in others)):
         own = [file for file in files if file.parent == folder and file.stem in STEMS]
-        found[name] = parameter_set(read_scenes(own, HISTORY_FIGURES, "simulate"))
-    return Sets(sets=found, statements=sum(claim.informative for claim in CLAIMS))
+        sets[name] = parameter_set(read_scenes(own, HISTORY_FIGURES, "simulate"))
+    return Sets(sets=sets, statements=sum(claim.informative for claim in CLAIMS))
 
 
-def sentences(found: Sets) -> Mapping[str, bool]:
+def sentences(record: Sets) -> Mapping[str, bool]:
     """What the paper says of all sets."""
-    every, flat, first = found.sets.values(), found.flat, found.sets[REFERENCE]
+    every, flat, first = record.sets.values(), record.flat, record.sets[REFERENCE]
     hammering = [one.hammering for one in every]
     both = [set(one["B1"]) & set(one["B2"]) for one in hammering]
     without_batches = not first.lasting
     return {
         "three-flat-sets": len(flat) >= 3,
-        "one-set-satisfies-all-that-can-hold": found.sets["set-4"].satisfied
-        == found.statements - 1,
+        "one-set-satisfies-all-that-can-hold": record.sets["set-4"].satisfied
+        == record.statements - 1,
         "flat-sets-need-much-friction": all(one.numbers["mu"] > 0.58 for one in flat),
         "c-alone-with-both-models-in-all-but-set-3": both == [{"c"}, {"c"}, set(), {"c"}],
         "points-hammer-in-d-in-every-set": all("d" in one["B1"] for one in hammering),
@@ -192,7 +192,7 @@ def sentences(found: Sets) -> Mapping[str, bool]:
             one.flutters["B2"] == () and "a" in one.flutters["B1"] for one in flat
         ),
         "c-of-set-2-alone-has-no-equilibrium": {
-            name: one.without for name, one in found.sets.items() if any(one.without.values())
+            name: one.without for name, one in record.sets.items() if any(one.without.values())
         }
         == {"set-2": {"B1": (), "B2": ("c",)}},
         "coexistence-in-the-reference-alone": without_batches

@@ -133,15 +133,15 @@ def branch(scene: Scene) -> Branch | Missing:
 
 def modes(scene: Scene, at: Equilibrium) -> Modes:
     """Pose and mode shapes at the scene's equilibrium."""
-    found, pad = analyse(scene), scene.pad
+    analysis, pad = analyse(scene), scene.pad
     lever = np.array([1.0, 1.0, pad.w])
     shapes = []
-    for one in shapes_of_pad(found, pad.w):
+    for one in shapes_of_pad(analysis, pad.w):
         shape = lever * one.shape
         shapes.append(ModeShape.of(one, real=_nested(shape.real), imag=_nested(shape.imag)))
-    pose = (pad.x0 + found.q[0], pad.y0 + found.q[1], pad.theta0 + found.q[2])
-    verdict = found.judgement.verdict
-    return Modes.of(at, found, verdict=verdict, pose=pose, modes=tuple(shapes))
+    pose = (pad.x0 + analysis.q[0], pad.y0 + analysis.q[1], pad.theta0 + analysis.q[2])
+    verdict = analysis.judgement.verdict
+    return Modes.of(at, analysis, verdict=verdict, pose=pose, modes=tuple(shapes))
 
 
 def examined(name: str, scene: Scene) -> SceneStability:

@@ -56,8 +56,8 @@ class Starts(Result):
     def share(self, name: str, kind: str, windows: int) -> float:
         """The share of the initial conditions of a case that come to a kind; 0 without a map."""
         maps = self.cases[name]
-        found = () if isinstance(maps, Missing) else maps
-        return next((one.share[kind] for one in found if one.windows == windows), 0.0)
+        several = () if isinstance(maps, Missing) else maps
+        return next((one.share[kind] for one in several if one.windows == windows), 0.0)
 
 
 def plane(scene: Scene, equilibrium: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -92,10 +92,10 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
     s, t = grid()
     starts = plane(scene, equilibrium, np.append(s, 1.0), np.append(t, 0.0))  # the own one last
     assert scene.stop is not None
-    found = simulate_starts(scene, starts, windows * scene.stop, TOLERANCE, measure=measures)
+    motions = simulate_starts(scene, starts, windows * scene.stop, TOLERANCE, measure=measures)
     codes = np.array(
         [
-            kind(case_of(found, i)) if found["outcome"][i] == DONE else len(KINDS) - 1
+            kind(case_of(motions, i)) if motions["outcome"][i] == DONE else len(KINDS) - 1
             for i in range(len(starts))
         ]
     )
@@ -122,19 +122,19 @@ def study(files: Sequence[Path]) -> Starts:
     return Starts(cases={name: maps(scene) for name, scene in scenes.items()})
 
 
-def sentences(found: Starts) -> Mapping[str, bool]:
+def sentences(record: Starts) -> Mapping[str, bool]:
     """What the paper says of these maps."""
-    if found.left_out:
+    if record.left_out:
         return {}
     permanent, hammering = KINDS[0], KINDS[3]
-    b1 = [name for name in found.cases if name.startswith("b1")]
+    b1 = [name for name in record.cases if name.startswith("b1")]
     return {
-        "b1-can-keep-contact": all(found.share(name, permanent, 10) > 0.0 for name in b1),
+        "b1-can-keep-contact": all(record.share(name, permanent, 10) > 0.0 for name in b1),
         "b1-hammers-from-most-in-a-c-d": all(
-            found.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
+            record.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
         ),
-        "b2-c-hammers-from-all": found.share("b2-c", hammering, 10) == 1.0,
+        "b2-c-hammers-from-all": record.share("b2-c", hammering, 10) == 1.0,
         "b2-others-hammer-nowhere": all(
-            found.share(f"b2-{case}", hammering, 10) == 0.0 for case in "ab"
+            record.share(f"b2-{case}", hammering, 10) == 0.0 for case in "ab"
         ),
     }

@@ -12,14 +12,14 @@ rounding size are set to zero."""
 def table(eigenvalues: Eigenvalues) -> str:
     """A group of rows a case, a row for a pair or a real eigenvalue."""
     groups = []
-    for scene, found in eigenvalues.scenes.items():
+    for scene, entry in eigenvalues.scenes.items():
         case = f"({scene[-1]})"
-        if isinstance(found, Missing):
-            groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(found.reason)}}}"]])
+        if isinstance(entry, Missing):
+            groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(entry.reason)}}}"]])
             continue
         rows: list[list[str]] = []
-        for pole in found.poles:
-            first = ["", "", ""] if rows else [case, found.contact, found.verdict]
+        for pole in entry.poles:
+            first = ["", "", ""] if rows else [case, entry.contact, entry.verdict]
             sign = r"\pm" if pole.imag else ""
             cells = [number(pole.real, 4), f"${sign}{pole.imag:.0f}$", f"{pole.frequency_hz:.1f}"]
             rows.append([*first[:2], *cells, number(pole.damping_ratio, 3), first[2]])
