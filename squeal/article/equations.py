@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.article.records import Record, Share
+from squeal.article.records import Record
 from squeal.model.equations import spring_directions
 from squeal.model.pad import Pad
 
@@ -61,8 +61,8 @@ def bounds(pad: Pad, angles: Any = None) -> Bounds:
 class Readings(Record):
     """Share of the map where (23a, b) hold as printed, and with correct signs."""
 
-    as_printed: Share
-    sign_aware: Share
+    as_printed: float
+    sign_aware: float
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from decimal import ROUND_CEILING, Decimal
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar, Union, dataclass_transform
+from typing import Any, Literal, Self, TypeVar, Union, dataclass_transform
 
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 from squeal.schema.values import Place, shown
 
 T = TypeVar("T")
-Share = Annotated[float, ".1%"]
 _hints = cache(typing.get_type_hints)
 
 

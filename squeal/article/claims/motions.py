@@ -106,12 +106,6 @@ def measures(
         }
 
 
-def contact_shares(course: Course, _units: Units) -> dict[str, np.ndarray]:
-    """Of the measures those that are shares of time, without the motion in between."""
-    spent = _times(course)
-    return {"shares": (spent / spent.sum(axis=0)).T}
-
-
 def _first_contact(course: Course) -> np.ndarray:
     """When (n,) each motion first touches, inf for one that never does."""
     times = np.where(course.first.any(axis=0), course.t0, np.inf)

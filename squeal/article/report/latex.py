@@ -1,13 +1,9 @@
-"""LaTeX text: escaping, symbols, numbers, tables, and values that the report refers to by key."""
+"""LaTeX text: escaping, symbols, numbers and tables."""
 
-import dataclasses
 import math
 import re
-import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
-
-from squeal.article.records import rounded_up
+from typing import TypeVar
 
 T = TypeVar("T")
 
@@ -83,21 +79,6 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"${number_text(f'{value:.{digits}g}')}$"
 
 
-def at_most(value: float, digits: int = 2) -> str:
-    """An upper bound with so many significant digits: rounded up, so that it is one as printed."""
-    return number(rounded_up(value, digits), digits)
-
-
-def at_least(value: float, digits: int = 2) -> str:
-    """A lower bound with so many significant digits: rounded down."""
-    return number(-rounded_up(-value, digits), digits)
-
-
-def power(value: float) -> str:
-    """A power of ten in math mode, of the nearest whole exponent."""
-    return f"$10^{{{round(math.log10(value))}}}$"
-
-
 ALL = 1.0 - 1e-9  # what is nearer to one is one but for rounding
 
 
@@ -107,45 +88,6 @@ def percent(share: float, digits: int = 1) -> str:
     if share < ALL and float(text) >= 100.0:
         return percent(share, digits + 1)
     return rf"{text}\,\%"
-
-
-def plain_values(key: str, value: Any, kind: Any = None) -> dict[str, str]:
-    """The numbers and words of a result by dotted name, those of records and mappings in it too.
-
-    Numbers have four digits; Annotated[float, ".1%"] asks for a percentage, ".2g" for other digits
-    and "power" for a power of ten. Lists are left to tables, lengths of them to the text's module.
-    """
-    inner: dict[str, tuple[Any, Any]] = {}
-    if dataclasses.is_dataclass(value):
-        hints = typing.get_type_hints(type(value), include_extras=True)
-        names = [f.name for f in dataclasses.fields(value) if f.name != "provenance"]
-        inner = {name: (getattr(value, name), hints[name]) for name in names}
-    elif isinstance(value, Mapping):
-        each = typing.get_args(kind)[1]
-        inner = {name.replace(" ", "-"): (entry, each) for name, entry in value.items()}
-    elif isinstance(value, float):
-        form = getattr(kind, "__metadata__", [".4g"])[0]
-        if form == "power":
-            return {key: power(value)}
-        if form.endswith("%"):
-            return {key: percent(value, int(form[1:-1]))}
-        return {key: number(value, int(form[1:-1]))}
-    elif isinstance(value, (int, str)):
-        return {key: typeset(str(value))}
-    texts: dict[str, str] = {}
-    for name, (entry, hint) in inner.items():
-        texts |= plain_values(f"{key}.{name}", entry, hint)
-    return texts
-
-
-def counted(n: int, noun: str) -> str:
-    """A number of things with the word for them: no change, one change, 14 changes."""
-    return f"{({0: 'no', 1: 'one'}).get(n, n)} {noun}{'' if n < 2 else 's'}"
-
-
-def in_words(names: Sequence[str]) -> str:
-    """Names in a sentence: a, b and c."""
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if names[1:] else "".join(names)
 
 
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
@@ -176,18 +118,3 @@ def cells(
 ) -> tuple[list[str], list[list[str]]]:
     """Head and rows of a table: for each column what it shows of an entry."""
     return list(columns), [[show(entry) for show in columns.values()] for entry in entries]
-
-
-def once(rows: Sequence[list[str]]) -> list[list[str]]:
-    """The same rows without a first cell that repeats that of the row before."""
-    before = ["", *(row[0] for row in rows)]
-    return [["" if row[0] == b else row[0], *row[1:]] for b, row in zip(before, rows, strict=False)]
-
-
-Generated = tuple[dict[str, str], dict[str, str]]
-"""What a chapter's module gives: texts of values by key, and of tables by the file's name."""
-
-
-def definitions(values: Mapping[str, str]) -> str:
-    r"""Lines that make \val{key} stand for a text; an unknown key is an error in the report."""
-    return "".join(f"\\setval{{{key}}}{{{text}}}\n" for key, text in sorted(values.items()))

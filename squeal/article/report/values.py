@@ -15,7 +15,6 @@ from squeal.article.report.latex import number_text, typeset
 from squeal.errors import InputError
 
 ASKED = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
-MILLI = 1e3
 
 
 def looked_up(results: Mapping[str, Any], key: str) -> Any:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, NAMES, Found, angle_axes, on_grid, traced_map
-from squeal.article.records import Record, Result, Share
+from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, STATES
@@ -25,9 +25,9 @@ class Shares(Record):
     full contact.
     """
 
-    exists: Share
-    quiet: Share
-    quiet_full: Share
+    exists: float
+    quiet: float
+    quiet_full: float
 
 
 class Angles(Result):

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 from squeal.article.claims import CLAIMS
 from squeal.article.identify.judging import INDEPENDENT, margins
 from squeal.article.identify.space import DIMENSIONS, decode
-from squeal.article.records import Record, Result, Share
+from squeal.article.records import Record, Result
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, Formulation
 
@@ -23,8 +23,8 @@ and the sign that Eq. (10) needs."""
 class Frequency(Record):
     """A share of random sets, and Wilson's interval."""
 
-    share: Share
-    interval: tuple[Share, Share]
+    share: float
+    interval: tuple[float, float]
 
 
 class Law(Record):
@@ -47,7 +47,7 @@ class Baseline(Result):
     laws: dict[str, Law]
     independent: int
     seed: int = SEED
-    confidence: Share = CONFIDENCE
+    confidence: float = CONFIDENCE
     left_out: str = ""
 
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
@@ -39,7 +38,7 @@ class EquilibriumPoles(Record):
     theta: float
     poles: tuple[Pole, ...]
     verdict: str
-    apart: Annotated[float, ".2g"]
+    apart: float
 
 
 class Eigenvalues(Result):

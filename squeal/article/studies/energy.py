@@ -6,7 +6,7 @@ Those of line contact run under both laws, the printed one and the integral one.
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Motion(Record):
     load: float
     law: float
     kinetic: float
-    residue: Annotated[float, ".1g"]
+    residue: float
     stays: tuple[Stay, ...]
     curves: dict[str, tuple[float, ...]]
 

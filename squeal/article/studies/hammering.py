@@ -8,7 +8,6 @@ the same motions without rotation; up to which height a pad on points is in perm
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
@@ -28,7 +27,6 @@ from squeal.simulation.ensemble import DONE, simulate_starts
 WINDOWS = (1, 3, 10)  # observation times over that of the case
 LOCKED = 1e8  # factor on the moment of inertia that stops rotation
 KICKS = np.linspace(0.02, 3.0, 150)  # heights above the equilibrium, over the static compression
-Share = Annotated[float, ".1%"]
 
 
 class Motion(Record):
@@ -45,10 +43,10 @@ class Motion(Record):
     turns: dict[str, int]
     leading: float
     trailing: float
-    vanishes: Share
-    lost: Share | None
-    apart: Share
-    separated: Share
+    vanishes: float
+    lost: float | None
+    apart: float
+    separated: float
 
 
 class Hammering(Result):
@@ -67,7 +65,7 @@ class Hammering(Result):
     locked: dict[str, tuple[str, ...]]
     amplitude: dict[str, float | None]
     reference: dict[str, float]
-    mean_lost: dict[str, Share]
+    mean_lost: dict[str, float]
     level: float = LEVEL
     turns: int = TURNS
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.article.records import Missing, Record, Result, Share
+from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_cases
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -30,8 +30,8 @@ class Contact(Record):
     """
 
     count: int
-    lost: Share
-    apart: Share
+    lost: float
+    apart: float
     losses: int
     peak: float
     off: float

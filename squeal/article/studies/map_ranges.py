@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at
 from squeal.article.equations import bounds
-from squeal.article.records import Record, Result, Share
+from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
@@ -44,8 +44,8 @@ Curve = tuple[tuple[float, float], ...]
 class Span(Record):
     """Least and greatest share of the map over a range of parameter sets."""
 
-    low: Share
-    high: Share
+    low: float
+    high: float
 
 
 class Sweep(Record):

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.thresholds import critical_friction
@@ -18,7 +17,6 @@ from squeal.io.scene import Scene
 
 REFERENCE = "reference"
 FLATTEST = 0.296  # h/w below which delta can be positive in case (d), by Eq. (8)
-Share = Annotated[float, ".1%"]
 
 
 class ParameterSet(Record):
@@ -44,9 +42,9 @@ class ParameterSet(Record):
     without: dict[str, tuple[str, ...]]
     critical: float | None
     ends: float | None
-    lost: dict[str, Share]
-    apart: dict[str, Share]
-    lasting: dict[str, Share]
+    lost: dict[str, float]
+    apart: dict[str, float]
+    lasting: dict[str, float]
     growth: dict[str, float | None]
 
     def coexists(self, model: str) -> bool:
