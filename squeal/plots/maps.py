@@ -34,11 +34,9 @@ Own = tuple[float, float] | None
 
 def angle_axes_of_pi(axes: Axes) -> None:
     """Axes of the two spring angles, drawn over pi."""
-    axes.set_aspect("equal")
     axes.set_xticks(*QUARTERS)
     axes.set_yticks(*QUARTERS)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(0.0, 1.0)
+    axes.set(aspect="equal", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
     axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
@@ -57,23 +55,23 @@ def mark(
         axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
 
 
-def draw(axes: Axes, found: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
+def draw(axes: Axes, areas: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
     """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
 
     unit: a number, or one for each axis.
     """
     unit = np.asarray(unit)
-    for k in np.unique(found.codes):
-        own = found.polygons[found.codes == k] / unit
-        closed = np.concatenate([own, own[:, :1]], axis=1)
-        ways = [Path.MOVETO, *[Path.LINETO] * (own.shape[1] - 1), Path.CLOSEPOLY]
+    for k in np.unique(areas.codes):
+        boxes = areas.polygons[areas.codes == k] / unit
+        closed = np.concatenate([boxes, boxes[:, :1]], axis=1)
+        ways = [Path.MOVETO, *[Path.LINETO] * (boxes.shape[1] - 1), Path.CLOSEPOLY]
         # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
         # that viewers leave between polygons
-        area = Path(closed.reshape(-1, 2), np.tile(ways, len(own)))
+        area = Path(closed.reshape(-1, 2), np.tile(ways, len(boxes)))
         patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
         axes.add_artist(patch)  # add_patch would look for the limits of each line
         axes.update_datalim(area.vertices)
-    lines = [curve / unit for curve, _ in found.curves]
+    lines = [curve / unit for curve, _ in areas.curves]
     look: Any = {"colors": "black", "linewidths": 0.6, "capstyle": "round"}
     axes.add_collection(LineCollection(lines, zorder=2, **look))
 
@@ -85,6 +83,11 @@ def symbol(name: str) -> str:
         letters, index = name, None
     letters = GREEK.get(letters, letters)
     return f"${letters}_{index}$" if index else f"${letters}$"
+
+
+def symbol_of(parameter: str) -> str:
+    """The free parameter of a pad or system as it stands on an axis."""
+    return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
 def unit_of(axis: Any, pad: bool = True) -> float:
@@ -104,24 +107,25 @@ def unit_of(axis: Any, pad: bool = True) -> float:
 
 
 def _label(axis: Any, factor: float) -> str:
-    unit = PARAMETERS[axis.name].unit
+    """Symbol, power of ten and unit of a pad's parameter."""
     power = round(math.log10(factor)) if factor != math.pi else 0
-    scale = f"$10^{{{power}}}$ " if power else ""
-    shown = "" if unit == "1" and not power else f" [{scale}{'' if unit == '1' else unit}]"
-    return symbol(axis.name) + shown.replace(" ]", "]")
+    scale = f"$10^{{{power}}}$" if power else ""
+    unit = PARAMETERS[axis.name].unit.removeprefix("1")
+    words = " ".join(filter(None, (scale, unit)))
+    return f"{symbol(axis.name)} [{words}]" if words else symbol(axis.name)
 
 
-def _settle(axes: Axes, found: Map, curves: Sequence[ThresholdCurve], own: Own) -> list[Line2D]:
+def _settle(axes: Axes, answer: Map, curves: Sequence[ThresholdCurve], own: Own) -> list[Line2D]:
     """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
 
     Also draws curves on which stability is lost. Returns what stands for them in a legend.
     """
     pad = own is not None
-    units = np.array([unit_of(axis, pad) for axis in found.axes])
+    units = np.array([unit_of(axis, pad) for axis in answer.axes])
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     for curve in curves:
         axes.plot(*(curve.points / units).T, gid="threshold", zorder=4, **look)
-    for axis, way, unit in zip(found.axes, "xy", units.tolist(), strict=True):
+    for axis, way, unit in zip(answer.axes, "xy", units.tolist(), strict=True):
         words = _label(axis, unit) if pad else literal(axis.name)
         axes.set(**{f"{way}lim": (axis.low / unit, axis.high / unit), f"{way}label": words})
         if getattr(axis, "log", False):
@@ -130,60 +134,68 @@ def _settle(axes: Axes, found: Map, curves: Sequence[ThresholdCurve], own: Own) 
             getattr(axes, f"set_{way}ticks")(*QUARTERS)
     if np.all(units == math.pi):
         axes.set_aspect("equal")
-    if own and all(a.low <= at <= a.high for a, at in zip(found.axes, own, strict=True)):
+    if own and all(a.low <= at <= a.high for a, at in zip(answer.axes, own, strict=True)):
         ring: Any = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
         axes.plot(*(np.array(own) / units), "o", clip_on=False, gid="own pad", **ring)
     return [Line2D([], [], label="threshold, continued", **look)] if curves else []
 
 
-def map_figure(
-    found: Map,
+def map_drawing(
+    name: str,
+    answer: Map,
     own: Own = None,
     areas: Outline | None = None,
     curves: Sequence[ThresholdCurve] = (),
-) -> Figure:
+) -> Drawing:
     """Verdict over two parameters: traced areas, or a cell for each point.
 
     own: the numbers of a pad, which is marked; curves: continued thresholds.
     """
-    colours = [COLOUR_OF.get(name, VERDICT_COLOURS[4]) for name in found.verdicts]
-    x, y = (axis.values / unit_of(axis, own is not None) for axis in found.axes)
+    colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
+    units = [unit_of(axis, own is not None) for axis in answer.axes]
+    x, y = (axis.values / unit for axis, unit in zip(answer.axes, units, strict=True))
     with style():
         figure = Figure(figsize=(SINGLE, 3.6))
         axes = figure.add_subplot()
         if areas is None:
             look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
-            axes.pcolormesh(x, y, found.codes.T, shading="nearest", rasterized=True, **look)
+            axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
         else:
-            draw(axes, areas, colours, tuple(unit_of(axis) for axis in found.axes))
+            draw(axes, areas, colours, units)
         handles: list[Any] = [
-            Patch(fc=colour, ec="k", lw=0.5, label=f"{name} ({100 * found.share[name]:.1f} %)")
-            for name, colour in zip(found.verdicts, colours, strict=True)
-            if found.share[name] > 0.0
+            Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({100 * share:.1f} %)")
+            for verdict, colour in zip(answer.verdicts, colours, strict=True)
+            if (share := answer.share[verdict]) > 0.0
         ]
-        if found.admissible is not None:
-            far = ~found.admissible & (found.codes != NAMES.index("beyond a fold"))
+        if answer.admissible is not None:
+            far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
             if far.any():
                 look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
                 axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
-                handles.append(
-                    Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible")
-                )
-        handles += _settle(axes, found, curves, own)
+                look = {"fc": "none", "ec": "k", "hatch": "////", "lw": 0.5}
+                handles.append(Patch(label="not admissible", **look))
+        handles += _settle(axes, answer, curves, own)
         figure.legend(handles=handles, loc="outside upper center", ncols=2)
-    return figure
+    title = f"Verdict on {name} over {answer.axes[0].name} and {answer.axes[1].name}"
+    shares = ", ".join(f"{verdict} {100 * s:.1f} %" for verdict, s in answer.share.items() if s)
+    return Drawing(figure, f"{title}; shares of the area: {shares}.", title, origin(__name__))
 
 
-def contour_figure(
-    found: Map, own: Own = None, level: float | None = None, curves: Sequence[ThresholdCurve] = ()
-) -> Figure:
+def contour_drawing(
+    name: str,
+    answer: Map,
+    own: Own = None,
+    level: float | None = None,
+    curves: Sequence[ThresholdCurve] = (),
+) -> Drawing:
     """Labelled contours of a map's quantity over filled ones; grey where there is no value.
 
     own: the numbers of a pad, which is marked; level: a value whose curve is drawn thick.
     """
-    assert found.quantity is not None
-    quantity, unit, numbers = found.quantity
-    x, y = (axis.values / unit_of(axis, own is not None) for axis in found.axes)
+    assert answer.quantity is not None
+    quantity, unit, numbers = answer.quantity
+    words = QUANTITIES[quantity][0]
+    x, y = (axis.values / unit_of(axis, own is not None) for axis in answer.axes)
     values = np.ma.masked_invalid(numbers.T)
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
@@ -192,27 +204,14 @@ def contour_figure(
             filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
             edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
             axes.clabel(edges, fontsize=7, fmt="%g")
-            words = QUANTITIES[quantity][0]
             figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
             if level is not None and values.min() < level < values.max():
                 axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-        lines = _settle(axes, found, curves, own)
+        lines = _settle(axes, answer, curves, own)
         if lines:
             figure.legend(handles=lines, loc="outside upper center")
-    return figure
-
-
-def map_drawing(name: str, found: Map, figure: Figure, contours: bool = False) -> Drawing:
-    """The figure of a map, ready to be saved."""
-    over = f"{found.axes[0].name} and {found.axes[1].name}"
-    if contours and found.quantity is not None:
-        quantity, unit, values = found.quantity
-        title = f"{QUANTITIES[quantity][0].capitalize()} of {name} over {over}"
-        known = values[np.isfinite(values)]
-        span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
-        text = f"{title}: {span}, on {100 * known.size / values.size:.1f} % of the area."
-    else:
-        title = f"Verdict on {name} over {over}"
-        shares = ", ".join(f"{verdict} {100 * s:.1f} %" for verdict, s in found.share.items() if s)
-        text = f"{title}; shares of the area: {shares}."
+    title = f"{words.capitalize()} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
+    known = values.compressed()
+    span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
+    text = f"{title}: {span}, on {100 * known.size / values.size:.1f} % of the area."
     return Drawing(figure, text, title, origin(__name__))

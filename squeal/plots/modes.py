@@ -1,15 +1,20 @@
-"""Eigenvalues in the complex plane and, of a pad, the shapes of its modes beside them."""
+"""Eigenvalues in the complex plane, and mode shapes: of a pad, and on the nodes of a system."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
 
 from squeal.analysis.modes import ModeShape
+from squeal.io.system import Coordinates
+from squeal.io.writing import write_whole
 from squeal.model.pad import Pad
 from squeal.plots.style import (
     DOUBLE,
@@ -17,12 +22,15 @@ from squeal.plots.style import (
     Drawing,
     frequency_limits,
     in_unit,
+    literal,
     origin,
     style,
     units_of,
 )
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
+LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn
+FRAMES = 24  # of a period
 RING, RED = "#3498DB", "#C8380E"
 NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": RED}
 PHASES: dict[str, dict[str, Any]] = {
@@ -45,32 +53,28 @@ def is_real(shape: np.ndarray) -> bool:
     return bool(np.abs(shape.imag).max() < 1e-6)
 
 
-def outline(w: float, h: float, pose: np.ndarray) -> np.ndarray:
-    """Corners (5, 2) of a pad at pose (x, y, theta), the first corner repeated."""
-    corners = np.array([[-w, -h], [w, -h], [w, h], [-w, h], [-w, -h]])
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return np.asarray(corners @ np.array([[c, s], [-s, c]]) + pose[:2])
-
-
 def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np.ndarray]:
-    """The pad at rest and at two phases of a mode, in half lengths.
+    """The pad at rest and at two phases of a mode: corners (5, 2) in half lengths, the first twice.
 
     slenderness: h/w; rest: (x/w, y/w, theta); shape: complex (x, y, w theta), its largest part 1.
     The phases are opposite ones, or a quarter turn apart for a complex shape.
     """
+    h = slenderness
+    corners = np.array([[-1.0, -h], [1.0, -h], [1.0, h], [-1.0, h], [-1.0, -h]])
     # in half lengths w theta is the angle itself
-    turns = (1.0, -1.0 if is_real(shape) else 1j)
-    poses = (rest, *(rest + LARGEST * (shape * turn).real for turn in turns))
-    return [outline(1.0, slenderness, pose) for pose in poses]
+    turns = (0.0, 1.0, -1.0 if is_real(shape) else 1j)
+    lines = []
+    for x, y, theta in (rest + LARGEST * (shape * turn).real for turn in turns):
+        c, s = np.cos(theta), np.sin(theta)
+        lines.append(corners @ np.array([[c, s], [-s, c]]) + [x, y])
+    return lines
 
 
 def draw_pad(axes: Axes, lines: Sequence[np.ndarray]) -> None:
     """Pad at rest and at both phases."""
     for corners, (name, look) in zip(lines, PHASES.items(), strict=True):
         axes.plot(*corners.T, linewidth=0.8, gid=name, **look)
-    axes.set_aspect("equal")
-    axes.set_xticks([])
-    axes.set_yticks([])
+    axes.set(aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
 
 
@@ -116,10 +120,8 @@ def draw_eigenvalues(axes: Axes, values: np.ndarray, beside: np.ndarray | None =
     for points, look in sets:
         axes.scatter(points.real / units[1].factor, points.imag / units[0].factor, s=26, **look)
     reach = max(1.0, 1.2 * float(np.abs(everything.real).max(initial=0.0))) / units[1].factor
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(*frequency_limits(everything, units[0]))
-    axes.set_xlabel(f"growth rate [{units[1].name}]")
-    axes.set_ylabel(f"frequency [{units[0].name}]")
+    axes.set(xlim=(-reach, reach), ylim=frequency_limits(everything, units[0]))
+    axes.set(xlabel=f"growth rate [{units[1].name}]", ylabel=f"frequency [{units[0].name}]")
     for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
         place = (root.real / units[1].factor, root.imag / units[0].factor)
         words = in_unit(root.imag, units[0])
@@ -157,8 +159,7 @@ def pad_figure(
             if one.growth_rate:
                 name += f", ${one.growth_rate / units[1].factor:+.4g}$ {units[1].name}"
             axes.set_title(name, pad=2.0, color=RED if one.growth_rate > 0.0 else "k")
-            axes.set_xlim(left, right)
-            axes.set_ylim(bottom, top)
+            axes.set(xlim=(left, right), ylim=(bottom, top))
         handles, names = legend_of_phases(moved)
         names[1] += f" ({exaggeration(pad.w)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
@@ -176,3 +177,83 @@ def modes_drawing(name: str, values: np.ndarray, figure: Figure | None = None) -
     more = f", and {len(values) - 100} more" if len(values) > 100 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}{more}."
     return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
+
+
+def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
+    """Displacements (nodes, 3) of the nodes that move, turned so that the real parts are largest,
+    and scaled to a largest length of one."""
+    u = where.displacements(np.asarray(shape, dtype=complex))
+    u = u * np.exp(-0.5j * np.angle(np.sum(u * u)))
+    largest = float(np.sqrt(np.max(np.sum(np.abs(u) ** 2, axis=1))))
+    return np.asarray(u / largest if largest > 0 else u)
+
+
+class _Box:
+    """The nodes in a box that holds them at every phase."""
+
+    def __init__(self, where: Coordinates, u: NDArray[np.complex128]) -> None:
+        some = slice(None, None, 1 + len(where.places) // 15_000)  # points that show a shape
+        self.rest, self.u = where.places[some], u[some]
+        sides = np.ptp(where.places, axis=0)
+        self.size = float(sides.max()) or 1.0
+        self.middle = (where.places.max(axis=0) + where.places.min(axis=0)) / 2
+        self.sides = np.maximum(sides, 0.08 * self.size) + 2 * LARGEST_OF_NODES * self.size
+        self.amplitude = np.sqrt(np.sum(np.abs(self.u) ** 2, axis=1))
+        self.point = float(np.clip(6e3 / len(self.rest), 0.3, 12.0))
+
+    def axes(self, figure: Figure, place: tuple[float, float, float, float]) -> Any:
+        axes: Any = figure.add_axes(place, projection="3d")
+        axes.set_box_aspect(tuple(self.sides), zoom=1.5)
+        axes.set_axis_off()
+        return axes
+
+    def draw(self, axes: Any, turn: complex) -> Any:
+        moved = self.rest + LARGEST_OF_NODES * self.size * (self.u * turn).real
+        drawn = axes.scatter(
+            *moved.T, c=self.amplitude, s=self.point, vmin=0.0, vmax=1.0, lw=0, clip_on=False
+        )
+        for name, middle, side in zip("xyz", self.middle, self.sides, strict=True):
+            getattr(axes, f"set_{name}lim")(middle - side / 2, middle + side / 2)
+        return drawn
+
+
+def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
+    """The nodes at the phase of largest motion and a quarter of a period later.
+
+    words: frequency and growth of the mode of what is called `name`.
+    """
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.5))
+        figure.set_layout_engine("none")
+        box = _Box(where, displacements(where, shape))
+        panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
+        for left, turn, title in panels:
+            dots = box.draw(box.axes(figure, (left, 0.0, 0.45, 0.85)), turn)
+            figure.text(left + 0.225, 0.82, title, ha="center")
+        bar = figure.colorbar(dots, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
+        bar.set_label("amplitude [largest]")
+        figure.text(0.5, 0.93, literal(words), ha="center")
+    text = f"Shape of a mode of {name}: {words}."
+    return Drawing(figure, text, f"Mode of {name}", origin(__name__))
+
+
+def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) -> None:
+    """Save one period of a mode as a GIF that repeats; growth is left out."""
+    from PIL import Image
+
+    with style():
+        figure = Figure(figsize=(SINGLE, 2.2), dpi=150)
+        figure.set_layout_engine("none")
+        canvas: Any = FigureCanvasAgg(figure)
+        box = _Box(where, displacements(where, shape))
+        axes = box.axes(figure, (0.0, 0.0, 1.0, 0.9))
+        figure.text(0.5, 0.92, literal(words), ha="center")
+        frames = []
+        for k in range(FRAMES):
+            drawn = box.draw(axes, np.exp(2j * np.pi * k / FRAMES))
+            canvas.draw()
+            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("P"))
+            drawn.remove()
+    first, *rest = frames
+    options = {"save_all": True, "duration": round(1200 / FRAMES), "loop": 0}
+    write_whole(path, lambda to: first.save(to, "GIF", append_images=rest, **options), binary=True)

@@ -36,7 +36,7 @@ _SCALES = {"F_n": "brake force", "w": "half length"}
 
 
 class Interval(NamedTuple):
-    """A stretch of time (s) spent in one contact state."""
+    """A time (s) spent in one contact state."""
 
     start: float
     stop: float
@@ -91,39 +91,36 @@ class Run:
 def pieces(
     t: np.ndarray, values: np.ndarray, timeline: list[Interval]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Per state one curve of (time, value), its separate stretches divided by NaN.
+    """Per state one curve of (time, value), its separate intervals divided by NaN.
 
-    A stretch begins and ends at the located contact changes, where the value is interpolated
-    between the samples; between them every sample is kept.
+    An interval begins and ends at the located contact changes, where the value is interpolated
+    between the samples; between them it holds every sample.
     """
-    found: dict[str, list[np.ndarray]] = {}
+    curves: dict[str, list[np.ndarray]] = {}
     for start, stop, state in timeline:
         inside = (t > start) & (t < stop)
         first, last = np.interp([start, stop], t, values)
-        times = [start, *t[inside], stop, np.nan]
-        found.setdefault(state, []).append(
-            np.array([times, [first, *values[inside], last, np.nan]])
-        )
-    return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in found.items()}
+        piece = [start, *t[inside], stop, np.nan], [first, *values[inside], last, np.nan]
+        curves.setdefault(state, []).append(np.array(piece))
+    return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in curves.items()}
 
 
 @dataclass(frozen=True)
 class Looks:
-    """How the states of a run are drawn: stretches of time, and of each state met its look.
+    """How the states of a run are drawn: intervals of time, and by state its short label, meaning
+    and colour.
 
-    Where one state stands for partial contact at either edge, its stretches are told apart by the
-    side on which the reaction acts.
+    Where one state stands for partial contact at either edge, the side on which the reaction acts
+    is part of its name.
     """
 
     timeline: list[Interval]
     states: dict[str, tuple[str, str, str]]
-    """Short label, meaning and colour by name."""
 
     @staticmethod
     def of(run: Run) -> Looks:
         """The looks of a run."""
-        model = run.summary.model
-        law, palette = contact_law(model), colours(model)
+        law, palette = contact_law(run.summary.model), colours(run.summary.model)
         partial = law.state_name(LEAD)
         if partial != law.state_name(TRAIL):
             partial = ""
@@ -200,36 +197,17 @@ def alternative_text(run: Summary) -> str:
     )
 
 
-def with_place(run: Run, model: PadModel) -> Run:
-    """The run with the position of the reaction over w in its history, if its law does not plot it.
-
-    The place jumps nowhere but is steep at a change of contact, so the history gets the located
-    changes as times of their own, with what touches before or after.
-    """
-    if PLACE.name in run.history:
-        return run
-    from scipy.interpolate import CubicHermiteSpline
-
-    known, old = {model.state_name(state): state for state in model.states}, run.history
-    t, changes = old["t"], run.summary.events
-    times = np.array([change.t for change in changes])
-    names = [*old["state"].tolist(), *(change.target for change in changes)]
-    history = {"t": np.append(t, times), "state": np.array(names)}
-    for name in old.keys() - history:
-        if f"{name}_dot" in old:
-            more = CubicHermiteSpline(t, old[name], old[f"{name}_dot"])(times)
-        else:
-            more = np.interp(times, t, old[name])
-        history[name] = np.append(old[name], more)
-    touching = np.array([known[name] for name in names], dtype=float)
-    for i, change in enumerate(changes, len(t)):
-        touching[i] = np.logical_or(known[change.source], known[change.target])
-    order = np.argsort(history["t"], kind="stable")
-    history = {name: values[order] for name, values in history.items()}
-    at = pose(np, (history["x"], history["y"], history["theta"]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        _, place = model.law.resultant(model.c, at, touching[order].T)
-    return Run(run.summary, history | {PLACE.name: place / model.pad.w})
+def _with_place(run: Run, model: PadModel) -> Run:
+    """The run with the position of the reaction over w in its history."""
+    history = run.history
+    states = {model.state_name(state): state for state in model.states}
+    if PLACE.name not in history:
+        touching = np.array([states[name] for name in history["state"]], dtype=float).T
+        at = pose(np, (history["x"], history["y"], history["theta"]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            _, place = model.law.resultant(model.c, at, touching)
+        history = history | {PLACE.name: place / model.pad.w}
+    return Run(run.summary, history)
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
@@ -238,33 +216,30 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     late = slice(-int(LAST * len(t)), None)
     values = np.array([run.history[signal.name][late] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
-    frequencies, amplitudes = frequencies[1:], amplitudes[1:]
+    kilohertz, amplitudes = frequencies[1:] / 1e3, amplitudes[1:]
     top = max(float(amplitudes.max()), 1e-12)
     for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
-        seen = np.maximum(column, 1e-3 * decades * top)
         named: Any = {"label": f"${signal.symbol}$", "gid": f"spectrum {signal.name}"}
-        axes.plot(frequencies / 1e3, seen, color=colour, **named)
-    strong = frequencies[(amplitudes >= 0.01 * top).any(axis=1)]
-    axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(frequencies[-1])) / 1e3)
+        axes.plot(kilohertz, np.maximum(column, 1e-3 * decades * top), color=colour, **named)
+    strong = kilohertz[(amplitudes >= 0.01 * top).any(axis=1)]
+    axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(kilohertz[-1])))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
-    axes.set_ylim(decades * top, 3.0 * top)
+    axes.set(ylim=(decades * top, 3.0 * top), xlabel="frequency [kHz]", ylabel="amplitude$/F_n$")
     known = f"; strongest line of the motion at {frequency:.0f} Hz" if frequency else ""
     axes.set_title(f"({letter}) spectrum of the last quarter{known}", loc="left", pad=3.0)
-    axes.set_xlabel("frequency [kHz]")
-    axes.set_ylabel("amplitude$/F_n$")
     if frequency:
         axes.axvline(frequency / 1e3, color="0.6", linewidth=0.5, zorder=0)
     if len(forces) > 1:
         axes.legend(loc="upper right")
 
 
-def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
+def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
     """Panels of forces and of the position of the reaction, a strip of states, and the spectrum.
 
-    `frequency` (Hz) is marked in it if it is known.
+    `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
-    law, looks, placed = contact_law(run.summary.model), Looks.of(run), with_place(run, model)
+    law, looks = contact_law(run.summary.model), Looks.of(run)
     states = looks.states
     forces = [signal for signal in law.plotted if signal.is_force]
     panels = [*forces, PLACE]
@@ -274,9 +249,9 @@ def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
         first = figure.add_subplot(grid[0])
         axes = [first, *(figure.add_subplot(grid[i], sharex=first) for i in range(1, len(panels)))]
-        below = figure.add_subplot(grid[len(panels)], sharex=first)
+        below = figure.add_subplot(grid[-2], sharex=first)
         for one, signal, letter in zip(axes, panels, "abc", strict=False):
-            trace(one, placed, signal, letter, looks)
+            trace(one, _with_place(run, model), signal, letter, looks)
             one.tick_params(labelbottom=False)
         strip(below, looks)
         last = figure.add_subplot(grid[-1])
@@ -285,18 +260,11 @@ def motion_figure(run: Run, model: PadModel, frequency: float = 0.0) -> Figure:
         handles = first.get_lines()[: len(states)]
         names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
-    return figure
-
-
-def motion_drawing(run: Run, model: PadModel, frequency: float | None) -> Drawing:
-    """The figure of a simulated scene, ready to be saved."""
+    third = f" A third panel shows the {PLACE.words} over the half length."
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
-    told = PLACE in contact_law(run.summary.model).plotted
-    place = "" if told else f" A third panel shows the {PLACE.words} over the half length."
-    return Drawing(
-        motion_figure(run, model, frequency or 0.0),
-        f"{alternative_text(run.summary)}{place} A last panel shows the spectrum of the "
-        f"forces in the last quarter of the run; {known}.",
-        f"Motion of the scene {run.summary.name}: forces, contact and spectrum",
-        origin(__name__, run.summary.provenance),
+    text = (
+        f"{alternative_text(run.summary)}{'' if PLACE in law.plotted else third} A last panel "
+        f"shows the spectrum of the forces in the last quarter of the run; {known}."
     )
+    title = f"Motion of the scene {run.summary.name}: forces, contact and spectrum"
+    return Drawing(figure, text, title, origin(__name__, run.summary.provenance))

@@ -77,10 +77,8 @@ def origin(module: str, *results: Provenance | None) -> str:
             f"computed from {inputs or 'no file'} by {made.module} "
             f"(sources {made.source_sha256}, {versions})"
         )
-    parts.append(
-        f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"
-    )
-    return "; ".join(parts)
+    drawn = f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"
+    return "; ".join([*parts, drawn])
 
 
 def blank(title: str, why: str, module: str, *results: Provenance | None) -> Drawing:
@@ -135,10 +133,8 @@ STATE_COLOURS = dict(zip(STATES, ("#3498DB", "#000000", "#6A1B7B", "#C8380E"), s
 
 def colours(model: Model) -> dict[str, str]:
     """Colour of each state name of a model; B2's partial contact takes that of state 3."""
-    found: dict[str, str] = {}
-    for state in STATES:
-        found.setdefault(contact_law(model).state_name(state), STATE_COLOURS[state])
-    return found
+    name = contact_law(model).state_name
+    return {name(state): STATE_COLOURS[state] for state in STATES[::-1]}
 
 
 def state_label(state: str) -> str:
@@ -166,8 +162,8 @@ def units_of(values: np.ndarray) -> tuple[Unit, Unit]:
 
 def frequency_limits(values: np.ndarray, unit: Unit) -> tuple[float, float]:
     """Limits of an axis of frequency: from zero on, but for a band of high ones."""
-    seen = np.abs(values.imag) / unit.factor
-    low, high = float(seen.min(initial=np.inf)), float(seen.max(initial=0.0))
+    frequencies = np.abs(values.imag) / unit.factor
+    low, high = float(frequencies.min(initial=np.inf)), float(frequencies.max(initial=0.0))
     room = 0.1 * (high - low)
     return (low - room, high + room) if 0.5 * high < low < high else (0.0, 1.1 * high or 1.0)
 

@@ -22,13 +22,15 @@ def test_own_pad_and_its_level_are_drawn():
     axes = Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", low, high, 12)
     found = squeal.map(scene, axes, quantity="critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
-    panel = maps.contour_figure(found, own, float(np.nanmedian(found.quantity[2]))).axes[0]
+    level = float(np.nanmedian(found.quantity[2]))
+    panel = maps.contour_drawing("b3", found, own, level).figure.axes[0]
     (mark,) = [line for line in panel.get_lines() if line.get_gid() == "own pad"]
     place = np.asarray(mark.get_xydata())[0] * [maps.unit_of(axis) for axis in found.axes]
     assert place == pytest.approx(own)
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
-    outside = maps.contour_figure(found, (scene.pad.alpha1, 2.1 * scene.pad.k_c)).axes[0]
+    aside = (scene.pad.alpha1, 2.1 * scene.pad.k_c)
+    outside = maps.contour_drawing("b3", found, aside).figure.axes[0]
     assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
 
 
@@ -62,7 +64,7 @@ def test_symbols(name, shown):
 def test_axes_say_their_unit_and_power(axis, label):
     codes = np.zeros((5, 5), dtype=int)
     found = Map("B3", (axis, Axis("h", 0.1, 1.0, 5)), ("", ""), NAMES, codes)
-    figure = maps.map_figure(found, (0.0, 0.0))
+    figure = maps.map_drawing("b3", found, (0.0, 0.0)).figure
     assert figure.axes[0].get_xlabel() == label
     figure.draw_without_rendering()
     assert figure.axes[0].xaxis.get_offset_text().get_text() == ""
@@ -72,6 +74,5 @@ def test_axes_say_their_unit_and_power(axis, label):
 def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
     side = SimpleNamespace(name=name, low=0.0, high=1.0, values=np.array([0.25, 0.75]))
     found = Map("a system", (side, side), ("", ""), NAMES, np.zeros((2, 2), dtype=int))
-    drawing = maps.map_drawing("a system", found, maps.map_figure(found))
-    save(drawing, tmp_path / "chart.png", text=False)
+    save(maps.map_drawing("a system", found), tmp_path / "chart.png", text=False)
     assert (tmp_path / "chart.png").stat().st_size > 0

@@ -1,14 +1,28 @@
-"""Figures of mode shapes: a rigid pad moved by its shape, the exaggeration said."""
+"""Eigenvalues in the plane, shapes of pads with their exaggeration, and shapes on nodes."""
+
+from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from squeal.analysis.answers import Step
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.modes import shapes_of_pad
 from squeal.io.scene import read_scene
-from squeal.plots.coupling import sweep_drawing, sweep_figure
-from squeal.plots.modes import LARGEST, exaggeration, modes_drawing, pad_figure
+from squeal.io.system import Coordinates
+from squeal.plots.coupling import sweep_drawing
+from squeal.plots.modes import (
+    FRAMES,
+    LARGEST,
+    LARGEST_OF_NODES,
+    animate_shape,
+    displacements,
+    exaggeration,
+    modes_drawing,
+    pad_figure,
+    shape_drawing,
+)
 from squeal.plots.style import save
 from tests.conftest import SCENES
 
@@ -62,7 +76,7 @@ def test_units_follow_the_frequencies_and_names_stay_inside(hertz, unit, grown):
         Step(at, roots + hertz * 0.01 * (at == grown), np.zeros(3), "flutter")
         for at in (0.0, 0.5, 1.0)
     ]
-    for figure in (modes_drawing("x", roots).figure, sweep_figure("mu", rows)):
+    for figure in (modes_drawing("x", roots).figure, sweep_drawing("x", "mu", rows).figure):
         counted = [a for a in figure.axes if a.get_ylabel().startswith("frequency")]
         for axes in counted:
             assert axes.get_ylabel().endswith(f"[{unit}]")
@@ -81,3 +95,49 @@ def test_a_user_s_parameter_is_shown_as_it_is_written(tmp_path):
     rows = [Step(at, np.array([GROWS]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
     save(sweep_drawing("a system", "cost in $", rows), tmp_path / "sweep.png", text=False)
     assert (tmp_path / "sweep.png").stat().st_size > 0
+
+
+T = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
+RING = np.array([0.2 * np.cos(T), 0.2 * np.sin(T), 0.0 * T]).T
+WHERE = Coordinates(np.repeat(np.arange(40), 3), np.tile(np.arange(3), 40), RING)
+
+
+def _shape(values):
+    shape = np.zeros(120, dtype=complex)
+    shape[2::3] = values
+    return shape
+
+
+def test_displacements_are_scaled_and_turned():
+    u = displacements(WHERE, 7j * _shape(np.cos(2 * T)))
+    assert np.allclose(u[:, :2], 0)
+    assert np.allclose(np.abs(u[:, 2].real), np.abs(np.cos(2 * T)))
+    assert np.allclose(u.imag, 0, atol=1e-12)  # a standing wave has one phase
+    travelling = displacements(WHERE, _shape(np.exp(2j * T)))
+    assert np.allclose(np.abs(travelling[:, 2]), 1)
+    assert np.all(displacements(WHERE, _shape(0 * T)) == 0)
+
+
+def test_a_still_figure_shows_two_phases():
+    figure = shape_drawing("a disc", "a mode", WHERE, _shape(np.exp(2j * T))).figure
+    for axes, turn in zip(figure.axes, (1.0, 1j), strict=False):
+        drawn: Any = axes.collections[0]
+        heights = np.asarray(drawn._offsets3d[2])
+        u = displacements(WHERE, _shape(np.exp(2j * T)))[:, 2]
+        assert np.allclose(heights, LARGEST_OF_NODES * 0.4 * (u * turn).real, rtol=1e-2)
+    for axes in figure.axes[:2]:  # both panels show the same box
+        assert axes.get_xlim() == pytest.approx((-0.232, 0.232), rel=1e-2)
+
+
+def test_a_moving_one_has_a_period(tmp_path):
+    path = tmp_path / "mode.gif"
+    animate_shape(path, "a mode", WHERE, _shape(np.cos(2 * T)))
+    image: Any
+    with Image.open(path) as image:
+        assert image.n_frames == FRAMES
+        frames = []
+        for k in (0, FRAMES // 2):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("L"), dtype=int))
+    assert np.any(np.abs(frames[0] - frames[1]) > 50)
+    assert path.read_bytes().count(b"NETSCAPE") == 1  # it repeats
