@@ -191,6 +191,7 @@ def test_a_value_shows_the_digits_that_its_interval_leaves(value, low, high, sho
         lambda: api.reduce(SCENE),
         lambda: api.map(SCENE, (api.Axis("mu", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
         lambda: api.map(SCENE, (api.Axis("k9", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
+        lambda: api.map(SCENE, (api.Axis("k3", -1, 1, 3), api.Axis("mu", 0, 1, 3))),
         lambda: api.Axis("mu", 1.0, 0.0, 3),
         lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
         lambda: api.sensitivity(SCENE, of="colour"),

@@ -6,6 +6,7 @@ import cmath
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from operator import itemgetter
 from typing import Any
 
@@ -27,14 +28,9 @@ ROOT = (
     Column("imag", "rad/s", lambda root: root.value.imag),
     *columns("frequency_hz damping_ratio"),
     Column("residual", shown=lambda root: number(root.residual, 2)),
-    Column("condition", value=lambda root: finite(root.condition), hidden=True),
+    Column("condition", value=lambda root: plain(root.condition), hidden=True),
 )
 """Columns of an eigenvalue, and its keys in JSON."""
-
-
-def finite(value: float) -> float | None:
-    """A number, None for one that JSON cannot say."""
-    return float(value) if math.isfinite(value) else None
 
 
 def root_row(root: Eigenvalue) -> dict[str, Any]:
@@ -66,17 +62,24 @@ def valued(parameter: str, value: float | None) -> dict[str, Any]:
     return {"parameter": parameter, "value": value, "mu": value}
 
 
-def named(names: Sequence[str], others: Sequence[Column]) -> list[str]:
-    """Names of parameters as columns: one that another column has is called parameter.NAME."""
+def led(
+    leads: Iterable[tuple[str, str]], others: Sequence[Column], rows: Sequence[Any], at: Any
+) -> Table:
+    """A table led by columns of parameters (name, unit), of which at(k, row) is the value; one
+    whose name another column has is called parameter.NAME."""
     taken = {column.name for column in others}
-    return [f"parameter.{name}" if name in taken else name for name in names]
+    columns = [
+        Column(f"parameter.{name}" if name in taken else name, unit, partial(at, k))
+        for k, (name, unit) in enumerate(leads)
+    ]
+    return Table([*columns, *others], rows)
 
 
 def hertz(roots: Iterable[Eigenvalue]) -> str:
     """Frequencies in a line."""
-    found = sorted(root.frequency_hz for root in roots)
-    more = f", {len(found) - LISTED} more" if len(found) > LISTED else ""
-    return (", ".join(map(number, found[:LISTED])) or "-") + more
+    every = sorted(root.frequency_hz for root in roots)
+    more = f", {len(every) - LISTED} more" if len(every) > LISTED else ""
+    return (", ".join(map(number, every[:LISTED])) or "-") + more
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,29 +117,32 @@ class Eigenvalues(Answer):
     def filtered(self, low: float, high: float, least: float) -> Eigenvalues:
         """The same with the unstable modes alone that have a frequency (Hz) from low to high and
         grow by at least `least` (1/s)."""
-        kept = [m for m in self.unstable if low <= m.frequency_hz <= high]
-        kept = [mode for mode in kept if mode.growth_rate >= least]
-        left = len(self.unstable) - len(kept)
+        modes = tuple(
+            mode
+            for mode in self.unstable
+            if low <= mode.frequency_hz <= high and mode.growth_rate >= least
+        )
+        left = len(self.unstable) - len(modes)
         note = (f"{left} more unstable modes are not asked for",) * bool(left)
-        return replace(self, unstable=tuple(kept), notes=self.notes + note)
+        return replace(self, unstable=modes, notes=self.notes + note)
 
     def table(self) -> Table:
         """A row for each eigenvalue."""
-        told = (Column("mode", value=lambda row: row[0]), *map(of_second, ROOT))
-        return Table(told, list(enumerate(self.eigenvalues, 1)), nothing="no root")
+        number_column = Column("mode", value=itemgetter(0))
+        rows = list(enumerate(self.eigenvalues, 1))
+        return Table((number_column, *map(of_second, ROOT)), rows, nothing="no root")
 
     def growing(self) -> Table:
         """A row for each unstable mode."""
-        told = (
+        table = (
             *columns("kind frequency_hz"),
             Column("growth_rate", "1/s"),
             Column("damping_ratio"),
             Column(f"onset, {self.parameter}", value=lambda mode: mode.onset),
         )
-        return Table(told, self.unstable, "unstable modes", "no unstable mode is listed")
+        return Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
 
     def parts(self) -> Sequence[str | Table]:
-        """The place, the eigenvalues, the verdict and what grows."""
         head = f"{self.name}, {self.parameter} = {number(self.value)}"
         where = f" on {self.extent}" if self.extent else ""
         proof = "none is missing (count)" if self.certified else "the list may be incomplete"
@@ -144,9 +150,8 @@ class Eigenvalues(Answer):
         return [head, *self.notes[:1], self.table(), verdict, self.growing(), *self.notes[1:]]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal eigenvalues`."""
-        found = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
-        return found | {
+        head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
+        return head | {
             "eigenvalues": [root_row(root) for root in self.eigenvalues],
             "verdict": self.verdict,
             "criterion": self.criterion,
@@ -175,11 +180,10 @@ class Step:
     @property
     def eigenvalues(self) -> tuple[Eigenvalue, ...]:
         """The roots without their vectors; none where the branch does not reach."""
-        if self.roots is None:
+        if self.roots is None or self.residuals is None:
             return ()
-        errors = np.full(len(self.roots), np.nan) if self.residuals is None else self.residuals
         none = np.empty(0, dtype=complex)
-        pairs = zip(self.roots.tolist(), errors.tolist(), strict=True)
+        pairs = zip(self.roots.tolist(), self.residuals.tolist(), strict=True)
         return tuple(Eigenvalue(root, none, none, error, math.nan) for root, error in pairs)
 
     def growing(self) -> tuple[Eigenvalue, ...]:
@@ -187,14 +191,17 @@ class Step:
         upper = (root for root in self.eigenvalues if root.value.imag >= 0.0)
         return tuple(root for root in upper if root.growth_rate > 1e-9 * abs(root.value))
 
-    def listed(self) -> list[dict[str, Any]] | None:
-        """The roots as JSON rows."""
-        if self.roots is None:
-            return None
-        every = (root_row(root) for root in self.eigenvalues)
-        return [
-            {k: v for k, v in row.items() if v is not None and not math.isnan(v)} for row in every
+    def to_dict(self, parameter: str) -> dict[str, Any]:
+        """The step as a JSON row."""
+        rows = [
+            {name: plain(v) for name, v in root_row(root).items() if plain(v) is not None}
+            for root in self.eigenvalues
         ]
+        row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
+        row |= {"verdict": self.verdict, "spurious": self.spurious}
+        if self.admissible is not None:
+            row |= {"contact": self.contact, "admissible": self.admissible}
+        return row
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,16 +227,14 @@ class Sweep(Answer):
 
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
-        own = {column.name: of_second(column) for column in ROOT}
-        told = (
+        root = {column.name: of_second(column) for column in ROOT}
+        table = (
             Column("contact", value=lambda row: row[0].contact),
-            *(own[name] for name in ("real", "imag", "frequency_hz", "residual")),
+            *(root[name] for name in ("real", "imag", "frequency_hz", "residual")),
             Column("verdict", value=lambda row: row[0].verdict),
         )
-        (name,) = named([self.parameter], told)
-        lead = Column(name, value=lambda row: row[0].value)
         pairs = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
-        return Table((lead, *told), pairs)
+        return led([(self.parameter, "")], table, pairs, lambda _, row: row[0].value)
 
     def parts(self) -> Sequence[str | Table]:
         """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
@@ -237,49 +242,40 @@ class Sweep(Answer):
         def upper(step: Step) -> str:
             return hertz(root for root in step.eigenvalues if root.value.imag > 0.0)
 
-        def told_verdict(step: Step) -> str:
-            unknown = "no equilibrium on the branch" if step.roots is None else "-"
-            return step.verdict or unknown
+        def verdict(step: Step) -> str:
+            return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
 
         def largest(step: Step) -> float | None:
             return max((root.growth_rate for root in step.eigenvalues), default=None)
 
-        told: tuple[Column, ...] = (
+        contact = (Column("contact"),) * any(step.contact is not None for step in self.steps)
+        table = (
             Column(self.parameter, value=lambda step: step.value),
-            Column("contact"),
+            *contact,
             Column("frequencies, Hz", value=upper),
             Column("growing, Hz", value=lambda step: hertz(step.growing())),
             Column("largest real, 1/s", value=largest),
-            Column("verdict", value=told_verdict),
+            Column("verdict", value=verdict),
         )
-        if all(step.contact is None for step in self.steps):
-            told = told[:1] + told[2:]
         basis = [] if self.basis is None else [basis_text(self.basis)]
-        return [Table(told, self.steps, f"sweep of {self.parameter}"), *basis]
+        return [Table(table, self.steps, f"sweep of {self.parameter}"), *basis]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object: `sweep`, a row for each value, and `basis`."""
-        rows = []
-        for step in self.steps:
-            found = valued(self.parameter, step.value) | {"eigenvalues": step.listed()}
-            found |= {"verdict": step.verdict, "spurious": step.spurious}
-            if step.admissible is not None:
-                found |= {"contact": step.contact, "admissible": step.admissible}
-            rows.append(found)
+        rows = [step.to_dict(self.parameter) for step in self.steps]
         return {"parameter": self.parameter, "sweep": rows, "basis": self.basis}
 
 
 def basis_text(basis: Mapping[str, Any]) -> str:
     """A reduced system for people."""
-    told = (
+    text = (
         f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} full "
         f"solutions; worst residual in the full problem {basis['residual']:.2g}"
     )
     if basis["spurious"]:
-        told += f"; {basis['spurious']} roots that the full problem has not are left out"
+        text += f"; {basis['spurious']} roots that the full problem has not are left out"
     if basis["growth_limit"] is not None:
-        told += f"\nroots that grow by more than {basis['growth_limit']:.4g} 1/s are left out"
-    return told
+        text += f"\nroots that grow by more than {basis['growth_limit']:.4g} 1/s are left out"
+    return text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -331,14 +327,16 @@ class Thresholds(Answer):
         every += [point for point in self.points if point.mu not in crossed]
 
         def verdict(row: CriticalPoint | Crossing) -> str | None:
-            changed = getattr(row, "changes_verdict", True)
-            return changes.get(row.mu) if changed else None
+            return changes.get(row.mu) if getattr(row, "changes_verdict", True) else None
 
         def half(row: CriticalPoint | Crossing) -> str:
             return number((row.interval[1] - row.interval[0]) / 2, 2)
 
-        told = (
-            Column("mu", "", None, lambda row: located(row.mu, *row.interval)),
+        def place(row: CriticalPoint | Crossing) -> str:
+            return located(row.mu, *row.interval)
+
+        table = (
+            Column("mu", shown=place, words=self.parameter),
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
@@ -349,23 +347,19 @@ class Thresholds(Answer):
             Column("error", value=half),
             Column("changes_verdict", value=lambda row: int(verdict(row) is not None), hidden=True),
         )
-        return Table(told, sorted(every, key=lambda row: row.mu), nothing="no change of stability")
+        return Table(table, sorted(every, key=lambda row: row.mu), nothing="no change of stability")
 
     def parts(self) -> Sequence[str | Table]:
-        """The verdict at the lower end, the thresholds, and how far the search reached."""
-        p, table = self.parameter, self.table()
-        shown = replace(table, columns=(replace(table.columns[0], words=p), *table.columns[1:]))
         count = {
-            True: "a count of growing roots between the crossings agrees",
-            False: "a count of growing roots between the crossings does NOT agree",
-            None: "",
+            True: ["a count of growing roots between the crossings agrees"],
+            False: ["a count of growing roots between the crossings does NOT agree"],
+            None: [],
         }[self.certified]
-        head = f"{self.name}: at {p} = {number(self.low)}: {self.verdict}"
-        tail = f"followed up to {p} = {self.high:.9g}: {self.end}"
-        return [f"{head}", shown, "\n".join([*self.notes, *[count] * bool(count), tail])]
+        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
+        tail = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
+        return [head, self.table(), "\n".join([*self.notes, *count, tail])]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal critical-friction`."""
         points, crossings = (
             [valued(self.parameter, one.mu) | asdict(one) for one in each]
             for each in (self.points, self.crossings)
@@ -398,13 +392,10 @@ class Axis:
     log: bool = False
 
     def __post_init__(self) -> None:
-        self.check(Whole(2, 100_000), Place("Axis", self.name))
-
-    def check(self, count: Whole, at: Place) -> None:
-        """Refuse an empty range. Raises InputError."""
-        count.read(self.n, at / "n")
-        for name, end in (("low", self.low), ("high", self.high)):
-            Number().check(end, at / name)
+        at = Place("Axis", self.name)
+        Whole(1, 100_000).read(self.n, at / "n")
+        Number().check(self.low, at / "low")
+        Number().check(self.high, at / "high")
         if not self.low < self.high or (self.log and not self.low > 0.0):
             allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
@@ -438,13 +429,12 @@ class Axis:
 class Map(Answer):
     """The verdict over two parameters.
 
-    axes: the two, each with name, low, high and values; codes (n1, n2): indices into `verdicts`;
-    quantity: name, unit and values (n1, n2) of a number beside them; admissible (n1, n2): where a
-    pad has an equilibrium that the model means.
+    codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
+    beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
     """
 
     name: str
-    axes: tuple[Any, Any]
+    axes: tuple[Axis, Axis]
     units: tuple[str, str]
     verdicts: tuple[str, ...]
     codes: NDArray[np.int8]
@@ -464,62 +454,51 @@ class Map(Answer):
 
     def table(self) -> Table:
         """A row for each point: parameters, verdict, quantity, admissible (1 or 0)."""
-        told = [Column("verdict", value=lambda row: row[2])]
-        parts: list[list[Any]] = [[self.verdicts[code] for code in self.codes.ravel().tolist()]]
+        x, y = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
+        parts: dict[tuple[str, str], Any] = {("verdict", ""): np.array(self.verdicts)[self.codes]}
         if self.quantity is not None:
-            name, unit, numbers = self.quantity
-            told.append(Column(name, unit, lambda row: row[3]))
-            parts.append(numbers.ravel().tolist())
+            parts[self.quantity[:2]] = self.quantity[2]
         if self.admissible is not None:
-            told.append(Column("admissible", value=lambda row: row[-1]))
-            parts.append(self.admissible.ravel().astype(int).tolist())
-        first, second = named([axis.name for axis in self.axes], told)
-        lead = (
-            Column(first, self.units[0], lambda row: row[0]),
-            Column(second, self.units[1], lambda row: row[1]),
-        )
-        a, b = (axis.values for axis in self.axes)
-        x, y = (part.ravel().tolist() for part in np.meshgrid(a, b, indexing="ij"))
-        return Table((*lead, *told), list(zip(x, y, *parts, strict=True)))
+            parts["admissible", ""] = self.admissible.astype(int)
+        others = [Column(*head, itemgetter(k)) for k, head in enumerate(parts, 2)]
+        rows = zip(*(part.ravel().tolist() for part in (x, y, *parts.values())), strict=True)
+        leads = [(axis.name, unit) for axis, unit in zip(self.axes, self.units, strict=True)]
+        return led(leads, others, list(rows), lambda k, row: row[k])
 
     def parts(self) -> Sequence[str | Table]:
-        """The share of each verdict, and the span of the quantity."""
         (a, b), shape = self.axes, self.codes.shape
         title = f"share of the area: {a.name} x {b.name}, {shape[0]} x {shape[1]} points"
         shares = (
-            Column("verdict", value=lambda pair: pair[0]),
+            Column("verdict", value=itemgetter(0)),
             Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}"),
         )
-        table = Table(shares, list(self.share.items()), title)
-        return [table, *self.notes]
+        return [Table(shares, list(self.share.items()), title), *self.notes]
 
     def curves(self) -> Table:
         """A row for each point of each curve on which stability is lost."""
         names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
-        units = ["", *self.units, "", ""]
         rows = [
             (k, *point, curve["kind"], hertz)
             for k, curve in enumerate(self.details["threshold_curve"], 1)
             for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True)
         ]
-        pairs = enumerate(zip(names, units, strict=True))
-        return Table([Column(name, unit, itemgetter(k)) for k, (name, unit) in pairs], rows)
+        heads = enumerate(zip(names, ["", *self.units, "", ""], strict=True))
+        return Table([Column(name, unit, itemgetter(k)) for k, (name, unit) in heads], rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal map`."""
         axes = [
             {"name": axis.name, "low": axis.low, "high": axis.high}
-            | {"scale": "log" if getattr(axis, "log", False) else "linear"}
+            | {"scale": "log" if axis.log else "linear"}
             for axis in self.axes
         ]
-        found = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
+        answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
         if self.admissible is not None:
-            found["admissible_share"] = float(self.admissible.mean())
+            answer["admissible_share"] = float(self.admissible.mean())
         if self.quantity is not None:
             name, unit, numbers = self.quantity
             rows = [[plain(value) for value in row] for row in numbers.tolist()]
-            found |= {"quantity": name, "unit": unit, "values": rows}
-        return found | dict(self.details)
+            answer |= {"quantity": name, "unit": unit, "values": rows}
+        return answer | dict(self.details)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -547,55 +526,56 @@ class Sensitivity(Answer):
     def table(self) -> Table:
         """A row for each parameter: its unit, and the derivative of each eigenvalue or the loss."""
 
-        def part(i: int, name: str) -> Column:
-            return Column(
-                f"{name}_{i + 1}", value=lambda row: float(getattr(self.slopes[row][i], name))
-            )
+        def part(i: int, name: str, row: str) -> float:
+            return float(getattr(self.slopes[row][i], name))
 
-        count = len(next(iter(self.slopes.values()), ()))
-        told = [part(i, name) for i in range(count) for name in ("real", "imag")]
+        table = [Column("parameter", value=str), Column("unit", value=self.units.__getitem__)]
         if self.what == "threshold":
-            told = [Column("slope", value=lambda row: float(self.slopes[row][0]))]
-        lead = (Column("parameter", value=str), Column("unit", value=lambda row: self.units[row]))
-        return Table((*lead, *told), list(self.slopes))
+            table.append(Column("slope", value=partial(part, 0, "real")))
+        else:
+            for i in range(len(next(iter(self.slopes.values()), ()))):
+                for name in ("real", "imag"):
+                    table.append(Column(f"{name}_{i + 1}", value=partial(part, i, name)))
+        return Table(table, list(self.slopes))
 
     def parts(self) -> Sequence[str | Table]:
         """What a small change of each parameter does."""
         if self.what == "threshold" and not self.slopes:
             return ["stability is not lost, so nothing moves its loss"]
-        told = [
+
+        def moved(i: int, factor: complex, row: str) -> str:
+            slope = complex(self.slopes[row][i])
+            change = (slope * factor).real * self.step(row)
+            return f"{change + 0.0:+.3g}" if cmath.isfinite(slope) else "-"
+
+        table = [
             Column("parameter", value=str),
             Column("change", value=lambda row: "1 degree" if row in self.angles else "1 %"),
         ]
-
-        def moved(i: int, factor: float, imag: bool) -> Column:
-            def value(row: str) -> str:
-                slope = complex(self.slopes[row][i])
-                part = (slope.imag if imag else slope.real) * factor * self.step(row)
-                return f"{part + 0.0:+.3g}" if cmath.isfinite(slope) else "-"
-
-            words = ("df, Hz" if imag else "dRe, 1/s") if self.what == "eigenvalues" else ""
-            return Column(f"{i + 1}: {words}" if words else f"d {self.parameter}", value=value)
-
         if self.what == "threshold":
             title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
-            told.append(moved(0, 1.0, False))
+            table.append(Column(f"d {self.parameter}", value=partial(moved, 0, 1.0)))
         else:
             title = "what a small change of a parameter does to each mode"
-            for i, value in enumerate(self.at):
-                if value.imag >= 0.0:
-                    told += [moved(i, 1 / math.tau, True), moved(i, 1.0, False)]
-        return [Table(told, [name for name in self.slopes if self.step(name)], title)]
+            for i in np.flatnonzero(np.imag(self.at) >= 0.0).tolist():
+                for words, factor in (("df, Hz", -1j / math.tau), ("dRe, 1/s", 1.0)):
+                    table.append(Column(f"{i + 1}: {words}", value=partial(moved, i, factor)))
+        return [Table(table, [name for name in self.slopes if self.step(name)], title)]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON entry `sensitivity`; null where nothing is lost or two eigenvalues coincide."""
+        """Null where nothing is lost or two eigenvalues coincide."""
         if self.what == "threshold":
             slopes = {name: float(slope[0]) for name, slope in self.slopes.items()}
-            found = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": slopes}
-            return {"sensitivity": found if self.slopes else None}
-        rows: list[dict[str, Any]] = []
-        for name, every in self.slopes.items():
-            listed = [complex(slope) for slope in every]
-            told = [{"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None for d in listed]
-            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": told})
+            loss = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": slopes}
+            return {"sensitivity": loss if self.slopes else None}
+        rows = [
+            {"parameter": name, "unit": self.units[name]}
+            | {
+                "eigenvalues": [
+                    {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
+                    for d in slopes.astype(complex).tolist()
+                ]
+            }
+            for name, slopes in self.slopes.items()
+        ]
         return {"sensitivity": rows}

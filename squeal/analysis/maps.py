@@ -6,13 +6,13 @@ the branch from mu = 0 that a query follows; see `squeal.analysis.stack`.
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.analysis.answers import Axis as AnyAxis
+from squeal.analysis.answers import Axis
 from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.admissible import LIMITED
 from squeal.errors import InputError
@@ -21,7 +21,7 @@ from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.outline import Outline, outline
-from squeal.schema.values import Instance, Number, Place, Several, Whole, takes
+from squeal.schema.values import Instance, Number, Place, Several, takes
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
@@ -33,22 +33,7 @@ QUANTITIES = {
     "frequency": ("frequency of the most unstable mode", "Hz"),
 }
 """What a field may show: its name in words, and its unit."""
-COUNT = Whole(1, 100_000)
 FIELD_POINTS = 2_000  # that are followed together
-
-
-@dataclass(frozen=True)
-class Axis(AnyAxis):
-    """One parameter of a map of pads; raises InputError for values that it may not take."""
-
-    def __post_init__(self) -> None:
-        at = Place("Axis")
-        if self.name not in PARAMETERS:
-            raise at.must_be(self.name, f"one of {', '.join(PARAMETERS)}")
-        self.check(COUNT, at)
-        share = 0.5 / self.n  # of the way: the outermost values
-        for end in (self.at(share), self.at(1.0 - share)):
-            PARAMETERS[self.name].kind.check(float(end), at)
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -153,14 +138,18 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     return Found(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
 
 
-def check_names(scene: Scene, names: Sequence[str], at: Place) -> None:
-    """Refuse to map what the scene does not use, or one parameter twice. Raises InputError."""
-    allowed = parameters(scene.pad_model)
-    for name in names:
-        if name not in allowed:
-            raise at.must_be(name, f"a parameter of the scene: {', '.join(allowed)}")
-    if len(set(names)) < len(names):
-        raise at.refuse(f"{names[-1]} is the first parameter too; take another one")
+def check_axes(scene: Scene, axes: tuple[Axis, Axis]) -> None:
+    """Refuse to map what the scene does not use, values that a parameter may not take, or one
+    parameter twice. Raises InputError."""
+    allowed, at = parameters(scene.pad_model), Place("Axis")
+    for axis in axes:
+        if axis.name not in allowed:
+            used = f"a parameter of the scene: {', '.join(allowed)}"
+            raise (at / "name").must_be(axis.name, used)
+        for end in axis.values[[0, -1]].tolist():
+            PARAMETERS[axis.name].kind.check(end, at / axis.name)
+    if axes[0].name == axes[1].name:
+        raise (at / "name").refuse(f"{axes[1].name} is the first parameter too; take another one")
 
 
 AXES = Several(Instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
@@ -175,7 +164,7 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
     for a parameter that the scene does not use, or the same one twice.
     """
     names = (axes[0].name, axes[1].name)
-    check_names(scene, names, Place("Axis") / "name")
+    check_axes(scene, axes)
     x, y = axes[0].values, axes[1].values
     if scene.pad_model.linear and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_rows(scene.pad_model, axes)
@@ -252,6 +241,7 @@ def field_of(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float
         raise InputError(
             f"quantity: {quantity} is not allowed; it must be one of {', '.join(QUANTITIES)}"
         )
+    check_axes(scene, axes)
     names = (axes[0].name, axes[1].name)
     if quantity == "critical-friction" and "mu" in names:
         raise InputError(

@@ -10,7 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, Axis, Found, codes_at
+from squeal.analysis.answers import Axis
+from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, Found, codes_at
 from squeal.analysis.stack import QUIET, PadStack
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS

@@ -1,23 +1,47 @@
 """One family of verbs for a pad and for matrices: eigenvalues, thresholds, sweep, map, and so on.
 
-What is analysed is a `Scene`, what `read_system` gives, or a `System` made from arrays. The rooms
-of pads and of systems are loaded by the first question about one.
+What is analysed is a `Scene`, what `read_system` gives, or a `System` made from arrays. Pads are
+answered here; the room of systems is loaded by the first question about one.
 """
 
 from __future__ import annotations
 
 import importlib
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Eigenvalues, Map, Sensitivity, Sweep, Thresholds
+from squeal.analysis import maps
+from squeal.analysis.answers import (
+    Axis,
+    Eigenvalues,
+    Map,
+    Sensitivity,
+    Step,
+    Sweep,
+    Thresholds,
+    root_row,
+    shape_rows,
+)
+from squeal.analysis.eigenvalues import (
+    Analysis,
+    analyse,
+    article_linearisation,
+    growing_modes,
+    sweep_mu,
+)
+from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
+from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+from squeal.analysis.stack import parameters
+from squeal.analysis.threshold_curve import threshold_curves
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
+from squeal.io.answer import number, unit_word
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
+from squeal.model.pad import PARAMETERS
 from squeal.numerics.differentiation import Formula
 from squeal.schema.values import Number, Place, Several
 
@@ -25,29 +49,31 @@ Progress = Callable[[str], None]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
+OF_SYSTEMS = ("band", "region", "modes", "memory", "method", "low")
+OF_SCENES = ("quantity", "curves")
+QUESTION = ("band", "region", "modes", "memory", "progress", "keep")
 
 
-def _answer(verb: str, subject: object, **asked: Any) -> Any:
-    """What the room of pads, or that of systems, answers; both hold functions named like verbs.
+def _answer(pads: Callable[..., Any], subject: object, **given: Any) -> Any:
+    """What the verb for pads, or that of the same name for systems, answers.
 
-    Raises InputError for what a room cannot take.
+    Raises InputError for what the subject cannot take.
     """
     scene = isinstance(subject, Scene)
-    if scene:
-        room = importlib.import_module("squeal.analysis.of_pads")
-    else:
-        room = importlib.import_module("squeal.analysis.of_systems")
-    function = getattr(room, verb)
-    taken = inspect.signature(function).parameters
-    needed = {name for name, one in taken.items() if one.default is one.empty}
-    given = {name: v for name, v in asked.items() if v is not None or name in needed}
+    for name in OF_SYSTEMS if scene else OF_SCENES:
+        value = given.pop(name, None)
+        if value is not None and value is not False:
+            other = "a scene, which has six roots; a system from matrices is allowed"
+            owner = other if scene else "a system of matrices; a scene is allowed"
+            raise InputError(f"{name}: {value} is not allowed with {owner}")
     if scene:  # a pad is answered at once
-        given = {name: value for name, value in given.items() if name not in ("progress", "keep")}
-    for name in given.keys() - taken.keys():
-        other = "a scene, which has six roots; a system from matrices is allowed"
-        owner = other if scene else "a system of matrices; a scene is allowed"
-        raise InputError(f"{name}: {given[name]} is not allowed with {owner}")
-    return function(subject, **given)
+        return pads(subject, **{n: v for n, v in given.items() if n not in ("progress", "keep")})
+    question = _question(subject, **{n: given.pop(n) for n in QUESTION if n in given})
+    return getattr(question, pads.__name__.removeprefix("_"))(**given)
+
+
+def _question(subject: object, **given: Any) -> Any:
+    return importlib.import_module("squeal.analysis.of_systems").Question.of(subject, **given)
 
 
 def System(
@@ -146,8 +172,8 @@ def eigenvalues(
     >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
     'flutter'
     """
-    found: Eigenvalues = _answer("eigenvalues", **locals())
-    return found
+    answer: Eigenvalues = _answer(_eigenvalues, **locals())
+    return answer
 
 
 def sweep(
@@ -194,8 +220,8 @@ def sweep(
     ['marginal', 'flutter']
     """
     values = VALUES.read(values, Place("sweep", "values"))
-    found: Sweep = _answer("sweep", **locals())
-    return found
+    answer: Sweep = _answer(_sweep, **locals())
+    return answer
 
 
 def thresholds(
@@ -240,8 +266,8 @@ def thresholds(
     >>> found.first.kind, round(found.first.mu, 9)
     ('flutter', 0.75)
     """
-    found: Thresholds = _answer("thresholds", **locals())
-    return found
+    answer: Thresholds = _answer(_thresholds, **locals())
+    return answer
 
 
 def map(
@@ -287,8 +313,8 @@ def map(
     0.4444444444444444
     """
     quantity, curves = quantity or None, curves or None  # type: ignore[assignment]
-    found: Map = _answer("map_over", **locals())
-    return found
+    answer: Map = _answer(_map, **locals())
+    return answer
 
 
 def sensitivity(
@@ -326,8 +352,8 @@ def sensitivity(
     """
     if of not in ("eigenvalues", "threshold"):
         raise InputError(f"of: {of} is not allowed; it must be one of eigenvalues, threshold")
-    found: Sensitivity = _answer("sensitivity", **locals())
-    return found
+    answer: Sensitivity = _answer(_sensitivity, **locals())
+    return answer
 
 
 def reduce(
@@ -364,5 +390,130 @@ def reduce(
         raise InputError("reduce: a scene is not allowed; it must be a system from matrices")
     if values is not None:
         values = VALUES.read(values, Place("reduce", "values"))
-    found: TermSystem = _answer("reduced", **locals())[0].system
-    return found
+    asked = {"band": band, "region": region, "memory": memory, "progress": progress}
+    system: TermSystem = _question(subject, **asked).reduced(values, method)[0].system
+    return system
+
+
+def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
+    """The sliding equilibrium's eigenvalues, beside those of the article's linearisation."""
+    scene = scene if at is None else scene.replace(mu=at)
+    analysis = analyse(scene)
+    details: dict[str, Any] = {
+        "model": analysis.model,
+        "equilibrium": dict(zip(PAD_COORDINATES, analysis.q, strict=True))
+        | {"R_n": analysis.R_n, "contact": analysis.contact},
+        "how": analysis.how,
+        **{name: getattr(analysis.matrices, name).tolist() for name in ("M", "C", "K")},
+        "basis": None,
+    }
+    place = ", ".join(
+        f"{name} = {number(value)} {unit}"
+        for name, value, unit in zip(PAD_COORDINATES, analysis.q, ("m", "m", "rad"), strict=True)
+    )
+    reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
+    contact = f"contact {analysis.contact}{reaction}\n({analysis.how})"
+    notes = [f"model {analysis.model}: {place}, {contact}"]
+    if not scene.pad_model.linear:
+        origin = article_linearisation(scene)
+        details["origin"] = {
+            "K": origin.matrices.K.tolist(),
+            "eigenvalues": [root_row(root) for root in origin.spectrum.eigenvalues],
+            "verdict": origin.judgement.verdict,
+        }
+        hertz = ", ".join(number(f) for f in origin.frequencies_hz)
+        notes.append(
+            "beside it, about the origin in full contact (the article's linearisation): "
+            f"{origin.judgement.verdict}, {hertz} Hz"
+        )
+    rule = "largest of x, y, w theta 1 m"
+    return Eigenvalues(
+        scene.model,
+        "mu",
+        scene.pad.mu,
+        analysis.spectrum.eigenvalues,
+        analysis.judgement.verdict,
+        str(analysis.judgement),
+        growing_modes(scene, analysis),
+        certified=True,
+        count=len(analysis.spectrum),
+        shapes=shape_rows(shapes_of_pad(analysis, scene.pad.w), PAD_COORDINATES, rule),
+        details=details,
+        notes=tuple(notes),
+        warnings=analysis.warnings,
+        source=(scene, analysis),
+    )
+
+
+def _sweep(scene: Scene, values: Sequence[float]) -> Sweep:
+    """The eigenvalues along the branch from mu = 0."""
+
+    def step(mu: float, at: Analysis | None) -> Step:
+        if at is None:
+            return Step(mu, None, None, None, None, False)
+        errors = np.array([root.residual for root in at.spectrum.eigenvalues])
+        verdict = at.judgement.verdict
+        return Step(mu, at.spectrum.values, errors, verdict, at.contact, at.admissible)
+
+    steps = tuple(step(mu, at) for mu, at in sweep_mu(scene, values))
+    return Sweep(scene.model, "mu", steps, source=scene)
+
+
+def _thresholds(scene: Scene, high: float) -> Thresholds:
+    return critical_friction(scene, high)
+
+
+def _map(scene: Scene, axes: tuple[Axis, Axis] | None, quantity: str | None, curves: bool) -> Map:
+    """The verdict over two parameters of the scene, both spring angles if left out."""
+    axes = maps.angle_axes(200) if axes is None else axes
+    verdicts = maps.stability_map(scene, axes)
+    lines = threshold_curves(scene, axes, verdicts.codes) if curves else None
+    details: dict[str, Any] = {"admissible_share": float(verdicts.admissible.mean())}
+    details["admissible"] = not verdicts.warnings  # those of a quantity say nothing of equilibria
+    if lines is not None:
+        details["threshold_curve"] = [
+            {"kind": line.kind, "closed": line.closed}
+            | {"points": line.points.tolist(), "frequency_hz": line.frequency_hz.tolist()}
+            for line in lines
+        ]
+    values, field = None, None
+    notes: tuple[str, ...] = ()
+    if quantity is not None:
+        field = maps.field_of(scene, axes, quantity)
+        values = (field.quantity, unit_word(field.unit), field.values)
+        known = field.values[np.isfinite(field.values)]
+        span = f"{known.min():.6g} to {known.max():.6g} {values[1]}" if known.size else "nowhere"
+        notes = (f"{maps.QUANTITIES[quantity][0]}: {span}",)
+    return Map(
+        scene.model,
+        axes,
+        (unit_word(PARAMETERS[axes[0].name].unit), unit_word(PARAMETERS[axes[1].name].unit)),
+        maps.NAMES,
+        verdicts.codes,
+        values,
+        None if scene.pad_model.linear else verdicts.admissible,
+        verdicts.warnings + (() if field is None else field.warnings),
+        details,
+        notes,
+        (scene, verdicts, field, lines),
+    )
+
+
+def _sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
+    """What moves the eigenvalues, or the first loss of stability; `known`: its answer."""
+    slopes: dict[str, np.ndarray] = {}
+    if of == "eigenvalues":
+        analysis = analyse(scene) if known is None else known.source[1]
+        place, kind = analysis.spectrum.values, analysis.judgement.verdict
+        slopes = eigenvalue_sensitivities(scene, analysis)
+    else:
+        first = (critical_friction(scene, high) if known is None else known).first
+        place, kind = (None, "") if first is None else (first.mu, first.kind)
+        if first is not None:
+            moved = threshold_sensitivities(scene, first)
+            slopes = {name: np.array([slope]) for name, slope in moved.items()}
+    names = parameters(scene.pad_model)
+    values = {name: getattr(scene.pad, name) for name in names}
+    units = {name: PARAMETERS[name].unit for name in names}
+    angles = frozenset(name for name in names if PARAMETERS[name].angle)
+    return Sensitivity(of, "mu", place, kind, slopes, values, units, angles)

@@ -6,11 +6,12 @@ They are written with a system file that names them, so that every query takes t
 import argparse
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from squeal.analysis import of_systems
 from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, said, take, word
@@ -49,8 +50,9 @@ def run(given: argparse.Namespace) -> Reply:
     else:
         if given.band is None and given.region is None:
             raise InputError(f"{said(given, 'method')}: needs --band or --region")
-        asked = (given.sweep, given.band, given.region, given.method, given.memory)
-        reduction, basis = of_systems.reduced(subject, *asked, steps(given.progress))
+        wanted: Any = {"band": given.band, "region": given.region, "memory": given.memory}
+        question = Question.of(subject, **wanted, progress=steps(given.progress))
+        reduction, basis = question.reduced(given.sweep, given.method)
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)

@@ -128,7 +128,7 @@ def _settle(axes: Axes, answer: Map, curves: Sequence[ThresholdCurve], own: Own)
     for axis, way, unit in zip(answer.axes, "xy", units.tolist(), strict=True):
         words = _label(axis, unit) if pad else literal(axis.name)
         axes.set(**{f"{way}lim": (axis.low / unit, axis.high / unit), f"{way}label": words})
-        if getattr(axis, "log", False):
+        if axis.log:
             axes.set(**{f"{way}scale": "log"})
         if unit == math.pi:
             getattr(axes, f"set_{way}ticks")(*QUARTERS)

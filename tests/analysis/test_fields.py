@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from squeal.analysis.answers import Axis
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.maps import Axis, field_of
+from squeal.analysis.maps import field_of
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, read_scene
 from tests.conftest import SCENES

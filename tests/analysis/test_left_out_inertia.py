@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import Axis, field_of
+from squeal.analysis.answers import Axis
+from squeal.analysis.maps import field_of
 from squeal.analysis.thresholds import critical_friction
 from squeal.analysis.variations import Spread, Spreads, Tolerance, advise, scatter
 from squeal.io.scene import Scene

@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from squeal.analysis.answers import Axis
 from squeal.analysis.eigenvalues import analyse, sweep_mu
-from squeal.analysis.maps import NAMES, Axis, angle_axes, codes_at, stability_map
+from squeal.analysis.maps import NAMES, angle_axes, codes_at, stability_map
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation

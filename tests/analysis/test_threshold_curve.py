@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from squeal.analysis.answers import Axis
 from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.maps import Axis, codes_at, stability_map
+from squeal.analysis.maps import codes_at, stability_map
 from squeal.analysis.stack import QUIET
 from squeal.analysis.threshold_curve import threshold_curves
 from squeal.analysis.thresholds import critical_friction

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.literal import frictionless, literal
+from squeal.analysis.answers import Axis
 from squeal.analysis.eigenvalues import analyse, judged_equilibria, sweep_mu
-from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
+from squeal.analysis.maps import NAMES, codes_at, stability_map
 from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.admissible import LIMITED, AdmissibleLimits, Excursion, excursion

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import NAMES, Axis, stability_map
+from squeal.analysis.answers import Axis
+from squeal.analysis.maps import NAMES, stability_map
 from squeal.equilibrium import BranchOptions, Path, branch, find_all, sliding_equilibrium
 from squeal.equilibrium.branch import REACHED
 from squeal.equilibrium.find import branch_of

@@ -118,7 +118,7 @@ def copy(tmp_path, monkeypatch):
         ("article/report/references.bib", "squeal.article.report.bibliography", True),
         ("article/report/references.bib", "squeal.cli.eigenvalues", False),
         ("linear/eigen.py", "squeal.cli.eigenvalues", True),
-        ("analysis/of_pads.py", "squeal.cli.eigenvalues", True),
+        ("analysis/maps.py", "squeal.cli.eigenvalues", True),
         ("analysis/of_systems.py", "squeal.cli.critical_friction", True),
         ("article/equations.py", "squeal.cli.eigenvalues", False),
     ],

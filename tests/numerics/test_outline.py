@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import Axis, angle_axes, stability_map
+from squeal.analysis.answers import Axis
+from squeal.analysis.maps import angle_axes, stability_map
 from squeal.io.scene import read_scene
 from squeal.linear import verdict
 from squeal.model.equations import about_origin

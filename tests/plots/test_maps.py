@@ -1,13 +1,11 @@
 """Pictures of maps: own pad, units of axes, areas and shares, names of users."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Map
-from squeal.analysis.maps import NAMES, Axis, angle_axes
+from squeal.analysis.answers import Axis, Map
+from squeal.analysis.maps import NAMES, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
 from squeal.plots.style import save
@@ -72,7 +70,7 @@ def test_axes_say_their_unit_and_power(axis, label):
 
 @pytest.mark.parametrize("name", ["$\\foo$", "cost in $", "\ud800", "\x1b[31m", "µ_Reibung"])
 def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
-    side = SimpleNamespace(name=name, low=0.0, high=1.0, values=np.array([0.25, 0.75]))
+    side = Axis(name, 0.0, 1.0, 2)
     found = Map("a system", (side, side), ("", ""), NAMES, np.zeros((2, 2), dtype=int))
     save(maps.map_drawing("a system", found), tmp_path / "chart.png", text=False)
     assert (tmp_path / "chart.png").stat().st_size > 0
