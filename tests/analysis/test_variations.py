@@ -1,0 +1,291 @@
+"""Advice and scatter against scenes changed by hand, and against a closed form."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from squeal.analysis.answers import Axis
+from squeal.analysis.eigenvalues import analyse, growing_modes
+from squeal.analysis.maps import field_of
+from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.variations import (
+    Outcome,
+    Spread,
+    Spreads,
+    Tolerance,
+    Varied,
+    advise,
+    read_spreads,
+    scatter,
+)
+from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene, read_scene
+from squeal.linear.system import Term, TermSystem
+from squeal.model.contact import Formulation
+from squeal.model.pad import Pad
+from squeal.numerics.differentiation import Formula
+from tests.conftest import SCENES
+
+VALUES = {
+    "m": 0.2, "w": 0.04, "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6,
+    "L1": 0.8, "L2": 0.8, "alpha1": math.pi / 2, "alpha2": math.pi, "mu": 0.4, "F_n": 4500.0,
+}  # fmt: skip
+SCENE = Scene("B1", Pad(**VALUES))
+SIZE, COUNT = 0.03, 24
+MU_MAX = 0.6  # twice the threshold
+SPREADS = Spreads((Spread("h", "relative", SIZE),), COUNT, 3)
+
+
+def first(**changes):
+    """The threshold of the pad with other values; one that is left out I follows."""
+    return critical_friction(Scene("B1", Pad(**(VALUES | changes)))).points[0].mu
+
+
+def lever(advice, name):
+    return next(one for one in advice.levers if one.parameter == name)
+
+
+def coupled(stiffness):
+    """Mode coupling: flutter where (a - b)^2 < 4 k (mu - k), so from mu = k + (a - b)^2 / 4 k."""
+    formula = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "k": [[0, -1], [-1, 0]]}
+    terms = tuple(Term(np.array(m, dtype=float), Formula(f)) for f, m in formula.items())
+    terms += (Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu")),)
+    return TermSystem((Term(np.eye(2)),), (), terms, stiffness, "mu", "coupled")
+
+
+@pytest.fixture(scope="module")
+def advice():
+    return advise(SCENE, {"k4": Tolerance(0.05), "theta0": Tolerance(1e-3, relative=False)})
+
+
+@pytest.fixture(scope="module")
+def scattered():
+    return scatter(SCENE, SPREADS, mu_max=MU_MAX)
+
+
+def test_each_change_is_the_threshold_of_the_pad_made_so_by_hand(advice):
+    assert advice.nominal.critical == first()
+    steps = {"alpha2": 0.02, "h": 0.02 * 0.014, "w": 0.02 * 0.04, "k4": 0.05 * 8.7e6}
+    for name, step in (steps | {"theta0": 1e-3}).items():
+        one = lever(advice, name)
+        assert one.step == pytest.approx(step, rel=1e-12)
+        by_hand = [first(**{name: VALUES.get(name, 0.0) + s * step}) for s in (-1, 1)]
+        assert (one.lowered.critical, one.raised.critical) == pytest.approx(by_hand, rel=1e-12)
+        assert one.changes == pytest.approx([mu - first() for mu in by_hand], abs=1e-12)
+    # an edge lets go on one side of k2 = 2.6e7 only: the slopes differ by a factor
+    down, up = lever(advice, "k2").changes
+    assert abs(up) > 2 * abs(down)
+    assert "x0" not in {one.parameter for one in advice.levers}  # what is 0 stays
+
+
+def test_levers_are_ranked_by_the_larger_of_both_changes(advice):
+    sizes = [max(map(abs, one.changes)) for one in advice.levers]
+    assert sizes == sorted(sizes, reverse=True)
+    assert lever(advice, "m").changes == (0.0, 0.0)  # I left out follows m: time is scaled
+    every = [change for one in advice.levers for change in one.changes]
+    assert (advice.best[2], advice.worst[2]) == (max(every), min(every))
+    assert f"{advice.best[1]} {advice.best[0].parameter}" in advice.line()
+
+
+def test_a_pad_without_threshold_is_ranked_by_its_frequencies():
+    calm = read_scene(SCENES / "b3.yaml")
+    advice = advise(calm)
+    assert advice.nominal.critical is None
+    hertz = sorted(e.frequency_hz for e in analyse(calm).spectrum.eigenvalues[::2])
+    gap = min(1 - a / b for a, b in itertools.pairwise(hertz))
+    assert advice.nominal.gap == pytest.approx(gap, rel=1e-12)
+    assert all(one.changes == (0.0, 0.0) for one in advice.levers)
+    sizes = [max(map(abs, one.gap_changes)) for one in advice.levers]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.parametrize("model", ["B2", "BN", "B3"])
+def test_the_other_models(model):
+    unused = {"B3": ("k3", "k4", "L1", "L2", "F_n")}.get(model, ("k3", "k4"))
+    pad = Pad(**{k: v for k, v in VALUES.items() if k not in unused}, k_c=1.0e7)
+    scene = Scene(model, pad, Formulation(springs=4) if model == "BN" else Formulation())
+    one = lever(advise(scene), "k_c")
+    for k_c, outcome in ((0.98e7, one.lowered), (1.02e7, one.raised)):
+        by_hand = critical_friction(scene.replace(k_c=k_c)).first
+        assert outcome.critical == (by_hand and pytest.approx(by_hand.mu, rel=1e-11))
+
+
+def test_advice_on_a_system_against_its_closed_form():
+    values = {"a": 3.0, "b": 2.0, "k": 0.5, "mu": 0.7}
+    wide = {"b": Tolerance(0.3, relative=False)}
+    advice = advise(coupled(values), wide, mu_max=1.5)
+    assert advice.nominal.critical == pytest.approx(1.0, rel=1e-10)
+    assert advice.nominal.kind == "flutter"
+    for one in advice.levers:
+        for side, outcome in ((-1, one.lowered), (1, one.raised)):
+            step = 0.3 if one.parameter == "b" else 0.02 * values[one.parameter]
+            changed = values | {one.parameter: values[one.parameter] + side * step}
+            a, b, k, _ = changed.values()
+            assert outcome.critical == pytest.approx(k + (a - b) ** 2 / (4 * k), rel=1e-9)
+    assert advice.levers[0].parameter == "b"
+    # 1.345 is beyond this range, 1 is not
+    beyond = lever(advise(coupled(values), wide, mu_max=1.01), "b")
+    assert (beyond.lowered.critical, beyond.changes[0]) == (None, pytest.approx(0.01))
+
+
+def test_what_grows_at_once_has_no_threshold_to_move():
+    # friction that falls with speed drives an undamped pad from the least friction on
+    values = {name: value for name, value in VALUES.items() if name != "mu"}
+    falling = Scene("B1", Pad(**values, mu_s=0.5, mu_k=0.3, v_ref=1.0, V=2.0))
+    advice = advise(falling, mu_max=0.1)
+    assert (advice.nominal.critical, advice.nominal.kind) == (0.0, "flutter")
+    assert all(one.changes == (0.0, 0.0) for one in advice.levers)
+    assert [mode.onset for mode in growing_modes(falling, analyse(falling))] == [None]
+
+
+def test_a_change_that_is_no_pad_says_why():
+    one = lever(advise(SCENE, {"h": Tolerance(1.5)}), "h")
+    assert "above 0" in one.lowered.reason
+    assert one.changes[0] is None
+    assert one.changes[1] is not None or one.raised.reason
+
+
+def written_out(**changes):
+    """The first threshold with I of the uniform rectangle as a number of its own."""
+    values = VALUES | changes
+    return first(**changes, I=values["m"] * (values["w"] ** 2 + values["h"] ** 2) / 3)
+
+
+@pytest.mark.parametrize("name", ["w", "h"])
+def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
+    axes = Axis(name, 0.9 * VALUES[name], 1.1 * VALUES[name], 3), Axis("F_n", 4000.0, 5000.0, 1)
+    field = field_of(SCENE, axes, "critical-friction")
+    exact = [written_out(**{name: float(value)}) for value in axes[0].values]
+    assert field.values[:, 0] == pytest.approx(exact, rel=1e-6)
+    one = lever(advise(SCENE, {name: Tolerance(0.05)}), name)
+    for outcome, factor in ((one.lowered, 0.95), (one.raised, 1.05)):
+        value = factor * VALUES[name]
+        assert outcome.critical == pytest.approx(written_out(**{name: value}), rel=1e-9)
+        held = first(**{name: value}, I=SCENE.pad.I)  # must not come out
+        assert outcome.critical != pytest.approx(held, rel=1e-4)
+
+
+def test_every_sample_is_the_threshold_of_its_own_pad():
+    spreads = Spread("w", "within", 0.004), Spread("m", "relative", 0.1)
+    answer = scatter(SCENE, Spreads(spreads, 6, 3))
+    random = np.random.default_rng(3)
+    w = 0.04 + 0.004 * random.uniform(-1.0, 1.0, 6)
+    m = 0.2 + 0.02 * random.standard_normal(6)
+    exact = [written_out(w=a, m=b) for a, b in zip(w.tolist(), m.tolist(), strict=True)]
+    assert answer.critical == pytest.approx(sorted(exact), rel=1e-9)
+
+
+def test_quantiles_hold_the_threshold_at_the_parameter_s_quantile(scattered):
+    ends = [first(h=0.014 * (1.0 + SIZE * side)) for side in (-1.0, 1.0)]
+    inside = 0
+    for q in scattered.quantiles:
+        level = q.level if ends[1] > ends[0] else 1.0 - q.level
+        exact = first(h=0.014 * (1.0 + SIZE * norm.ppf(level)))
+        inside += (q.low or 0.0) <= exact <= (np.inf if q.high is None else q.high)
+    assert inside >= len(scattered.quantiles) - 1  # each interval is of 95 per cent
+    half = scatter(SCENE.replace(mu=float(np.median(scattered.critical))), SPREADS, MU_MAX)
+    assert half.stable == pytest.approx(0.5, abs=0.01)
+    assert half.interval[0] < 0.5 < half.interval[1]
+
+
+def test_workers_and_progress_change_nothing():
+    calls = []
+    spreads = (Spread("k2", "within", 0.01 * SCENE.pad.k2), Spread("alpha1", "absolute", 0.01))
+    alone = scatter(SCENE, Spreads(spreads, 9), MU_MAX, progress=lambda *call: calls.append(call))
+    both = scatter(SCENE, Spreads(spreads, 9), MU_MAX, workers=2)
+    assert np.array_equal(alone.critical, both.critical, equal_nan=True)
+    assert calls[-1] == (9, 9)
+
+
+def test_samples_that_are_no_pads_are_counted_and_left_out():
+    answer = scatter(SCENE, Spreads((Spread("h", "relative", 1.0),), 20), mu_max=MU_MAX)
+    assert 0 < answer.no_pad < 20
+    assert len(answer.critical) == 20 - answer.no_pad - answer.failed
+    with pytest.raises(ComputationError, match="no sample has an equilibrium"):
+        scatter(SCENE.replace(k1=0.0, k2=0.0), Spreads((Spread("F_n", "relative", 0.01),), 2))
+
+
+def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
+    """They were dropped as "no such pads", and the quantiles were those of the survivors."""
+    outcomes = Varied.outcomes
+
+    def failing(varied, names, values, high):
+        known = outcomes(varied, names, values, high)
+        return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
+
+    monkeypatch.setattr(Varied, "outcomes", failing)
+    some = scatter(SCENE, SPREADS, mu_max=MU_MAX)
+    assert (some.failed, some.no_pad, len(some.critical)) == (COUNT // 4, 0, COUNT - COUNT // 4)
+    assert some.warnings
+    # whatever they would have been, all that holds for the whole holds within the wider intervals
+    for one, whole in zip(some.quantiles, scattered.quantiles, strict=True):
+        assert (one.low or 0.0) <= whole.mu <= (one.high or np.inf)
+    assert some.interval[0] <= scattered.stable <= some.interval[1]
+
+
+def test_what_a_stack_cannot_decide_is_a_query_of_its_own():
+    """Stiffnesses 14 decades apart: no sample is decided in vain, each is counted as failed."""
+    with pytest.raises(ComputationError, match="no sample"):
+        scatter(SCENE.replace(k3=8.7e20, k4=8.7e20), Spreads((Spread("k2", "relative", 0.01),), 10))
+
+
+def test_mode_coupling_scatters_as_its_closed_form_says():
+    # flutter from k + (a - b)^2 / 4 k on: with a normal difference d the share below x is that of
+    # |d| < sqrt(4 k (x - k))
+    mean, size, k, count = 1.0, 0.2, 0.5, 80
+    system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
+    answer = scatter(system, Spreads((Spread("a", "absolute", size),), count, 5), mu_max=3.0)
+    assert (answer.failed, answer.beyond) == (0, 0)
+
+    def share(x):
+        reach = np.sqrt(np.maximum(4 * k * (x - k), 0.0))
+        return norm.cdf(reach, mean, size) - norm.cdf(-reach, mean, size)
+
+    # Dvoretzky, Kiefer, Wolfowitz: farther off than this once in 1000 draws
+    bound = np.sqrt(np.log(2 / 1e-3) / (2 * count))
+    steps, exact = np.arange(count + 1) / count, share(answer.critical)
+    assert max(np.abs(exact - steps[1:]).max(), np.abs(exact - steps[:-1]).max()) < bound
+    assert answer.interval[0] <= 1.0 - share(1.0) <= answer.interval[1]
+    for q in answer.quantiles:
+        at = np.interp(q.level, exact, answer.critical)
+        assert (q.low or 0.0) <= at <= (q.high or 9.0)
+    # half of them lie above the median: these have no threshold in a shorter range
+    short = scatter(system, Spreads((Spread("a", "absolute", size),), 24, 5), mu_max=1.0)
+    drawn = mean + size * np.random.default_rng(5).standard_normal(24)
+    assert short.beyond == np.sum(k + drawn**2 / (4 * k) > 1.0)
+
+
+BARE = TermSystem((Term(np.eye(2)),), (), (Term(np.eye(2), Formula("mu")),), {}, "mu", "bare")
+WIDE = TermSystem((Term(np.eye(101)),), (), (Term(np.eye(101), Formula("k")),), {"k": 1.0}, "mu")
+K2 = Spread("k2", "relative", 0.1)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda: advise(SCENE, {"k9": Tolerance(0.1)}), "k9 is no parameter here; allowed are m"),
+        (lambda: advise(SCENE, {"theta0": Tolerance(0.1)}), "theta0 is an angle and has no share"),
+        (lambda: advise(SCENE, {"x0": Tolerance(0.1)}), "x0 is 0 and has no share"),
+        (lambda: advise(SCENE.pad), "advise: Pad is not allowed"),
+        (lambda: advise(BARE), "bare has no named parameter but mu"),
+        (lambda: advise(WIDE), "101 degrees of freedom are not allowed; at most 100"),
+        *((lambda s=s: Tolerance(s), "a finite number above 0") for s in (0.0, -1.0, np.inf)),
+        (lambda: Spread("k2", "about", 0.1), "spread k2: .about"),
+        *((lambda s=s: Spread("k2", "relative", s), "spread k2: ") for s in (0.0, np.nan)),
+        (lambda: scatter(SCENE, (Spread("k_c", "relative", 0.1),)), "k_c is no parameter here"),
+        (lambda: scatter(SCENE, (K2, K2)), "spreads: k2 is named twice; once is allowed"),
+        (lambda: scatter("pad.yaml", (K2,)), "scatter: str is not allowed"),
+        (lambda: read_spreads("none.yaml"), r"none\.yaml: cannot be read"),
+    ],
+)
+def test_refusals(wrong, words):
+    with pytest.raises(InputError, match=words):
+        wrong()
+
+
+def test_a_pad_that_rests_nowhere_has_no_advice():
+    with pytest.raises(ComputationError, match="no place of rest"):
+        advise(SCENE.replace(k1=0.0, k2=0.0, F_n=0.0))
