@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from squeal.analysis.answers import (
     Eigenvalues,
     Map,
     Sensitivity,
-    Step,
     Sweep,
     Thresholds,
     basis_text,
@@ -28,9 +26,7 @@ from squeal.analysis.systems.sweeps import NAMES, system_chart
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.systems.wanted import Wanted, check_memory, extent, is_small
 from squeal.errors import InputError
-from squeal.io.matrices import fingerprint
 from squeal.io.system import SystemFile
-from squeal.io.writing import Checkpoint
 from squeal.linear import Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.system import TermSystem
@@ -75,15 +71,11 @@ def _basis(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None
 @dataclass(frozen=True)
 class Question:
     """A system, what is known of its files, and which of its roots are wanted; its methods are the
-    verbs.
-
-    keep: an output beside which unfinished work is kept.
-    """
+    verbs."""
 
     file: SystemFile
     wanted: Wanted
     progress: Progress = quiet
-    keep: Path | None = None
 
     @staticmethod
     def of(
@@ -93,7 +85,6 @@ class Question:
         modes: int | None = None,
         memory: float | None = None,
         progress: Progress | None = None,
-        keep: Path | None = None,
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
         if isinstance(subject, TermSystem):
@@ -106,30 +97,12 @@ class Question:
         wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
         if not is_small(subject.system):
             check_memory(subject.system, memory)
-        return Question(subject, wanted, progress or quiet, keep)
+        return Question(subject, wanted, progress or quiet)
 
     @property
     def system(self) -> TermSystem:
         """The system that is analysed."""
         return self.file.system
-
-    def _checkpoint(self, **asked: Any) -> Checkpoint:
-        """What keeps long work beside an output; another question begins anew."""
-        system = self.system
-
-        def identity() -> dict[str, Any]:
-            terms = [
-                [t.factor.text, *(fingerprint(part) for part in (t.matrix.real, t.matrix.imag))]
-                for part in (system.M, system.C, system.K)
-                for t in part
-            ]
-            known = {"parameters": dict(system.parameters), "free": system.parameter}
-            return {
-                "asked": repr(asked | {"wanted": self.wanted}),
-                "system": known | {"terms": terms},
-            }
-
-        return Checkpoint(self.keep, identity)
 
     def eigenvalues(self, at: float | None = None) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete."""
@@ -194,47 +167,20 @@ class Question:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
         system, name, reduction = self.system, self.system.parameter, None
         method = sweeps.check_method(method, system)
-        checkpoint = self._checkpoint(values=list(values), method=method)
         if method == "full":
-            rows = list(self._full(values, checkpoint))
+            rows = list(sweeps.full_rows(system, self.wanted, values, self.progress))
         else:
             changes = [{name: value} for value in few(values, CHECKED)]
             reduction, region = sweeps.reduced_for(
-                system, self.wanted, changes, method, self.progress, checkpoint
+                system, self.wanted, changes, method, self.progress
             )
             rows = list(sweeps.reduced_rows(reduction, region, name, values, self.wanted.modes))
-        checkpoint.close()
         return Sweep(system.name, name, tuple(rows), _basis(reduction, self.wanted), self.file)
-
-    def _full(self, values: Sequence[float], checkpoint: Checkpoint) -> Iterator[Step]:
-        """The sweep on the system itself, after the values that a stopped run has left."""
-        if is_small(self.system):
-            yield from sweeps.full_rows(self.system, self.wanted, values)
-            return
-        rows: list[Step] = []
-        if saved := checkpoint.load():
-            ends = np.cumsum(saved["counts"])[:-1]
-            roots, errors = (np.split(saved[each], ends) for each in ("roots", "residuals"))
-            verdicts = [word or None for word in saved["verdicts"].tolist()]
-            rows = [Step(*row) for row in zip(values, roots, errors, verdicts, strict=False)]
-        yield from rows
-        for row in sweeps.full_rows(self.system, self.wanted, values[len(rows) :], self.progress):
-            rows.append(row)
-            roots = [one.roots for one in rows if one.roots is not None]
-            checkpoint.save(
-                counts=np.array([len(one) for one in roots]),
-                roots=np.concatenate(roots),
-                residuals=np.concatenate([one.residuals for one in rows]),
-                verdicts=np.array([one.verdict or "" for one in rows]),
-            )
-            yield row
 
     def thresholds(self, high: float, low: float | None = None) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
         system, wanted = self.system, self.wanted
-        checkpoint = self._checkpoint(range=(low, high))
-        located = system_thresholds(system, high, low, wanted, self.progress, checkpoint)
-        checkpoint.close()
+        located = system_thresholds(system, high, low, wanted, self.progress)
         basis = _basis(located.reduction, wanted)
         notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
         notes += located.left_out
@@ -271,9 +217,7 @@ class Question:
         system = self.system
         if axes is None or len(system.parameters) < 2:
             raise InputError(f"{system.name}: a map needs two named parameters and their ranges")
-        checkpoint = self._checkpoint(axes=axes)
-        chart = system_chart(system, axes, self.wanted, self.progress, checkpoint)
-        checkpoint.close()
+        chart = system_chart(system, axes, self.wanted, self.progress)
         basis = _basis(chart.reduction, self.wanted)
         return Map(
             system.name,

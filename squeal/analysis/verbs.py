@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -51,7 +50,7 @@ Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
 OF_SYSTEMS = ("band", "region", "modes", "memory", "method", "low")
 OF_SCENES = ("quantity", "curves")
-QUESTION = ("band", "region", "modes", "memory", "progress", "keep")
+QUESTION = ("band", "region", "modes", "memory", "progress")
 
 
 def _answer(pads: Callable[..., Any], subject: object, **given: Any) -> Any:
@@ -67,7 +66,7 @@ def _answer(pads: Callable[..., Any], subject: object, **given: Any) -> Any:
             owner = other if scene else "a system of matrices; a scene is allowed"
             raise InputError(f"{name}: {value} is not allowed with {owner}")
     if scene:  # a pad is answered at once
-        return pads(subject, **{n: v for n, v in given.items() if n not in ("progress", "keep")})
+        return pads(subject, **{n: v for n, v in given.items() if n != "progress"})
     question = _question(subject, **{n: given.pop(n) for n in QUESTION if n in given})
     return getattr(question, pads.__name__.removeprefix("_"))(**given)
 
@@ -185,7 +184,6 @@ def sweep(
     method: str | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
-    keep: Path | None = None,
 ) -> Sweep:
     """Compute eigenvalues at values of the friction or of the free parameter.
 
@@ -198,8 +196,6 @@ def sweep(
     method : {"full", "reduced", "modal"}, optional
         Of systems: every value on the system itself, or on a reduced one of complex or of real
         modes; left out, full up to 400 rows.
-    keep : Path, optional
-        An output beside which unfinished work is kept until it is complete.
 
     Returns
     -------
@@ -232,13 +228,12 @@ def thresholds(
     region: Region | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
-    keep: Path | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
     Parameters
     ----------
-    subject, band, region, memory, progress, keep
+    subject, band, region, memory, progress
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
     high : float
         Upper end of the range.
@@ -278,13 +273,12 @@ def map(
     band: Band | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
-    keep: Path | None = None,
 ) -> Map:
     """Compute the verdict over two parameters.
 
     Parameters
     ----------
-    subject, band, memory, progress, keep
+    subject, band, memory, progress
         As `sweep` takes them.
     axes : (Axis, Axis), optional
         The parameters with their ranges; left out, both spring angles of a scene from 0 to pi.

@@ -53,7 +53,7 @@ def run(given: argparse.Namespace) -> Reply:
                 "`squeal advise` is"
             )
         source.warn_if_constant(subject)
-        asked |= {"progress": steps(given.progress), "keep": given.table}
+        asked["progress"] = steps(given.progress)
     found = squeal.thresholds(subject, given.high, **asked)
     answers: list[Any] = [found]
     if given.sensitivity:

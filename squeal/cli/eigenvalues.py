@@ -50,7 +50,7 @@ def run(given: argparse.Namespace) -> Reply:
     answers: list[Any] = [found.filtered(low, high, given.min_growth or 0.0)]
     if given.sweep:
         if asked:
-            asked |= {"method": given.method, "keep": given.table}
+            asked["method"] = given.method
         answers.append(squeal.sweep(subject, given.sweep, **asked))
     if given.sensitivity:
         answers.append(squeal.sensitivity(subject, known=found))

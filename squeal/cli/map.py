@@ -71,8 +71,7 @@ def run(given: argparse.Namespace) -> Reply:
         refuse(given, "band", f"{source.name}, a scene; a system from matrices is allowed")
     else:
         refuse(given, "quantity curve", f"{source.name}, a system of matrices")
-        asked = {"band": given.band, "memory": given.memory}
-        asked |= {"progress": steps(given.progress), "keep": given.table}
+        asked = {"band": given.band, "memory": given.memory, "progress": steps(given.progress)}
     found = squeal.map(subject, axes(given, scene), **asked)
     if given.table is not None:
         found.save(given.table)

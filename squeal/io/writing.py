@@ -1,4 +1,4 @@
-"""Writing results: whole or not at all; and what is kept of a long computation that stops."""
+"""Writing results: whole or not at all."""
 
 import csv
 import json
@@ -9,10 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
-from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import BEYOND, ComputationError, InputError
 
@@ -192,41 +190,3 @@ def to_json(value: Any) -> str:
         return json.dumps(_unsigned(value), allow_nan=False, indent=1)
     except ValueError:
         raise ComputationError(f"a result is not a finite number; {BEYOND}") from None
-
-
-class Checkpoint:
-    """Arrays of a long computation in a file beside an output, the last ones that were saved.
-
-    A file with another head is of another computation and does not count. `path` None keeps
-    nothing, and the head is not asked for.
-    """
-
-    def __init__(self, path: Path | None, head: Callable[[], dict[str, Any]]) -> None:
-        self.path = None if path is None else path.with_name(f"{path.name}.partial.npz")
-        self._head = "" if path is None else json.dumps(head(), sort_keys=True)
-
-    def load(self) -> dict[str, NDArray]:
-        """What was saved under this head, else nothing."""
-        if self.path is None or not self.path.is_file():
-            return {}
-        try:
-            # opened here: NumPy leaves a file open that is no archive
-            with self.path.open("rb") as stream, np.load(stream) as kept:
-                arrays = dict(kept)
-        except (OSError, ValueError, EOFError, BadZipFile):
-            return {}
-        return arrays if str(arrays.pop("head", "")) == self._head else {}
-
-    def save(self, **arrays: NDArray) -> None:
-        """Keep arrays in place of those before."""
-        if self.path is None:
-            return
-        new = self.path.with_name(self.path.name + ".new")
-        with new.open("wb") as stream:
-            np.savez(stream, head=np.array(self._head), **arrays)  # type: ignore[arg-type]
-        new.replace(self.path)
-
-    def close(self) -> None:
-        """Remove the file: the output is complete."""
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)

@@ -5,7 +5,7 @@ system of terms like any other. Its roots are judged by the residual of the full
 random vectors estimate.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -42,19 +42,12 @@ class ReducedModes(NamedTuple):
     spurious: int = 0
 
 
-class Begun(NamedTuple):
-    """A basis (n, d) that a reduction has come to, and the indices of the values that made it."""
-
-    vectors: Array
-    samples: tuple[int, ...]
-
-
 class Basis:
     """A growing orthonormal basis (n, d) and all that follows from it."""
 
-    def __init__(self, scaled: ScaledSystem, vectors: Array | None = None) -> None:
+    def __init__(self, scaled: ScaledSystem) -> None:
         self.scaled = scaled
-        self.vectors: Array = np.zeros((scaled.n, 0)) if vectors is None else vectors
+        self.vectors: Array = np.zeros((scaled.n, 0))
         self._matrices = {part: scaled.terms(part) for part in PARTS}
         self._norms = {part: [norm_of(A) for A in self._matrices[part]] for part in PARTS}
         rng = np.random.default_rng(48)
@@ -177,8 +170,6 @@ def reduce_system(
     region: Rectangle,
     values: Sequence[Changes],
     progress: Progress = quiet,
-    begun: Begun | None = None,
-    keep: Callable[[Begun], None] = lambda begun: None,
 ) -> Reduction:
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
@@ -186,14 +177,13 @@ def reduce_system(
     parameters) start the basis; of the other values that where a root's residual in the full
     problem is worst adds its own, until all are below that (a backward error). Where the
     full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
-    if 20 samples do not suffice. Of a region without a root the basis holds those around it. `keep`
-    is given what there is after each sample, and `begun` goes on from there. Raises InputError for
-    no values, ComputationError.
+    if 20 samples do not suffice. Of a region without a root the basis holds those around it.
+    Raises InputError for no values, ComputationError.
     """
     if not values:
         raise InputError("at least one value of the parameters is required")
-    basis, wide = Basis(scaled, begun.vectors if begun else None), region.widened(0.04)
-    samples = list(begun.samples) if begun else []
+    basis, wide = Basis(scaled), region.widened(0.04)
+    samples: list[int] = []
     where, proved = len(values) // 2, set[int]()
     while True:
         if samples:
@@ -223,7 +213,6 @@ def reduce_system(
             if around.radius > problem.rate:
                 raise ComputationError("no root lies in the region or around it")
             basis.extend(_snapshots(problem, around, None, False, progress))
-        keep(Begun(basis.vectors, tuple(samples)))
     at = tuple(values[k] for k in samples)
     return Reduction(system, basis, at, max(worst), "reduced", sum(spurious.values()))
 

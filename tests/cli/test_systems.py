@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
 from tests import large
-from tests.cli.calls import answer, assert_refused, run
+from tests.cli.calls import answer, assert_refused
 
 ROWS = 80  # more are treated as many
 
@@ -116,87 +116,6 @@ def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path
     for row in answer(capsys, "eigenvalues", file, *options)["sweep"]:
         assert _values(row) == pytest.approx([-0.05 + 1j * (1 - 0.05**2) ** 0.5])
         assert row["verdict"] == "flutter"
-
-
-def test_an_interrupted_sweep_resumes(sparse, tmp_path, capsys, monkeypatch):
-    from squeal.analysis.systems import sweeps
-    from squeal.analysis.systems.roots import system_roots
-
-    path, _ = sparse
-    table = tmp_path / "sweep.csv"
-    options = ("eigenvalues", path / "system.yaml", "--band", "200:230", "--sweep", "0:0.4:3")
-    more = ("--method", "full", "--csv", table)
-    solved: list[object] = []
-    roots = system_roots
-
-    def stopping(*arguments):
-        if len(solved) == 2:
-            raise KeyboardInterrupt
-        solved.append(arguments)
-        return roots(*arguments)
-
-    monkeypatch.setattr(sweeps, "system_roots", stopping)
-    assert run(capsys, *options, *more)[0] == 130
-    assert not table.exists()
-    solved.clear()
-    assert run(capsys, *options, *more)[0] == 0
-    assert len(solved) == 1
-    table.unlink()
-    solved.clear()
-    assert run(capsys, *options, *more, "--modes", "1")[0] == 130  # another question
-    solved.clear()
-    assert run(capsys, *options, *more)[0] == 130
-    assert len(solved) == 2
-    solved.clear()
-    assert run(capsys, *options, *more)[0] == 0
-    assert [p.name for p in tmp_path.iterdir()] == ["sweep.csv"]
-    assert len({line.split(",")[0] for line in table.read_text().splitlines()[1:]}) == 3
-
-
-@pytest.mark.parametrize(
-    ("command", "more"),
-    [
-        ("eigenvalues", ("--sweep", "0:40:5")),
-        ("critical-friction", ("--max", "40")),
-        ("map", ("--first", "mu:0:40", "--second", "c:0.5:1.5", "--n", "3")),
-    ],
-)
-def test_an_interrupted_basis_resumes(command, more, sparse, tmp_path, capsys, monkeypatch):
-    """What a basis was when it was stopped is where the next run goes on, for the same question."""
-    from squeal.sparse import reduction
-
-    path, _ = sparse
-    out = tmp_path / "out"
-    out.mkdir()
-    two = FILE.replace("mu: 0.2", "mu: 0.2, c: 1").replace("factor: mu", "factor: mu*c")
-    (path / "two.yaml").write_text(two)
-    options = (command, path / "two.yaml", "--band", "200:300", *more, "--csv")
-    solved: list[object] = []
-    snapshots = reduction._snapshots
-
-    def counted(*arguments):
-        solved.append(arguments)
-        return snapshots(*arguments)
-
-    def stopping(*arguments):
-        if solved:
-            raise KeyboardInterrupt
-        return counted(*arguments)
-
-    monkeypatch.setattr(reduction, "_snapshots", counted)
-    assert run(capsys, *options, out / "whole.csv")[0] == 0
-    whole = len(solved)
-    assert whole > 1
-    solved.clear()
-    monkeypatch.setattr(reduction, "_snapshots", stopping)
-    assert run(capsys, *options, out / "table.csv")[0] == 130
-    assert sorted(p.name for p in out.iterdir()) == ["table.csv.partial.npz", "whole.csv"]
-    solved.clear()
-    monkeypatch.setattr(reduction, "_snapshots", counted)
-    assert run(capsys, *options, out / "table.csv")[0] == 0
-    assert len(solved) == whole - 1
-    assert sorted(p.name for p in out.iterdir()) == ["table.csv", "whole.csv"]
-    assert (out / "table.csv").read_text() == (out / "whole.csv").read_text()
 
 
 @pytest.fixture

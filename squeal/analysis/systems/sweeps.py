@@ -14,7 +14,6 @@ from squeal.analysis.answers import Axis, Step
 from squeal.analysis.systems.roots import NO_ROOT, system_roots
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import InputError, InputWarning
-from squeal.io.writing import Checkpoint
 from squeal.linear import GROWING, VERDICTS
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
@@ -27,7 +26,6 @@ from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import (
     TOLERANCE,
-    Begun,
     Reduction,
     reduce_system,
     reduce_to_real_modes,
@@ -85,11 +83,9 @@ def reduced_for(
     values: Sequence[Changes],
     method: str = "reduced",
     progress: Progress = quiet,
-    checkpoint: Checkpoint | None = None,
 ) -> tuple[Reduction, Rectangle]:
     """The reduced system that serves some values of the parameters, and the region it serves.
 
-    A `checkpoint` keeps what there is after each full solution, and a second run goes on from it.
     Warns if the full problem is not met to the tolerance, or if real modes lose roots that the
     system has at its own parameters.
     """
@@ -99,15 +95,7 @@ def reduced_for(
         found = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
         _warn_of_lost_roots(found, region, progress)
         return found, region
-    kept, begun = checkpoint.load() if checkpoint else None, None
-    if kept:
-        begun = Begun(kept["vectors"], tuple(map(int, kept["samples"])))
-
-    def keep(now: Begun) -> None:
-        if checkpoint:
-            checkpoint.save(vectors=now.vectors, samples=np.array(now.samples))
-
-    found = reduce_system(scaled, region, values, progress=progress, begun=begun, keep=keep)
+    found = reduce_system(scaled, region, values, progress)
     if not found.converged:
         _warn(
             f"{len(found.samples)} full solutions do not suffice for the reduced system: a root "
@@ -215,13 +203,11 @@ def system_chart(
     sides: tuple[Axis, Axis],
     wanted: Wanted | None = None,
     progress: Progress = quiet,
-    checkpoint: Checkpoint | None = None,
 ) -> Chart:
     """The verdict on the wanted roots over two parameters.
 
-    A large system is reduced once for the whole rectangle; a `checkpoint` keeps what there is of
-    that. Raises InputError for a parameter that no matrix depends on, for one named twice, and for
-    a large system without a band or region.
+    A large system is reduced once for the whole rectangle. Raises InputError for a parameter
+    that no matrix depends on, for one named twice, and for a large system without a band or region.
     """
     wanted = wanted or Wanted()
     first, second = sides
@@ -241,9 +227,7 @@ def system_chart(
             for a in np.linspace(first.low, first.high, SAMPLES)
             for b in np.linspace(second.low, second.high, SAMPLES)
         ]
-        reduction, region = reduced_for(
-            system, wanted, corners, progress=progress, checkpoint=checkpoint
-        )
+        reduction, region = reduced_for(system, wanted, corners, progress=progress)
     codes = np.zeros((first.n, second.n), dtype=np.int8)
     growth = np.zeros((first.n, second.n))
     noise = noise_of(system)

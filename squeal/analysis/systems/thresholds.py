@@ -12,7 +12,6 @@ import numpy as np
 from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
 from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import Checkpoint
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
 from squeal.linear.eigen import ComplexArray
@@ -61,12 +60,11 @@ def system_thresholds(
     low: float | None = None,
     wanted: Wanted | None = None,
     progress: Progress = quiet,
-    checkpoint: Checkpoint | None = None,
 ) -> SystemThresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
-    A `checkpoint` keeps the reduced system of a large one as it grows. Raises InputError for an
+    Raises InputError for an
     empty range, and for a large system or complex matrices without a band or region.
     """
     wanted = wanted or Wanted()
@@ -88,7 +86,7 @@ def system_thresholds(
             return _all(system, low, high)
         if ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0:  # M may be inverted
             return _small_band(system, low, high, wanted)
-    return _large(system, low, high, wanted, progress, checkpoint)
+    return _large(system, low, high, wanted, progress)
 
 
 def _all(system: TermSystem, low: float, high: float) -> SystemThresholds:
@@ -130,16 +128,13 @@ def _large(
     high: float,
     wanted: Wanted,
     progress: Progress,
-    checkpoint: Checkpoint | None,
 ) -> SystemThresholds:
     name, noise = system.parameter, noise_of(system)
     # inner values that thresholds do not like to lie at
     inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
     values = [low, *(low + x * (high - low) for x in inner), high]
     changes = [{name: v} for v in values]
-    reduction, region = reduced_for(
-        system, wanted, changes, progress=progress, checkpoint=checkpoint
-    )
+    reduction, region = reduced_for(system, wanted, changes, progress=progress)
     unconfirmed: tuple[str, ...] = ()
     progress("following the roots of the reduced system")
     if system.C or not system.real:
