@@ -31,9 +31,9 @@ def test_a_result_cites_the_integrator_that_ran_and_no_other(capsys, tmp_path, i
         [*SIMULATE, "--integrator", integrator], capture_output=True, text=True, check=True
     )
     (tmp_path / "run.json").write_text(run.stdout)
-    found = keys(capsys, tmp_path / "run.json")
-    assert {"article", "squeal", "numpy", integrator} <= found
-    assert not {other, "control", "matplotlib", "snakemake"} & found
+    cited = keys(capsys, tmp_path / "run.json")
+    assert {"article", "squeal", "numpy", integrator} <= cited
+    assert not {other, "control", "matplotlib", "snakemake"} & cited
 
 
 def test_without_a_result_everything_installed_is_cited(capsys):

@@ -10,7 +10,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims import CLAIMS, Case, judge_claims, measure
 from squeal.article.claims.measures import Linear, Range
 from squeal.article.claims.motions import LEVELS
-from squeal.article.claims.rules import CALM, hammering_cases, keeps_sliding, more_loss_in_b1
+from squeal.article.claims.rules import CALM, hammering_cases, more_loss_in_b1, sliding_lasts
 from squeal.article.claims.settling import decaying, settled
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
@@ -210,7 +210,7 @@ def test_losses_in_both_models():
 def test_blows_are_those_of_a_dense_history(name):
     """Impulses between changes of side, summed over equal samples of the motion."""
     scene = read_scene(ROOT / f"workflow/scenes/{name}.yaml", "simulate")
-    found = measure(scene)
+    measures = measure(scene)
     dense = dataclasses.replace(scene, samples=200_001, outputs=("history",))
     history = simulate(dense).history
     if scene.model == "B1":
@@ -225,8 +225,8 @@ def test_blows_are_those_of_a_dense_history(name):
     blow = np.add.reduceat(lead + trail, begin) * scene.stop / 200_000 / period
     side = side[begin]
     heaviest = [blow[side < 0.0].max(), blow[side > 0.0].max()]
-    assert found.heaviest == pytest.approx(heaviest, rel=0.02)
-    for level, turns in zip(LEVELS, found.blows, strict=True):
+    assert measures.heaviest == pytest.approx(heaviest, rel=0.02)
+    for level, turns in zip(LEVELS, measures.blows, strict=True):
         if np.abs(blow / level - 1.0).min() > 0.02:  # none too near to the level
             assert turns == np.count_nonzero(np.diff(side[(blow > level) & (side != 0.0)]))
 
@@ -237,9 +237,9 @@ def test_sliding_is_judged_against_the_surface():
     assert verdict("B12-sliding", **slow | {"b1_d": case(slip=1.1)}) == NO
     rubs = {name: dataclasses.replace(one, face=1.2) for name, one in slow.items()}
     assert verdict("B12-sliding", **rubs) == YES  # by the article's condition
-    told = keeps_sliding(case(slip=0.25, face=0.41)).measured
-    assert told.endswith("25 % of the surface's speed, its lower face 41 % while it touches")
-    assert keeps_sliding(case(slip=0.25)).measured.endswith("25 % of the surface's speed")
+    text = sliding_lasts(case(slip=0.25, face=0.41)).measured
+    assert text.endswith("25 % of the surface's speed, its lower face 41 % while it touches")
+    assert sliding_lasts(case(slip=0.25)).measured.endswith("25 % of the surface's speed")
     assert verdict("B12-sliding") == NO  # without a speed nothing is known
 
 
@@ -254,21 +254,23 @@ def test_measures_of_a_harmonic_motion():
     pad, y0 = upright(), -4e-4
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
     scene = bounce(pad, y0, 10 * 2 * math.pi / math.sqrt(K / pad.m))
-    found = measure(scene)
+    measures = measure(scene)
     low, high = sorted(-pad.k3 * np.array([y0, -2 * pad.F_n / K - y0]) / pad.F_n)
-    assert found.first.low == pytest.approx(low, rel=1e-3)
-    assert found.first.high == pytest.approx(high, rel=1e-12)
-    assert found.mean == pytest.approx((low + high) / 2, rel=1e-4)
-    assert found.shares == {FULL: 1.0}
-    assert found.calm == pytest.approx(1.0, rel=1e-3)
+    assert measures.first.low == pytest.approx(low, rel=1e-3)
+    assert measures.first.high == pytest.approx(high, rel=1e-12)
+    assert measures.mean == pytest.approx((low + high) / 2, rel=1e-4)
+    assert measures.shares == {FULL: 1.0}
+    assert measures.calm == pytest.approx(1.0, rel=1e-3)
 
 
 def test_measures_of_a_bouncing_pad():
-    found = measure(bounce(upright(), 1e-3, 0.2))
+    measures = measure(bounce(upright(), 1e-3, 0.2))
     # time counts from the first contact; both edges leave together, one counted after the other
-    assert found.separated[LEADING] == pytest.approx(found.separated[TRAILING], rel=1e-9)
-    assert found.shares[NONE] == pytest.approx(found.separated[LEADING] / found.duration, rel=1e-9)
-    assert found.first.low == 0.0
+    assert measures.separated[LEADING] == pytest.approx(measures.separated[TRAILING], rel=1e-9)
+    assert measures.shares[NONE] == pytest.approx(
+        measures.separated[LEADING] / measures.duration, rel=1e-9
+    )
+    assert measures.first.low == 0.0
 
 
 def test_claims_say_which_cases_they_are_about():
@@ -285,9 +287,9 @@ def test_a_motion_on_a_decaying_mode_settles_without_damping():
     }
     assert decaying(scenes["b2-b"]) is None  # all its roots are imaginary
     assert settled({"b2-b": scenes["b2-b"]}) is None
-    found = settled(scenes)
-    assert found is not None
-    assert found.scene == "b2-c"
-    fall = math.exp(0.9 * found.real * found.windows * scenes["b2-c"].stop)
-    assert 0.5 * fall < found.calm < 2.0 * fall
-    assert found.calm < CALM
+    measures = settled(scenes)
+    assert measures is not None
+    assert measures.scene == "b2-c"
+    fall = math.exp(0.9 * measures.real * measures.windows * scenes["b2-c"].stop)
+    assert 0.5 * fall < measures.calm < 2.0 * fall
+    assert measures.calm < CALM

@@ -18,13 +18,15 @@ def test_away_from_the_repository_the_scenes_are_asked_for(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(claims, "ROOT", tmp_path / "squeal")
     assert main([command, *given]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"squeal: --scenes {given[1] if given else 'workflow/scenes'}: holds no")
-    assert "repository" in told
+    message = capsys.readouterr().err
+    assert message.startswith(
+        f"squeal: --scenes {given[1] if given else 'workflow/scenes'}: holds no"
+    )
+    assert "repository" in message
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "told"),
+    ("error", "code", "message"),
     [
         (KeyboardInterrupt(), 130, "stopped"),
         (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), 1, "output: No space left on device"),
@@ -38,7 +40,7 @@ def test_away_from_the_repository_the_scenes_are_asked_for(
     ],
 )
 def test_programs_of_the_workflow_end_as_commands_do(
-    program, arguments, called, error, code, told, tmp_path, monkeypatch, capsys
+    program, arguments, called, error, code, message, tmp_path, monkeypatch, capsys
 ):
     def stopped(*_):
         raise error
@@ -47,4 +49,4 @@ def test_programs_of_the_workflow_end_as_commands_do(
     module = import_module(f"squeal.article.{program}")
     monkeypatch.setattr(module, called, stopped)
     assert module.main(arguments.split()) == code
-    assert tuple(capsys.readouterr()) == ("", f"{arguments.split()[0]}: {told}\n")
+    assert tuple(capsys.readouterr()) == ("", f"{arguments.split()[0]}: {message}\n")

@@ -29,7 +29,7 @@ SCENES = ROOT / "workflow" / "scenes"
 def runs(tmp_path_factory):
     """One run of each contact model, by way of the files of `squeal simulate`."""
     folder = tmp_path_factory.mktemp("results")
-    found = {}
+    runs = {}
     for stem in ("b1-a", "b2-c"):
         with (folder / f"{stem}.json").open("w") as stream, pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.stdout", stream)
@@ -38,8 +38,8 @@ def runs(tmp_path_factory):
                 command("simulate").main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"])
                 == 0
             )
-        found[stem] = read_run(folder / f"{stem}.json", Path(history))
-    return found
+        runs[stem] = read_run(folder / f"{stem}.json", Path(history))
+    return runs
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
@@ -126,8 +126,8 @@ def test_state_colours_stand_out_on_white():
         ]
         return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
 
-    found = [luminance(colour) for colour in style.STATE_COLOURS.values()]
-    assert all(1.05 / (value + 0.05) >= 3.0 for value in found)
+    values = [luminance(colour) for colour in style.STATE_COLOURS.values()]
+    assert all(1.05 / (value + 0.05) >= 3.0 for value in values)
     assert len(set(style.STATE_COLOURS.values())) == 4
 
 
@@ -210,10 +210,10 @@ def test_sketch_holds_the_symbols(stem, symbols):
 
 def test_quasi_static_map_is_eq_23():
     pad = read_scene(SCENES / "b3.yaml").pad
-    found = quasi_static_map(pad, 24)
+    maps = quasi_static_map(pad, 24)
     d, beta, t0 = math.hypot(pad.w, pad.h), math.atan2(pad.h, pad.w), pad.theta0
     for i, j in itertools.product(range(24), repeat=2):
-        a, b = found.angles[i], found.angles[j]
+        a, b = maps.angles[i], maps.angles[j]
         K11 = pad.k1 * math.cos(a) ** 2 + pad.k2 * math.cos(b) ** 2
         K21 = pad.k1 * math.sin(a) * math.cos(a) - pad.k2 * math.sin(b) * math.cos(b)
         K31 = -d * pad.k1 * math.cos(a) * math.sin(a + beta - t0)
@@ -221,5 +221,5 @@ def test_quasi_static_map_is_eq_23():
         printed = pad.mu < K11 / K21 and pad.mu < K31 / (pad.h * K21)
         # Rn/F_n = K11/(K11 - mu K21) from rows 1 and 2, K31/(K31 - mu h K21) from rows 2 and 3
         both = K11 / (K11 - pad.mu * K21) > 0 and K31 / (K31 - pad.mu * pad.h * K21) > 0
-        assert found.as_printed[i, j] == printed
-        assert found.sign_aware[i, j] == both
+        assert maps.as_printed[i, j] == printed
+        assert maps.sign_aware[i, j] == both

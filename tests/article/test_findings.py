@@ -26,13 +26,13 @@ def study() -> Study:
 
 
 @pytest.fixture(scope="module")
-def found():
+def results():
     return {measured.id: measured for measured in measure_findings(study())}
 
 
-def test_all_sixteen_are_measured(found):
+def test_all_sixteen_are_measured(results):
     assert [f.id for f in FINDINGS] == [f"E{i}" for i in range(1, 17)]
-    for name, finding in found.items():
+    for name, finding in results.items():
         assert finding.outcome.endswith(".")
         assert all(math.isfinite(v) for v in finding.measured.values()), name
 
@@ -83,9 +83,9 @@ def test_energy_on_a_closed_path_vanishes_with_a_potential():
     assert abs(energy_gained(pad, "mean")[0]) > 1e-4 * energy
 
 
-def test_numbers_with_known_values(found):
+def test_numbers_with_known_values(results):
     def numbers(key: str) -> dict[str, float]:
-        return found[key].measured
+        return results[key].measured
 
     # Eq. (22) is a sum of two rank-one matrices: no determinant but with the printed K33
     assert numbers("E2")["exact_greatest"] < 1e-14 < 1e-4 < numbers("E2")["printed_median"]

@@ -88,9 +88,9 @@ def test_a_search_finds_goes_on_and_repeats(monkeypatch, tmp_path):
     monkeypatch.setattr(searching, "FIRST", 8)
     monkeypatch.setattr(searching, "GENERATIONS", {"B2": 1, "B1": 1})
     state = tmp_path / "state.json"
-    told: list[str] = []
-    once = search(CONSISTENT, 3, state=state, starts=1, tell=told.append)
-    assert len(told) == once.starts == 1
+    lines: list[str] = []
+    once = search(CONSISTENT, 3, state=state, starts=1, tell=lines.append)
+    assert len(lines) == once.starts == 1
     assert once.sets > 0
     assert search(CONSISTENT, 3, starts=1) == once
     again = search(CONSISTENT, 3, state=state, starts=1)
@@ -129,28 +129,28 @@ def test_written_scenes_are_the_set_in_si_units(tmp_path, formulation):
 
 @needs_heyoka
 def test_the_command_writes_what_it_found(monkeypatch, tmp_path, capsys):
-    found = SearchResult(CHOICE, 5.0, 1, 1, 100)
-    monkeypatch.setattr("squeal.article.commands.identify.search", lambda *_: found)
+    result = SearchResult(CHOICE, 5.0, 1, 1, 100)
+    monkeypatch.setattr("squeal.article.commands.identify.search", lambda *_: result)
     assert main(["identify", "--starts", "1", "--scenes", str(tmp_path), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["numbers"] == CHOICE
     assert answer["reproduced"] == sum(c["verdict"] == "reproduced" for c in answer["claims"])
     assert main(["claims", "--scenes", str(tmp_path), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["claims"]
-    assert [c["verdict"] for c in told] == [c["verdict"] for c in answer["claims"]]
+    claims = json.loads(capsys.readouterr().out)["claims"]
+    assert [c["verdict"] for c in claims] == [c["verdict"] for c in answer["claims"]]
     assert main(["identify", "--overwrite"]) == 2
     assert main(["identify", "--starts", "1", "--scenes", str(tmp_path)]) == 2
 
 
 @needs_heyoka
 def test_the_baseline_counts_what_random_sets_satisfy():
-    found = baseline.judged(CONSISTENT, 60)
-    assert 0 < found.valid <= found.sets == 60
-    assert sum(found.counts) == found.valid
-    assert found.counts[found.best] > 0
-    assert found.median <= found.best
-    assert found.share["B3-singular"].share == found.valid / 60
-    for one in found.share.values():
+    record = baseline.judged(CONSISTENT, 60)
+    assert 0 < record.valid <= record.sets == 60
+    assert sum(record.counts) == record.valid
+    assert record.counts[record.best] > 0
+    assert record.median <= record.best
+    assert record.share["B3-singular"].share == record.valid / 60
+    for one in record.share.values():
         assert one.interval[0] <= one.share <= one.interval[1]
 
 

@@ -32,9 +32,9 @@ WING = (0.09472173 + 2.52287659j, -0.88483025 + 8.44151216j, -0.91799817 + 1.760
 
 
 def system(name):
-    found = read_system(SYSTEMS / f"{name}.yaml")
-    assert found.reference
-    return found.system
+    entry = read_system(SYSTEMS / f"{name}.yaml")
+    assert entry.reference
+    return entry.system
 
 
 def first(points, kind, attribute="mu"):
@@ -86,8 +86,8 @@ def test_the_follower_load_and_what_damping_does_to_it():
     assert undamped == pytest.approx(3.5 - math.sqrt(2), rel=1e-12)
     for c in (0.01, 0.1, 1.0):
         damped = replace(own, C=(Term(c * np.array([[2.0, -1.0], [-1.0, 1.0]])),))
-        found = first(critical_points(damped, 4.0), "flutter")
-        assert found == pytest.approx(41 / 28 + c**2 / 2, rel=1e-10)
+        load = first(critical_points(damped, 4.0), "flutter")
+        assert load == pytest.approx(41 / 28 + c**2 / 2, rel=1e-10)
 
 
 def test_the_wing_to_the_last_printed_digit():

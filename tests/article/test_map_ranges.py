@@ -27,9 +27,9 @@ def test_shares_of_the_printed_conditions_lie_where_they_are_known_to(scene):
             pad = ranges_study.with_values(scene.pad.replace(theta0=0.0), ratio, 1.0, mu)
             assert pad.k1 == pytest.approx(pad.k2)
             assert pad.k1 + pad.k2 == pytest.approx(scene.pad.k1 + scene.pad.k2)
-            found = bounds(pad, angles)
-            printed.append(found.as_printed.mean())
-            signs.append(found.sign_aware.mean())
+            holds = bounds(pad, angles)
+            printed.append(holds.as_printed.mean())
+            signs.append(holds.sign_aware.mean())
     assert 0.025 < min(printed) < 0.04
     assert 0.18 < max(printed) < 0.21
     assert 0.88 < min(signs) < 0.90
@@ -40,15 +40,15 @@ def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):
     """Without friction every branch reaches its end; the shares against the maps of one pad."""
     one = ranges_study.with_values(scene.pad, 0.3, 1.0, 0.5)
     pads = ranges_study.with_values(scene.pad, *(np.array([v, v]) for v in (0.3, 1.0, 0.5)))
-    reached, kept, full = ranges_study.equilibria(scene, pads, 7)
+    reached, stable, full = ranges_study.equilibria(scene, pads, 7)
     alone = dataclasses.replace(scene, pad=one)
     a1, a2 = ranges_study._axes(7)
-    found = on_grid(alone, ("alpha1", "alpha2"), a1, a2)
-    assert reached == pytest.approx(np.mean(found.codes != BEYOND_FOLD))
-    good = np.isin(found.codes, ranges_study.STABLE)
-    assert kept == pytest.approx(np.mean(good))
-    assert full == pytest.approx(np.mean(good & (found.contact == STATES.index(FULL))))
-    assert 0.0 < full[0] < kept[0] < reached[0]
+    computed = on_grid(alone, ("alpha1", "alpha2"), a1, a2)
+    assert reached == pytest.approx(np.mean(computed.codes != BEYOND_FOLD))
+    good = np.isin(computed.codes, ranges_study.STABLE)
+    assert stable == pytest.approx(np.mean(good))
+    assert full == pytest.approx(np.mean(good & (computed.contact == STATES.index(FULL))))
+    assert 0.0 < full[0] < stable[0] < reached[0]
 
 
 def test_spans_are_those_of_the_shares(scene, monkeypatch):
@@ -61,7 +61,7 @@ def test_spans_are_those_of_the_shares(scene, monkeypatch):
         return spread, 0.5 * spread, 0.1 + 0.3 * spread
 
     monkeypatch.setattr(ranges_study, "equilibria", shares)
-    found = ranges_study.full(scene)
+    ranges = ranges_study.full(scene)
     assert seen == [0.0, 4.0, 8.0]
-    assert (found.pads, found.low, found.high) == (243, 0.1, 0.4)
-    assert (found.touching.low, found.touching.high) == (0.0, 0.5)
+    assert (ranges.pads, ranges.low, ranges.high) == (243, 0.1, 0.4)
+    assert (ranges.touching.low, ranges.touching.high) == (0.0, 0.5)

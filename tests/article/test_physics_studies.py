@@ -15,7 +15,7 @@ from squeal.article.studies import line_springs as springs_study
 from squeal.article.studies.__main__ import main
 from squeal.article.studies._reference import reference
 from squeal.article.studies.accuracy import Accuracy, compare_times
-from squeal.article.studies.energy import Stay
+from squeal.article.studies.energy import Episode
 from squeal.article.studies.extreme import Case, Extreme, Outcome
 from squeal.simulation import Simulation
 from tests.conftest import HAMMERING as SCENES
@@ -33,7 +33,7 @@ def test_energy_comes_from_somewhere(energy):
     for name, motion in energy.motions.items():
         assert bool(motion.curves) is (name in energy_study.SHOWN)
         law = pytest.approx(motion.law, abs=1e-12 * motion.kinetic)
-        assert sum(s.fed for s in motion.stays) == law
+        assert sum(s.fed for s in motion.episodes) == law
     text = energy_figure.draw(energy).alternative
     assert all(words in text for words in ("B1 (c)", "B2 (c), printed law", "integral law"))
 
@@ -41,7 +41,7 @@ def test_energy_comes_from_somewhere(energy):
 def test_a_law_with_a_potential_that_feeds_energy_in_stops_the_build(energy):
     for name in ("b1-c", "b2-c-integral"):
         motion = energy.motions[name]
-        fed = dataclasses.replace(motion, stays=(Stay(0.0, 1.0, 1e-6 * motion.kinetic),))
+        fed = dataclasses.replace(motion, episodes=(Episode(0.0, 1.0, 1e-6 * motion.kinetic),))
         assert name in dataclasses.replace(energy, motions={name: fed}).wrong
     opened = dataclasses.replace(energy.motions["b1-c"], residue=1e-6)
     assert "open" in dataclasses.replace(energy, motions={"b1-c": opened}).wrong
@@ -62,14 +62,14 @@ def test_many_springs_move_as_the_line_does_ever_nearer():
 
 def test_the_springs_figure_draws_every_number_of_springs(monkeypatch):
     monkeypatch.setattr(springs_study, "COUNTS", (2, 4))
-    found = springs_study.LineSprings({"b": springs_study.case(hammering_scene("b2-b"))}, 1.0)
-    lost = springs_figure.springs_figure(found).axes[0].get_lines()[0]
-    springs = [one for one in found.cases["b"].springs if isinstance(one, springs_study.Contact)]
+    record = springs_study.LineSprings({"b": springs_study.case(hammering_scene("b2-b"))}, 1.0)
+    lost = springs_figure.springs_figure(record).axes[0].get_lines()[0]
+    springs = [one for one in record.cases["b"].springs if isinstance(one, springs_study.Contact)]
     assert np.array_equal(lost.get_ydata(), [one.lost for one in springs])
 
 
 @pytest.mark.parametrize(
-    ("found", "exact", "wrong"),
+    ("times", "exact", "wrong"),
     [
         ([1.0, 2.0], [1.0, 2.0], (0, 0)),
         ([1.0], [1.0, 2.0], (1, 0)),
@@ -77,8 +77,8 @@ def test_the_springs_figure_draws_every_number_of_springs(monkeypatch):
         ([0.5, 2.0], [1.0, 2.0], (1, 1)),
     ],
 )
-def test_changes_that_are_missed_or_made_up_are_counted(found, exact, wrong):
-    assert compare_times(np.array(found), np.array(exact)) == wrong
+def test_changes_that_are_missed_or_made_up_are_counted(times, exact, wrong):
+    assert compare_times(np.array(times), np.array(exact)) == wrong
 
 
 @needs_heyoka
@@ -94,10 +94,10 @@ def test_every_path_comes_near_the_reference(monkeypatch):
     ]
     assert [p.path for p in points] == list(accuracy_study.WAYS)
     assert all(p.error < 1e-5 for p in points)
-    found = Accuracy(tuple(points), {"c": len(exact.times)}, "quad")
-    assert found.time_at("c", "squeal", 1e-5) == points[0].seconds
-    assert found.time_at("c", "squeal", 0.0) is None
-    assert "SciPy Radau" in accuracy_figure.draw(found).alternative
+    record = Accuracy(tuple(points), {"c": len(exact.times)}, "quad")
+    assert record.time_at("c", "squeal", 1e-5) == points[0].seconds
+    assert record.time_at("c", "squeal", 0.0) is None
+    assert "SciPy Radau" in accuracy_figure.draw(record).alternative
 
 
 def test_extreme_pads_pass():
@@ -111,8 +111,8 @@ def test_a_wrong_answer_and_a_missing_refusal_are_seen():
     case = next(extreme_study.cases())
     off = Case("g", "n", case.scene, lambda *_: (1e-8, "a reference"))
     assert extreme_study.outcome(off).outcome == "failed"
-    kept = Case("g", "n", case.scene, lambda *_: (0.0, "a reference"), "past 90 degrees", 1.0)
-    assert extreme_study.outcome(kept).outcome == "failed"
+    missing = Case("g", "n", case.scene, lambda *_: (0.0, "a reference"), "past 90 degrees", 1.0)
+    assert extreme_study.outcome(missing).outcome == "failed"
 
 
 @pytest.mark.parametrize(("word", "code"), [("passed", 0), ("failed", 1)])
@@ -120,7 +120,7 @@ def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
     outcome = Outcome("group", "name", word, None, 1, 2, 0.1, "said")
     monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, "exact"))
     assert main(["extreme"]) == code
-    found = capsys.readouterr()
-    assert '"said"' in found.out
-    assert ("group: name" in found.err) is bool(code)
+    printed = capsys.readouterr()
+    assert '"said"' in printed.out
+    assert ("group: name" in printed.err) is bool(code)
     assert not Extreme((outcome,), 1e-9, "exact", stand_in=True).wrong

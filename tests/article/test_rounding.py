@@ -1,4 +1,4 @@
-"""Upper bounds: never below the value, with the digits asked for."""
+"""Upper bounds: never below the value, with the requested digits."""
 
 import math
 

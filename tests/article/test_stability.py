@@ -25,7 +25,7 @@ STEMS = ("b1-a", "b2-c", "b2-d")
 
 
 @pytest.fixture(scope="module")
-def found():
+def record():
     return Stability(tuple(examined(name, scene_of(name)) for name in STEMS))
 
 
@@ -54,8 +54,8 @@ def test_growth_of_a_simulation_is_an_exact_eigenvalue(share):
     assert (fitted.real > 1.0) == (share > 1.0)
 
 
-def test_branch_and_equilibrium_have_the_same_eigenvalues(found):
-    for one in found.scenes:
+def test_branch_and_equilibrium_have_the_same_eigenvalues(record):
+    for one in record.scenes:
         values = analyse(scene_of(one.name)).spectrum.values
         i = one.branch.mu.index(one.mu)
         swept = np.array(one.branch.real)[:, i] + 1j * np.array(one.branch.imag)[:, i]
@@ -72,8 +72,8 @@ def test_a_branch_is_followed_up_to_its_fold():
     assert isinstance(branch(Scene("B2", random_pad(1, "B2", k1=0.0, k2=0.0))), Missing)
 
 
-def test_mode_shapes_solve_the_eigenvalue_problem(found):
-    for one in found.scenes:
+def test_mode_shapes_solve_the_eigenvalue_problem(record):
+    for one in record.scenes:
         scene = scene_of(one.name)
         at, _ = sliding_equilibrium(scene.pad_model)
         masses, K = exact_stiffness(scene, scene.pad.mu, at)
@@ -91,22 +91,22 @@ def drawn(figure, gid):
     return [line for axes in figure.axes for line in axes.get_lines() if line.get_gid() == gid]
 
 
-def test_the_coupling_figure_draws_what_it_is_given(found):
+def test_the_coupling_figure_draws_what_it_is_given(record):
     lines = [
-        line for k in (1, 2, 3) for line in drawn(coupling.coupling_figure(found), f"mode {k}")
+        line for k in (1, 2, 3) for line in drawn(coupling.coupling_figure(record), f"mode {k}")
     ]
-    for one in found.scenes[1:]:
+    for one in record.scenes[1:]:
         for k in range(3):
             frequency = np.abs(one.branch.imag[2 * k]) / (2e3 * np.pi)
             growth = np.array(one.branch.real[2 * k]) / 1e3
             for values in (frequency, growth):
                 assert any(np.array_equal(line.get_ydata(), values) for line in lines)
-    assert "B2, case (c)" in coupling.draw(found).alternative
+    assert "B2, case (c)" in coupling.draw(record).alternative
 
 
-def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
-    figure = modes.modes_figure(found)
-    shown = [s for s in found.scenes if s.model == "B2"]
+def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(record):
+    figure = modes.modes_figure(record)
+    shown = [s for s in record.scenes if s.model == "B2"]
     lines = [drawn(figure, gid) for gid in ("rest", "first phase")]
     given = [(s, s.equilibrium.modes[k]) for k in range(3) for s in shown]
     for (scene, mode), *outlines in zip(given, *lines, strict=True):
@@ -120,7 +120,7 @@ def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(found):
 
 def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
     monkeypatch.setattr(angle_study, "CELLS", 8)
-    found = angle_study.study([SCENES / "b2-c.yaml"])
+    record = angle_study.study([SCENES / "b2-c.yaml"])
     scene = scene_of("b2-c")
     codes = []
     for a in angle_axes(8)[0].values.tolist():
@@ -135,8 +135,8 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
             full = angle_study.STABLE if all(at.state) else angle_study.PARTIAL
             codes.append(full if quiet else angle_study.UNSTABLE)
     shares = np.bincount(codes, minlength=4) / 64
-    assert found.share.exists == pytest.approx(shares[1:].sum(), abs=0.08)
-    assert found.share.quiet == pytest.approx(shares[2:].sum(), abs=0.08)
-    assert found.share.quiet_full == pytest.approx(shares[3], abs=0.08)
+    assert record.share.exists == pytest.approx(shares[1:].sum(), abs=0.08)
+    assert record.share.quiet == pytest.approx(shares[2:].sum(), abs=0.08)
+    assert record.share.quiet_full == pytest.approx(shares[3], abs=0.08)
     printed = quasi_static(scene_of("b3").pad, 40)
-    assert len(quasi_static_figure.draw(printed, found).figure.axes) == 3
+    assert len(quasi_static_figure.draw(printed, record).figure.axes) == 3

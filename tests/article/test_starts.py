@@ -43,5 +43,5 @@ def test_the_middle_of_a_stable_map_keeps_contact_and_symmetry_is_not_assumed():
     assert sum(one.share.values()) == pytest.approx(1.0)
     s, t = grid()
     assert (s[0], t[0]) == (s.min(), t.min())
-    found = Starts(cases={"b2-b": (one, ten)})
-    assert found.share("b2-b", KINDS[0], 10) <= found.share("b2-b", KINDS[0], 1)
+    record = Starts(cases={"b2-b": (one, ten)})
+    assert record.share("b2-b", KINDS[0], 10) <= record.share("b2-b", KINDS[0], 1)

@@ -84,8 +84,8 @@ def test_equal_bytes_when_it_is_taken_again(build, figure, tmp_path):
 
 
 def test_a_number(build, tmp_path):
-    found = take("b2-c.steps", build, tmp_path / "number")
-    assert {"value.txt", "value.tex"} | ALWAYS == set(found.files)
+    taken = take("b2-c.steps", build, tmp_path / "number")
+    assert {"value.txt", "value.tex"} | ALWAYS == set(taken.files)
     steps = json.loads((build / "results" / "b2-c.json").read_text())["steps"]
     assert (tmp_path / "number" / "value.txt").read_text() == f"{steps}\n"
     with pytest.raises(InputError, match="is no key of"):
@@ -128,8 +128,8 @@ def test_the_list(build, capsys, monkeypatch):
 
 
 def test_every_figure_has_a_caption_of_its_own():
-    found = captions()
-    assert set(FIGURES) <= set(found)
+    legends = captions()
+    assert set(FIGURES) <= set(legends)
     assert title("Run time of $\\mu$ at \\val{a.b}: more. Then.") == "Run time of μ at"
 
 

@@ -134,7 +134,7 @@ CLAIMS = (
           "Rn of b is almost twice that of a (read as their means, 1.7 to 2)",
           rules.mean_almost_doubles, ample=0.1),
     Claim("B2-c-loss", ("b2-c",), "Fig. 11(a)", "the surfaces separate for some time (Rn = 0)",
-          rules.surfaces_part, ample=0.02,
+          rules.surfaces_separate, ample=0.02,
           follows=_implied("B2-only-c", "separation in case c is a part of it")),
     Claim("B2-c-hammer", ("b2-c",), "Fig. 11(b)",
           "blows fall on both edges in turn, repeatedly, and contact is lost in between",
@@ -146,7 +146,7 @@ CLAIMS = (
     Claim("B2-d-trailing", ("b2-d",), "Fig. 12(b)", "0 < delta < w at all times",
           rules.within_trailing_half, ample=0.01),
     Claim("B2-only-c", _ALL_B2, "Sec. 5, end", "the surfaces separate in case c only",
-          rules.only_c_parts, ample=0.02),
+          rules.only_c_separates, ample=0.02),
     Claim("B3-singular", ("b3",), "Sec. 6", "the stiffness matrix of Eq. (21) is singular",
           rules.singular, ample=0.1,
           follows=Consequence(
@@ -175,7 +175,7 @@ CLAIMS = (
               "in all four cases of B1, in case c of B2 alone")),
     Claim("B12-sliding", (*_ALL_B1, *_ALL_B2), "Sec. 5",
           "no sprag-slip: sliding never stops (by our measure, x_dot < V)",
-          rules.keeps_sliding,
+          rules.sliding_lasts,
           follows=Consequence(
               "free", "V is not printed, and with V large enough sliding never stops")),
 )

@@ -183,7 +183,7 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
     return Outcome((len(b1) - len(b2)) / 4, words + f"{', '.join(b2) or 'no case'} of B2")
 
 
-def keeps_sliding(*cases: Case) -> Outcome:
+def sliding_lasts(*cases: Case) -> Outcome:
     """The pad is never as fast as the surface, by x_dot; its lower face, where friction
     acts, is printed beside."""
     slip, face = (max(getattr(case, key) for case in cases) for key in ("slip", "face"))
@@ -214,13 +214,13 @@ def within_trailing_half(case: Case) -> Outcome:
     return Outcome(margin, f"delta/w from {case.second.low:.3f} to {case.second.high:.3f}")
 
 
-def surfaces_part(case: Case) -> Outcome:
+def surfaces_separate(case: Case) -> Outcome:
     """The surfaces separate for some time."""
     words = f"separated {100 * _share(case, NONE):.2f} % of the time"
     return Outcome(_surface_apart(case), words)
 
 
-def only_c_parts(*cases: Case) -> Outcome:
+def only_c_separates(*cases: Case) -> Outcome:
     """Of cases a to d the surfaces separate in c only."""
     margins = dict(zip("abcd", map(_surface_apart, cases), strict=True))
     margin = min(value if name == "c" else -value for name, value in margins.items())

@@ -26,9 +26,9 @@ AREAS: dict[int, dict[str, Any]] = {
 
 def _episodes(axes: Axes, motion: Motion) -> None:
     for sign, look in AREAS.items():
-        for stay in motion.stays:
-            if stay.fed in motion.fed(sign):
-                axes.axvspan(stay.start, stay.stop, zorder=0, **look)
+        for episode in motion.episodes:
+            if episode.fed in motion.fed(sign):
+                axes.axvspan(episode.start, episode.stop, zorder=0, **look)
 
 
 def energy_figure(record: Energy) -> Figure:

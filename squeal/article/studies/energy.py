@@ -34,8 +34,8 @@ def motion_title(name: str) -> str:
     return f"{model.upper()} ({case}){''.join(words)}"
 
 
-class Stay(Record):
-    """A stay in partial contact (ms), and what the contact law fed in during it (J)."""
+class Episode(Record):
+    """An episode of partial contact (ms), and the work of the contact law during it (J)."""
 
     start: float
     stop: float
@@ -47,7 +47,7 @@ class Motion(Record):
 
     friction, load, law: works at the end, that of the law beyond what its potential gives back;
     kinetic: the greatest kinetic energy; residue: how far the balance of all works is from closing,
-    over it; stays: all in partial contact; curves: t (ms) and kinetic and elastic energy (of
+    over it; episodes: all of partial contact; curves: t (ms) and kinetic and elastic energy (of
     springs and contact) and works so far, for the motions that are drawn.
     """
 
@@ -56,13 +56,13 @@ class Motion(Record):
     law: float
     kinetic: float
     residue: float
-    stays: tuple[Stay, ...]
+    episodes: tuple[Episode, ...]
     curves: dict[str, tuple[float, ...]]
 
     def fed(self, sign: int) -> list[float]:
-        """What was fed in during the stays that gain (sign 1) or lose (-1), without rounding."""
+        """Positive (sign 1) or negative (-1) works of the episodes, without rounding."""
         least = ROUNDING * self.kinetic
-        return [s.fed for s in self.stays if sign * s.fed > least]
+        return [s.fed for s in self.episodes if sign * s.fed > least]
 
 
 class Energy(Result):
@@ -105,7 +105,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         law=works.fed,
         kinetic=works.kinetic,
         residue=float(np.ptp(rest)) / works.kinetic,
-        stays=tuple(Stay(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
+        episodes=tuple(Episode(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
         curves=_curves(curves) if shown else {},
     )
 

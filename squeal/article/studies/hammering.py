@@ -199,5 +199,5 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
         "no-separation-without-rotation": record.locked == {"B1": ("c", "d"), "B2": ()},
         "light-blows-in-b1-a": record.motions["b1-a"]["1"].leading < record.level,
         "least-heights-from-b-to-a": _between(record.amplitude, "b1-b", "b1-a"),
-        "b1-b-keeps-its-leading-edge": record.motions["b1-b"]["1"].vanishes == 0.0,
+        "b1-b-leading-edge-never-separates": record.motions["b1-b"]["1"].vanishes == 0.0,
     }

@@ -129,7 +129,9 @@ def sentences(record: Starts) -> Mapping[str, bool]:
     permanent, hammering = KINDS[0], KINDS[3]
     b1 = [name for name in record.cases if name.startswith("b1")]
     return {
-        "b1-can-keep-contact": all(record.share(name, permanent, 10) > 0.0 for name in b1),
+        "b1-permanent-contact-near-equilibrium": all(
+            record.share(name, permanent, 10) > 0.0 for name in b1
+        ),
         "b1-hammers-from-most-in-a-c-d": all(
             record.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
         ),
