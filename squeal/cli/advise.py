@@ -8,7 +8,7 @@ import math
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.critical_friction import check_high
-from squeal.cli.options import take, take_files
+from squeal.cli.options import not_allowed, take, take_files, write_files
 from squeal.cli.streams import progress_line
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -30,23 +30,21 @@ def options(parser: Parser) -> None:
 
 def tolerances(given: list[str]) -> dict[str, squeal.Tolerance]:
     """The tolerances that the options name. Raises InputError."""
-    found: dict[str, squeal.Tolerance] = {}
+    named: dict[str, squeal.Tolerance] = {}
     for one in given:
-        name, equals, text = one.partition("=")
-        name, share = name.strip(), text.strip().endswith("%")
+        name, equals, text = (part.strip() for part in one.partition("="))
+        share = text.endswith("%")
         try:
-            size = float(text.strip().removesuffix("%")) / (100.0 if share else 1.0)
+            size = float(text.removesuffix("%")) / (100.0 if share else 1.0)
         except ValueError:
             size = math.nan
         if not equals or not 0.0 < size < math.inf:
-            raise InputError(
-                f"--tolerance {one}: is not allowed; it must be NAME=VALUE with a number above 0 "
-                "in the parameter's unit, or with a share such as 5%"
-            )
-        if name in found:
+            words = "NAME=VALUE with a number above 0 in the parameter's unit, or with a share"
+            raise not_allowed(f"--tolerance {one}", f"{words} such as 5%")
+        if name in named:
             raise InputError(f"--tolerance {one}: {name} has a tolerance already; one is allowed")
-        found[name] = squeal.Tolerance(size, share)
-    return found
+        named[name] = squeal.Tolerance(size, share)
+    return named
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -55,7 +53,6 @@ def run(given: argparse.Namespace) -> Reply:
     if isinstance(subject, Scene):
         check_high(given)
     with progress_line("parameters") as progress:
-        found = squeal.advise(subject, tolerances(given.tolerance), given.high, progress)
-    if given.table is not None:
-        found.save(given.table)
-    return Reply.of(found, inputs=inputs, judged=isinstance(subject, Scene))
+        advice = squeal.advise(subject, tolerances(given.tolerance), given.high, progress)
+    write_files(given, advice)
+    return Reply.of(advice, inputs=inputs, judged=isinstance(subject, Scene))

@@ -6,7 +6,7 @@ import argparse
 import squeal
 from squeal.analysis.cycles import WINDOWS, parameter_range
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import said, take_files, whole
+from squeal.cli.options import said, take_files, whole, write_files
 from squeal.errors import InputError
 
 
@@ -38,8 +38,5 @@ def run(given: argparse.Namespace) -> Reply:
             raise
         words = str(error).removeprefix("cycles: over: ")
         raise InputError(f"{given.source.name}: {said(given, 'over')}: {words}") from None
-    if given.table is not None:
-        answer.save(given.table)
-    if given.figure is not None:
-        answer.plot(given.figure, name=given.source.name)
+    write_files(given, answer)
     return Reply.of(answer)

@@ -6,7 +6,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, said, take, take_files
+from squeal.cli.options import not_allowed, refuse, said, take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -30,64 +30,60 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and analyse it."""
     source = given.source
     subject, inputs = source.subject()
-    asked: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     if isinstance(subject, Scene):
         refuse(given, "modes region method shape animation at", f"{source.name}, a scene")
         if given.sweep is not None and not 0.0 <= given.sweep[0] < given.sweep[-1] <= 1e3:
-            raise InputError(
-                f"{said(given, 'sweep')}: is not allowed; it must be A:B:N with 0 <= A < B <= 1000"
-            )
+            raise not_allowed(said(given, "sweep"), "A:B:N with 0 <= A < B <= 1000")
     else:
-        asked = {"region": given.region, "modes": given.modes, "memory": given.memory}
-        asked |= {"band": given.band, "progress": steps(given.progress)}
+        options = {"region": given.region, "modes": given.modes, "memory": given.memory}
+        options |= {"band": given.band, "progress": steps(given.progress)}
         if given.at is not None:
             source.check_at(subject, said(given, "at"))
-        check_shape(given, subject)
+        _check_shape(given, subject)
         if given.sweep:
             source.warn_if_constant(subject)
-    found = squeal.eigenvalues(subject, given.at, **asked)
+    spectrum = squeal.eigenvalues(subject, given.at, **options)
     low, high = given.band or (0.0, math.inf)
-    answers: list[Any] = [found.filtered(low, high, given.min_growth or 0.0)]
+    answers: list[Any] = [spectrum.filtered(low, high, given.min_growth or 0.0)]
     if given.sweep:
-        if asked:
-            asked["method"] = given.method
-        answers.append(squeal.sweep(subject, given.sweep, **asked))
+        if options:
+            options["method"] = given.method
+        answers.append(squeal.sweep(subject, given.sweep, **options))
+    shown = answers[-1]
     if given.sensitivity:
-        answers.append(squeal.sensitivity(subject, known=found))
-    shown = answers[1 if given.sweep else 0]
-    if given.table is not None:
+        answers.append(squeal.sensitivity(subject, known=spectrum))
+    if given.shape is None:
+        write_files(given, shown)
+    elif given.table is not None:
         shown.save(given.table)
-    if given.figure is not None and given.shape is None:
-        shown.plot(given.figure, name=source.name)
     if given.shape is not None or given.animation is not None:
-        draw_shape(given, subject, found)
+        _draw_shape(given, spectrum)
     return Reply.of(*answers, inputs=inputs, judged=isinstance(subject, Scene))
 
 
-def check_shape(given: argparse.Namespace, file: Any) -> None:
+def _check_shape(given: argparse.Namespace, file: Any) -> None:
     """Refuse a shape of a system that says not where its rows are. Raises InputError."""
-    asked = [name for name in ("shape", "animation") if getattr(given, name) is not None]
-    if not asked:
-        return
-    if given.figure is None and given.animation is None:
-        raise InputError(f"{said(given, 'shape')}: needs --png FILE or --gif FILE beside it")
-    if file.coordinates is None:
-        raise InputError(
-            f"{said(given, asked[0])}: is not allowed with {given.source.name}, which says not "
-            "where its rows are; a system file with `coordinates: {file: nodes.csv}` is allowed"
-        )
+    for name in ("shape", "animation"):
+        if getattr(given, name) is None:
+            continue
+        if given.figure is None and given.animation is None:
+            raise InputError(f"{said(given, 'shape')}: needs --png FILE or --gif FILE beside it")
+        if file.coordinates is None:
+            raise InputError(
+                f"{said(given, name)}: is not allowed with {given.source.name}, which says not "
+                "where its rows are; a system file with `coordinates: {file: nodes.csv}` is allowed"
+            )
 
 
-def draw_shape(given: argparse.Namespace, file: Any, found: Any) -> None:
-    """Draw the mode that is asked for, or the one that grows most. Raises InputError."""
-    count = len(found.eigenvalues)
+def _draw_shape(given: argparse.Namespace, spectrum: Any) -> None:
+    """Draw the requested mode, or the one that grows most. Raises InputError."""
+    count = len(spectrum.eigenvalues)
     if not count:
         raise InputError("shape: no root is listed; another band or region is required")
-    number = given.shape or int(found.values.real.argmax()) + 1
+    number = given.shape or int(spectrum.values.real.argmax()) + 1
     if number > count:
-        raise InputError(
-            f"{said(given, 'shape')}: is not allowed; it must be a whole number from 1 to {count}"
-        )
+        raise not_allowed(said(given, "shape"), f"a whole number from 1 to {count}")
     for path in (given.figure if given.shape is not None else None, given.animation):
         if path is not None:
-            found.plot(path, name=given.source.name, shape=number)
+            spectrum.plot(path, name=given.source.name, shape=number)

@@ -14,7 +14,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, said, take, word
+from squeal.cli.options import path, refuse, said, take, word
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.answer import aligned
@@ -27,7 +27,7 @@ FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
 def options(parser: Parser) -> None:
     """Options of `squeal export`."""
     words = "a new or empty folder"
-    parser.add_argument("--output", metavar="FOLDER", type=Path, required=True, help=words)
+    parser.add_argument("--output", metavar="FOLDER", read=path, required=True, help=words)
     words = f"one of {', '.join(FORMATS)} (mtx)"
     parser.add_argument("--format", metavar="NAME", default="mtx", help=words, read=word(*FORMATS))
     take(parser, "method band region sweep memory")
@@ -68,7 +68,6 @@ def run(given: argparse.Namespace) -> Reply:
 
 
 def _of_scene(name: str, scene: Scene) -> TermSystem:
-    found = analyse(scene).matrices
-    damping = (Term(found.C),) if np.any(found.C) else ()
-    mu, stem = scene.pad.mu, Path(name).stem
-    return TermSystem((Term(found.M),), damping, (Term(found.K),), {"mu": mu}, "mu", stem)
+    M, C, K = analyse(scene).matrices
+    damping = (Term(C),) if np.any(C) else ()
+    return TermSystem((Term(M),), damping, (Term(K),), {"mu": scene.pad.mu}, "mu", Path(name).stem)

@@ -9,16 +9,19 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from squeal.errors import InputError
-from squeal.io.writing import check_writable
 
 MOST = 100_000  # values of a parameter
 WORKERS = 256
-T = TypeVar("T")
 Read = Callable[[str, str], Any]
 """What makes a value of the text given, and of the option's name, for refusals."""
+
+
+def not_allowed(given: str, words: str) -> InputError:
+    """The InputError of an option, as it was given, that must be what `words` say."""
+    return InputError(f"{given}: is not allowed; it must be {words}")
 
 
 def numbers(
@@ -26,13 +29,13 @@ def numbers(
 ) -> tuple[float, ...]:
     """So many finite numbers of which `holds` is true, as `words` say. Raises InputError."""
     try:
-        found = tuple(map(float, given.split(":")))
+        values = tuple(map(float, given.split(":")))
     except ValueError:
-        found = ()
-    right = len(found) == count and all(map(math.isfinite, found))
-    if not right or not (holds is None or holds(*found)):
-        raise InputError(f"{option} {given}: is not allowed; it must be {words}")
-    return found
+        values = ()
+    right = len(values) == count and all(map(math.isfinite, values))
+    if not right or not (holds is None or holds(*values)):
+        raise not_allowed(f"{option} {given}", words)
+    return values
 
 
 def one(words: str, holds: Callable[[float], bool] | None = None, scale: float = 1.0) -> Read:
@@ -52,12 +55,15 @@ def word(*allowed: str) -> Read:
 
     def read(given: str, option: str) -> str:
         if given not in allowed:
-            raise InputError(
-                f"{option} {given}: is not allowed; it must be one of {', '.join(allowed)}"
-            )
+            raise not_allowed(f"{option} {given}", f"one of {', '.join(allowed)}")
         return given
 
     return read
+
+
+def path(given: str, option: str) -> Path:
+    """The file or folder of that name."""
+    return Path(given)
 
 
 def spaced(given: str, option: str) -> list[float]:
@@ -71,11 +77,10 @@ def spaced(given: str, option: str) -> list[float]:
     return [a + (b - a) * i / (int(n) - 1) for i in range(int(n))]
 
 
-def band(given: str, option: str) -> tuple[float, float]:
+def band(given: str, option: str) -> tuple[float, ...]:
     """The ends of a band of frequencies, LOW:HIGH. Raises InputError."""
     words = "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000"
-    low, high = numbers(given, option, 2, words, lambda low, high: 0.0 <= low < high)
-    return low, high
+    return numbers(given, option, 2, words, lambda low, high: 0.0 <= low < high)
 
 
 def region(given: str, option: str) -> tuple[float, ...]:
@@ -94,11 +99,6 @@ class Option:
     read: Read = lambda given, _: given
     group: str = ""
 
-    @property
-    def dest(self) -> str:
-        """The name of its value."""
-        return self.names.split()[0].removeprefix("--").replace("-", "_")
-
 
 SYSTEMS = "systems from matrices"
 FILES = "files"
@@ -114,7 +114,7 @@ OPTIONS = {
     "second": Option("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)"),
     "scatter": Option(
         "--scatter", "FILE", "distribution of the first loss over the tolerances that FILE names",
-        lambda given, _: Path(given),
+        path,
     ),
     "workers": Option("--workers", "N", "processes for --scatter (1)", whole(1, WORKERS)),
     "band": Option("--band", "LOW:HIGH", "frequencies in Hz", band),
@@ -133,21 +133,18 @@ OPTIONS = {
     "shape": Option("--shape", "N", "draw this mode on the nodes", whole(1, MOST), SYSTEMS),
 }  # fmt: skip
 
-# format by the end of the name, in the order of the help
-FORMATS = {
-    "table": (".csv", ".json", ".nc"),
-    "curve": (".csv", ".json"),
-    "figure": (".pdf", ".svg", ".png"),
-    "animation": (".gif",),
-    "sound": (".wav",),
+# names of an option and ends of a file's name, each of a format, in the order of the help
+FILE_OPTIONS = {
+    "table": ("--table --csv --nc", (".csv", ".json", ".nc")),
+    "curve": ("--curve --threshold-curve", (".csv", ".json")),
+    "figure": ("--figure --pdf --svg --png", (".pdf", ".svg", ".png")),
+    "animation": ("--animation --gif", (".gif",)),
+    "sound": ("--sound --wav", (".wav",)),
 }
-_NAMES = {
-    "table": "--table --csv --nc",
-    "curve": "--curve --threshold-curve",
-    "figure": "--figure --pdf --svg --png",
-    "animation": "--animation --gif",
-    "sound": "--sound --wav",
-}
+_BEGINS = {
+    ".pdf": (b"%PDF",), ".png": (b"\x89PNG",), ".svg": (b"<?xml", b"<svg"), ".gif": (b"GIF8",),
+    ".nc": (b"CDF",), ".wav": (b"RIFF",), ".json": (b"{", b"["),
+}  # fmt: skip
 
 
 class Once(argparse.Action):
@@ -161,9 +158,10 @@ class Once(argparse.Action):
         self._read = read
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option: str | None = None) -> None:
-        said = getattr(namespace, f"{self.dest}_said", None)
-        if said is not None:
-            raise InputError(f"{option} {values}: {said} is given already; one of them is allowed")
+        before = getattr(namespace, f"{self.dest}_said", None)
+        if before is not None:
+            words = f"{option} {values}: {before} is given already; one of them is allowed"
+            raise InputError(words)
         setattr(namespace, f"{self.dest}_said", f"{option} {values}")
         value = values if self._read is None else self._read(values, option or "")
         setattr(namespace, self.dest, value)
@@ -193,21 +191,28 @@ def take(parser: Any, names: str, **defaults: Any) -> None:
 
 def take_files(parser: Any, **options: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
-    for name, words in options.items():
+    for key, words in options.items():
+        names, endings = FILE_OPTIONS[key]
+        words = f"write {words} to FILE, whose name ends in {_listed(endings)}"
         parser.within(FILES).add_argument(
-            *_NAMES[name].split(),
-            dest=name,
-            metavar="FILE",
-            read=lambda given, _: Path(given),
-            help=f"write {words} to FILE, whose name ends in {_listed(FORMATS[name])}",
+            *names.split(), dest=key, metavar="FILE", read=path, help=words
         )
 
 
 def refuse(given: argparse.Namespace, names: str, why: str) -> None:
     """Refuse options that do not go with what is given. Raises InputError."""
     for name in names.split():
-        if getattr(given, name, None) is not None:
+        value = getattr(given, name, None)
+        if value is not None and value is not False:
             raise InputError(f"{said(given, name)}: is not allowed with {why}")
+
+
+def write_files(given: argparse.Namespace, answer: Any, **drawn: Any) -> None:
+    """Write the table and the figure of an answer that are requested."""
+    if given.table is not None:
+        answer.save(given.table)
+    if getattr(given, "figure", None) is not None:
+        answer.plot(given.figure, name=given.source.name, **drawn)
 
 
 def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
@@ -217,20 +222,27 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
     an existing file that is not of the format its name says. Raises InputError.
     """
     taken = [(path, "an input") for path in inputs]
-    for name, endings in FORMATS.items():
+    for name, (_, endings) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
         if path is None:
             continue
         option = said(given, name)
         if path.suffix not in endings:
             raise InputError(f"{option}: the name must end in {_listed(endings)}")
-        if os.path.islink(os.path.realpath(path)):
+        place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
+        if place.is_symlink():
             raise InputError(f"{option}: is a link to itself; the name of a file is allowed")
-        check_writable(path, option.partition(" ")[0])
+        if place.exists() and not place.is_file():
+            kind = "a folder" if place.is_dir() else "not a plain file"
+            raise InputError(f"{option}: is {kind}; the name of a file is allowed")
+        if not place.parent.is_dir():
+            raise InputError(f"{option}: the folder {place.parent} does not exist")
+        if not os.access(place.parent, os.W_OK):
+            raise InputError(f"{option}: the folder {place.parent} is not writable")
         for other, words in taken:
             if _same(path, other):
                 raise InputError(f"{option}: is {words} too; another name is allowed")
-        if path.is_file() and not _is_of(path):
+        if place.is_file() and not _is_of(path):
             kind = path.suffix[1:].upper()
             raise InputError(f"{option}: exists and is no {kind} file; another name is allowed")
         taken.append((path, "another output"))
@@ -250,15 +262,8 @@ def _is_of(path: Path) -> bool:
     """True if a file is empty or begins as its ending says."""
     with path.open("rb") as stream:
         head = stream.read(1024)
-    line = head.split(b"\n", 1)[0]
-    begins = {
-        ".pdf": head.startswith(b"%PDF"),
-        ".png": head.startswith(b"\x89PNG"),
-        ".svg": head.lstrip().startswith((b"<?xml", b"<svg")),
-        ".gif": head.startswith(b"GIF8"),
-        ".nc": head.startswith(b"CDF"),
-        ".wav": head.startswith(b"RIFF"),
-        ".json": head.lstrip().startswith((b"{", b"[")),
-        ".csv": b"\0" not in head and b"," in line and not line.startswith((b"%PDF", b"{", b"<")),
-    }
-    return not head or begins[path.suffix]
+    if path.suffix == ".csv":
+        line = head.split(b"\n", 1)[0]
+        text = b"\0" not in head and b"," in line and not line.startswith((b"%PDF", b"{", b"<"))
+        return text or not head
+    return not head or head.lstrip().startswith(_BEGINS[path.suffix])

@@ -34,9 +34,37 @@ def options(parser: Parser) -> None:
     )
 
 
-def task_of(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
-    """The scene with all outputs that the wanted files need, and how many samples of its history
-    come for each that the scene names.
+def run(given: argparse.Namespace) -> Reply:
+    """Read the scene, simulate it, write the files that are requested."""
+    scene = given.source.scene("simulate")
+    task, every = _task(given, scene)
+    with progress_line("per cent") as progress:
+        tell = None if progress is None else lambda share: progress(round(100 * share), 100)
+        whole = simulate(task, given.integrator, tell)
+    if given.table is not None:
+        _requested(dataclasses.replace(scene, outputs=DRAWN), whole, every).save(given.table)
+    if given.figure is not None:
+        name = given.source.name.removesuffix(".yaml")
+        whole.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
+    result, words = _requested(scene, whole, every), ""
+    more: dict[str, Any] = {}
+    if given.sound is not None:
+        heard = _sound(given, scene)
+        more["sound"] = heard
+        words = (
+            f"\n\nsound: {heard['signal']} from {number(heard['start'])} s for "
+            f"{number(heard['duration'])} s at {heard['rate_hz']} samples a second, full scale "
+            f"{number(heard['full_scale'])} m/s"
+        )
+    reply = Reply.of(result, **more)
+    return dataclasses.replace(
+        reply, text=lambda: result.text() + words, warnings=_start_warnings(scene)
+    )
+
+
+def _task(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
+    """The scene with all outputs that the files need, and how many samples of its history come
+    for each that the scene names.
 
     Raises InputError for a scene without brake force, over which a history gives its forces.
     """
@@ -49,8 +77,7 @@ def task_of(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
             "must be above 0"
         )
     if given.figure is None:
-        more = () if scene.wants("history") else ("history",)
-        return dataclasses.replace(scene, outputs=(*scene.outputs, *more)), 1
+        return dataclasses.replace(scene, outputs=(*scene.outputs, "history")), 1
     from squeal.simulation.response import sampling_step
     from squeal.simulation.run import in_natural_units
 
@@ -62,44 +89,13 @@ def task_of(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
     return dataclasses.replace(scene, outputs=DRAWN, samples=samples), every
 
 
-def asked(scene: Scene, result: Simulation, every: int) -> Simulation:
+def _requested(scene: Scene, result: Simulation, every: int) -> Simulation:
     """The result without what is only for files, its history at the scene's own times."""
     history = result.history
     if history is not None:
         history = {name: values[::every] for name, values in history.items()}
     fields: dict[str, Any] = {name: None for name in DRAWN if not scene.wants(name)}
     return dataclasses.replace(result, **({"history": history} | fields))
-
-
-def run(given: argparse.Namespace) -> Reply:
-    """Read the scene, simulate it, write the files that are asked for."""
-    scene = given.source.scene("simulate")
-    task, every = task_of(given, scene)
-    with progress_line("per cent") as progress:
-        told = None if progress is None else lambda share: progress(round(100 * share), 100)
-        whole = simulate(task, given.integrator, told)
-    if given.table is not None:
-        asked(dataclasses.replace(scene, outputs=DRAWN), whole, every).save(given.table)
-    if given.figure is not None:
-        name = given.source.name.removesuffix(".yaml")
-        whole.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
-    more: dict[str, Any] = {}
-    if given.sound is not None:
-        more["sound"] = _sound(given, scene)
-    result = asked(scene, whole, every)
-    reply = Reply.of(result, **more)
-    warned = _start_warnings(scene)
-    return dataclasses.replace(reply, text=lambda: _text(result, more), warnings=warned)
-
-
-def _text(result: Simulation, more: dict[str, Any]) -> str:
-    lines = [
-        f"sound: {heard['signal']} from {number(heard['start'])} s for "
-        f"{number(heard['duration'])} s at {heard['rate_hz']} samples a second, full scale "
-        f"{number(heard['full_scale'])} m/s"
-        for heard in more.values()
-    ]
-    return "\n\n".join([result.text(), *lines])
 
 
 def _sound(given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
@@ -121,5 +117,5 @@ def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
         return None
     from squeal.equilibrium import sliding_equilibrium  # a motion from elsewhere needs none
 
-    found, _ = sliding_equilibrium(scene.pad_model)
-    return () if found is None else found.warnings
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    return () if equilibrium is None else equilibrium.warnings

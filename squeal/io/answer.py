@@ -180,18 +180,17 @@ class Answer(ABC):
 
     def text(self, most: int = SHOWN) -> str:
         """The answer for people, with at most so many rows of each table."""
-        told = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
-        return "\n\n".join(part for part in told if part)
+        texts = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
+        return "\n\n".join(text for text in texts if text)
 
     def __repr__(self) -> str:
         return self.text(FEW)
 
     def _repr_html_(self) -> str:
-        told = (
+        return "".join(
             part.html() if isinstance(part, Table) else f"<p>{html.escape(part)}</p>"
             for part in self.parts()
         )
-        return "".join(told)
 
     def to_records(self) -> list[dict[str, Any]]:
         """The rows of the table, each a mapping of column names to values."""

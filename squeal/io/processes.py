@@ -43,15 +43,10 @@ def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> Iterator
     except BaseException as error:
         _pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):  # which may have met this process alone
-            _end(pool)
+            for process in list((pool._processes or {}).values()):
+                process.terminate()  # as `terminate_workers` of Python 3.14
         pool.shutdown(cancel_futures=True)
         raise
-
-
-def _end(pool: ProcessPoolExecutor) -> None:
-    """End its processes in the middle of their work, as `terminate_workers` of Python 3.14."""
-    for process in list((pool._processes or {}).values()):
-        process.terminate()
 
 
 @contextmanager

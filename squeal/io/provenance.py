@@ -38,12 +38,12 @@ def _imports(path: Path) -> frozenset[str]:
     Read from its lines: to parse hundreds of files would take longer than most of what runs them.
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
-    found: set[str] = set()
+    imported: set[str] = set()
     for module, some, others in _LINE.findall(text):
         words = (w.split() for w in re.sub(r"#.*", "", some or others).strip("()\n").split(","))
         names = {word[0] for word in words if word}
-        found |= {module, *(f"{module}.{name}" for name in names)} if module else names
-    return frozenset(found)
+        imported |= {module, *(f"{module}.{name}" for name in names)} if module else names
+    return frozenset(imported)
 
 
 @cache
@@ -74,7 +74,7 @@ def _modules(modules: Iterable[str]) -> set[Path]:
     wanted: set[Path] = set()
     for module in modules:
         place = ROOT.parent.joinpath(*module.split("."))
-        if not place.with_suffix(".py").is_file() and not (place / "__init__.py").is_file():
+        if not {place.with_suffix(".py"), place / "__init__.py"} & _files(module):
             raise ModuleNotFoundError(f"no module {module} in this package")
         wanted |= _files(module)
     while wanted:
@@ -89,13 +89,8 @@ def sources(*modules: str) -> list[str]:
     Raises ModuleNotFoundError if the package has no such module.
     """
     files = _modules(modules)
-    read = [path for path in files if "importlib.resources" in _imports(path)]
-    files |= {
-        data
-        for path in read
-        for data in path.parent.rglob("*")
-        if data.is_file() and not data.suffix.startswith(".py")
-    }
+    for path in [path for path in files if "importlib.resources" in _imports(path)]:
+        files |= {f for f in path.parent.rglob("*") if f.is_file() and f.suffix[:3] != ".py"}
     return sorted(str(path.relative_to(ROOT.parent)) for path in files)
 
 
@@ -148,13 +143,13 @@ class Provenance:
         return asdict(self)
 
     @staticmethod
-    def from_dict(found: dict[str, Any]) -> Provenance:
+    def from_dict(record: dict[str, Any]) -> Provenance:
         """Read back what `to_dict` gave. Raises KeyError, TypeError or ValueError."""
-        inputs = tuple(InputFile(**entry) for entry in found["inputs"])
-        loaded = tuple(found["loaded"])
-        if not all(isinstance(found["versions"][name], str) for name in loaded):
+        inputs = tuple(InputFile(**entry) for entry in record["inputs"])
+        loaded = tuple(record["loaded"])
+        if not all(isinstance(record["versions"][name], str) for name in loaded):
             raise ValueError("a version is no text")
-        return Provenance(**found | {"inputs": inputs, "loaded": loaded})
+        return Provenance(**record | {"inputs": inputs, "loaded": loaded})
 
 
 def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Provenance:
@@ -163,11 +158,17 @@ def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Proven
     None stands for a scene that was not read from a file. Raises ModuleNotFoundError if this
     package has no such module.
     """
-    read = [_read(file) for file in inputs if file is not None]
-    versions = {"squeal": __version__, "python": platform.python_version()}
+    files = [
+        InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
+        if isinstance(file, Path)
+        else file
+        for file in inputs
+        if file is not None
+    ]
     imported = packages(module)
+    versions = {"squeal": __version__, "python": platform.python_version()}
     return Provenance(
-        tuple(read),
+        tuple(files),
         module,
         digest(module),
         versions | {name: version(name) for name in imported},
@@ -176,18 +177,10 @@ def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Proven
     )
 
 
-def _read(file: Path | InputFile) -> InputFile:
-    if isinstance(file, InputFile):
-        return file
-    return InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
-
-
 def version(package: str) -> str:
     """Version of a package by the name under which it is imported: as loaded, else as installed."""
     loaded = getattr(sys.modules.get(package), "__version__", None)
-    if isinstance(loaded, str):
-        return loaded
-    return _installed(package)
+    return loaded if isinstance(loaded, str) else _installed(package)
 
 
 @cache

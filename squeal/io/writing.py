@@ -20,23 +20,6 @@ def picked(source: object, names: str) -> dict[str, Any]:
     return {name: getattr(source, name) for name in names.split()}
 
 
-def check_writable(path: Path, option: str) -> None:
-    """Refuse an output file that could not be written, before anything is computed."""
-    if path.exists() and not path.is_file():
-        kind = "a folder" if path.is_dir() else "not a plain file"
-        raise InputError(f"{option} {path}: is {kind}; the name of a file is allowed")
-    folder = _place(path).parent
-    if not folder.is_dir():
-        raise InputError(f"{option} {path}: the folder {folder} does not exist")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{option} {path}: the folder {folder} is not writable")
-
-
-def _place(path: Path) -> Path:
-    """The file that is written: of a link, also one to no file yet, where it leads."""
-    return Path(os.path.realpath(path)) if path.is_symlink() else path
-
-
 @contextmanager
 def _written(path: Path) -> Iterator[None]:
     """Refuse the place that the system does not write to, because a disc is full for example."""
@@ -51,14 +34,12 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
 
     Raises InputError if it cannot be written; nothing of it is left then.
     """
-    place = _place(path)
+    place = Path(os.path.realpath(path)) if path.is_symlink() else path  # also of a link to no file
     with _written(path):
         handle, name = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
         try:
-            how: Any = (
-                {"mode": "wb"} if binary else {"mode": "w", "encoding": "utf-8", "newline": ""}
-            )
-            with os.fdopen(handle, **how) as file:
+            text = {} if binary else {"encoding": "utf-8", "newline": ""}
+            with os.fdopen(handle, "wb" if binary else "w", **text) as file:  # type: ignore[call-overload]
                 write(file)
             umask = os.umask(0)
             os.umask(umask)
@@ -116,8 +97,7 @@ def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[
     """
     if path.suffix == ".nc":
         write_whole(path, lambda stream: _write_netcdf(stream, columns, list(rows)), binary=True)
-        return
-    if path.suffix == ".json":
+    elif path.suffix == ".json":
         records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
     else:
@@ -142,13 +122,13 @@ def _write_netcdf(
     file.source = "squeal"
     file.createDimension(dimension, len(rows))
     for name, column in arrays.items():
-        if column.dtype == float:
-            variable = file.createVariable(name, "f8", (dimension,))
-        else:
+        kind, places = "f8", [dimension]
+        if column.dtype != float:  # text, as rows of characters
+            kind, places = "c", [dimension, f"{name}_length"]
             length = max(column.dtype.itemsize, 1)
-            file.createDimension(f"{name}_length", length)
-            variable = file.createVariable(name, "c", (dimension, f"{name}_length"))
+            file.createDimension(places[1], length)
             column = column.astype(f"S{length}").view("S1").reshape(-1, length)
+        variable = file.createVariable(name, kind, places)
         variable[:] = column
         if columns[name]:
             variable.units = columns[name]

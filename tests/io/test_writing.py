@@ -2,32 +2,33 @@
 
 import math
 import os
+from argparse import Namespace
 
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
+from squeal.cli.options import check_outputs
 from squeal.errors import InputError
-from squeal.io.writing import check_writable, write_table
+from squeal.io.writing import write_table
 
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    for path, words in (
-        (tmp_path, "is a folder; the name of a file is allowed"),
-        (pipe, "is not a plain file; the name of a file is allowed"),
-        (tmp_path / "none" / "a.csv", "the folder .*none does not exist"),
-    ):
-        with pytest.raises(InputError, match=f"--csv {path}: {words}"):
-            check_writable(path, "--csv")
+    def check(path):
+        check_outputs(Namespace(table=path, table_said=f"--csv {path}"), [])
+
+    (tmp_path / "folder.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    for name in ("folder.csv", "pipe.csv", "none/a.csv"):
+        with pytest.raises(InputError, match=f"--csv {tmp_path / name}: "):
+            check(tmp_path / name)
     good = tmp_path / "a.csv"
-    check_writable(good, "--csv")
+    check(good)
     good.touch()
-    check_writable(good, "--csv")
+    check(good)
     monkeypatch.setattr(os, "access", lambda path, mode: (path, mode) != (tmp_path, os.W_OK))
-    with pytest.raises(InputError, match="is not writable"):
-        check_writable(good, "--csv")
+    with pytest.raises(InputError, match=f"--csv {good}: "):
+        check(good)
 
 
 UNITS = {"t": "s", "x": "m", "state": "", "n": ""}
