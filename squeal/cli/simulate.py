@@ -78,7 +78,7 @@ def _task(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
         )
     if given.figure is None:
         return dataclasses.replace(scene, outputs=(*scene.outputs, "history")), 1
-    from squeal.simulation.response import sampling_step
+    from squeal.simulation.observers import sampling_step
     from squeal.simulation.run import in_natural_units
 
     _, model, _, stop = in_natural_units(scene)

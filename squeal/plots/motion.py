@@ -28,7 +28,7 @@ from squeal.plots.style import (
     state_label,
     style,
 )
-from squeal.simulation.response import LAST
+from squeal.simulation.observers import LAST
 from squeal.simulation.run import Event
 
 PLACE = NORMAL_REACTION[1]

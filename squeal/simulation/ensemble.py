@@ -14,7 +14,7 @@ from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, State
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.model.pad import PARAMETERS, Model, Pad, pose
+from squeal.model.pad import Model, Pad, pose
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
@@ -38,10 +38,8 @@ Measure = Callable[[Course, Units], Arrays]
 def stack(pads: Sequence[Pad]) -> Pad:
     """Many pads as one whose parameters are arrays (n,); None where the first pad has None."""
     columns: dict[str, Any] = {
-        name: None
-        if getattr(pads[0], name) is None
-        else np.array([getattr(pad, name) for pad in pads], dtype=float)
-        for name in PARAMETERS
+        name: np.array([getattr(pad, name) for pad in pads], dtype=float)
+        for name in pads[0].given()
     }
     return Pad(**columns)
 
@@ -54,103 +52,98 @@ def _some(model: PadModel, which: Any) -> PadModel:
     return dataclasses.replace(model, pad=pad, damping=rows)
 
 
-@dataclasses.dataclass(frozen=True)
-class _Task:
-    """A chunk of pads with all that a process needs; `initial` (n, 6) and `stop` (n,) in SI."""
+Task = tuple[PadModel, np.ndarray, np.ndarray]
+"""Some pads with their first states (n, 6) and lengths of time (n,), in SI units."""
 
-    model: PadModel
-    initial: np.ndarray
-    stop: np.ndarray
+
+@dataclasses.dataclass(frozen=True)
+class _Chunks:
+    """How the motions of chunks of pads are computed, in any process."""
+
     tolerance: float
     measure: Measure | None
     events: bool
     options: Options
 
+    def __call__(self, task: Task) -> Arrays:
+        """What is wanted of the motions of a chunk."""
+        taylor, options, n = heyoka(), self.options, len(task[2])
+        each = vars(natural_units(task[0], task[1].T)).values()
+        units = Units(*(np.broadcast_to(v, n) for v in each))  # type: ignore[arg-type]
+        model, state, stop = units.scaled(task[0]), units.to_scaled(task[1].T), task[2] / units.time
+        c = model.c
+        heights = np.array(model.law.gaps(c, pose(np, c.place(state))))
+        touching = (heights < 0.0).astype(int)
+        # on the switching surface, or too near to tell, the first motion decides
+        near = np.abs(heights) < options.clear * (1.0 + c.w + c.h)
+        for i in np.flatnonzero(near.any(axis=0)).tolist():
+            one = _some(model, i)
+            touching[:, i] = first_state(one, state[:, i])
+            state[:, i] = off_level(one, state[:, i], State(*touching[:, i].astype(bool).tolist()))
+        results: Arrays = {}
 
-def _work(task: _Task) -> Arrays:
-    """The motions of a chunk."""
-    taylor, options, n = heyoka(), task.options, len(task.stop)
-    each = vars(natural_units(task.model, task.initial.T)).values()
-    units = Units(*(np.broadcast_to(v, n) for v in each))  # type: ignore[arg-type]
-    model, state, stop = units.scaled(task.model), units.to_scaled(task.initial.T), task.stop
-    stop, c = stop / units.time, model.c
-    heights = np.array(model.law.gaps(c, pose(np, c.place(state))))
-    touching = (heights < 0.0).astype(int)
-    # on the switching surface, or too near to tell, the first motion decides
-    near = np.abs(heights) < options.clear * (1.0 + c.w + c.h)
-    for i in np.flatnonzero(near.any(axis=0)).tolist():
-        one = _some(model, i)
-        touching[:, i] = first_state(one, state[:, i])
-        state[:, i] = off_level(one, state[:, i], State(*touching[:, i].astype(bool).tolist()))
-    found: Arrays = {}
+        def put(pads: np.ndarray, course: Course, whole: np.ndarray) -> None:
+            """Store what is wanted of the motions of some pads; measures of the `whole` ones."""
+            own = Units(*(v[pads] for v in vars(units).values()))
+            for name, values in self._values(course, own, whole).items():
+                if name not in results:
+                    blank = np.full((n, *values.shape[1:]), _blank(values), dtype=values.dtype)
+                    results[name] = blank
+                results[name][pads] = values
 
-    def put(pads: np.ndarray, course: Course, whole: np.ndarray) -> None:
-        """Keep what is wanted of the motions of some pads; measures of the `whole` ones."""
-        own = Units(*(v[pads] for v in vars(units).values()))
-        for name, values in _values(task, course, own, whole).items():
-            if name not in found:
-                found[name] = np.full((n, *values.shape[1:]), _blank(values), dtype=values.dtype)
-            found[name][pads] = values
+        # long motions first: their lanes take up short ones at the end
+        lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
+        order = np.argsort(-lengths, kind="stable")
+        while order.size:
+            size = n
+            if self.measure is not None:
+                # of long motions fewer are measured at once: their steps are stored meanwhile
+                most = options.looked_at_together
+                size = min(max(int(100 * most / lengths[order[0]]), 2 * options.lanes), most)
+            block, order = order[:size], order[size:]
+            start = _some(model, block), touching[:, block], state[:, block], stop[block]
+            course = taylor.run_together(*start, self.tolerance, self.measure is not None, options)
+            doubt = taylor.unsure(course, options)
+            put(block, course, ~doubt & (course.limit < 0))
+            for i in block[doubt].tolist():
+                own = Units(*(float(v[i]) for v in vars(units).values()))
+                try:
+                    alone = self._alone(_some(model, i), own, state[:, i], float(stop[i]))
+                except ModelEnd as end:
+                    results["outcome"][i], results["ended"][i] = 1 + end.limit, end.time
+                    results["final"][i] = np.nan
+                except ComputationError:
+                    results["outcome"][i], results["ended"][i] = REFUSED, math.nan
+                    results["final"][i] = np.nan
+                else:
+                    put(np.array([i]), alone, np.array([True]))
+        return results
 
-    # long motions first: their lanes take up short ones at the end
-    rates = np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
-    order = np.argsort(-stop * rates, kind="stable")
-    begin = 0
-    while begin < n:
-        # of long motions fewer are measured at once: their steps are kept meanwhile
-        size = int(100 * options.looked_at_together / (stop * rates)[order[begin]])
-        size = (
-            n
-            if task.measure is None
-            else min(max(size, 2 * options.lanes), options.looked_at_together)
-        )
-        block = order[begin : begin + size]
-        begin += size
-        start = touching[:, block], state[:, block], stop[block]
-        how = task.tolerance, task.measure is not None, options
-        course = taylor.run_together(_some(model, block), *start, *how)
-        doubt = taylor.unsure(course, options)
-        put(block, course, ~doubt & (course.limit < 0))
-        for i in block[doubt].tolist():
-            own = Units(*(float(v[i]) for v in vars(units).values()))
-            try:
-                alone = _alone(task, _some(model, i), own, state[:, i], float(stop[i]))
-            except ComputationError as error:
-                limit = error.limit if isinstance(error, ModelEnd) else REFUSED - 1
-                found["outcome"][i], found["final"][i] = 1 + limit, np.nan
-                found["ended"][i] = error.time if isinstance(error, ModelEnd) else math.nan
-            else:
-                put(np.array([i]), alone, np.array([True]))
-    return found
+    def _alone(self, model: PadModel, units: Units, state: np.ndarray, stop: float) -> Course:
+        """The motion of a pad that had better not run side by side with others."""
+        courses = Courses(self.measure is not None)
+        integrator = heyoka().TaylorIntegrator(model, self.tolerance, options=self.options)
+        integrate(model, integrator, units, state, stop, [courses], self.options)
+        return courses.whole
 
-
-def _alone(task: _Task, model: PadModel, units: Units, state: np.ndarray, stop: float) -> Course:
-    """The motion of a pad that had better not run side by side with others."""
-    courses = Courses(task.measure is not None)
-    integrator = heyoka().TaylorIntegrator(model, task.tolerance, options=task.options)
-    integrate(model, integrator, units, state, stop, [courses], task.options)
-    return courses.whole
-
-
-def _values(task: _Task, course: Course, units: Units, whole: np.ndarray) -> Arrays:
-    """Arrays (n, ...) of n motions; blank where a motion is not whole and so has no measures."""
-    time, n = np.asarray(units.time), len(course.t1)
-    found = {
-        "outcome": course.limit + 1,
-        "ended": course.t1 * time,
-        "final": units.to_si(np.where(course.limit < 0, course.end, np.nan)).T,
-        "steps": course.steps,
-        "changes": np.bincount(course.lane, minlength=n),
-    }
-    if task.events:
-        table = np.array([course.t * time[course.lane], course.point]).T
-        found["events"] = np.empty(n, dtype=object)
-        found["events"][:] = np.split(table, np.searchsorted(course.lane, np.arange(1, n)))
-    if task.measure is not None:
-        for name, values in task.measure(course, units).items():
-            found[name] = values.copy()
-            found[name][~whole] = _blank(values)
-    return found
+    def _values(self, course: Course, units: Units, whole: np.ndarray) -> Arrays:
+        """Arrays (n, ...) of n motions; blank where a motion is not whole, so without measures."""
+        time, n = np.asarray(units.time), len(course.t1)
+        values = {
+            "outcome": course.limit + 1,
+            "ended": course.t1 * time,
+            "final": units.to_si(np.where(course.limit < 0, course.end, np.nan)).T,
+            "steps": course.steps,
+            "changes": np.bincount(course.lane, minlength=n),
+        }
+        if self.events:
+            table = np.array([course.t * time[course.lane], course.point]).T
+            values["events"] = np.empty(n, dtype=object)
+            values["events"][:] = np.split(table, np.searchsorted(course.lane, np.arange(1, n)))
+        for name, measures in self.measure(course, units).items() if self.measure else ():
+            values[name] = measures.copy()
+            values[name][~whole] = _blank(measures)
+        return values
 
 
 def _blank(values: np.ndarray) -> float | None:
@@ -232,9 +225,7 @@ def simulate_many(
         )
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
     size = min(options.chunk, -(-count // workers)) if count else 1
-    tasks = (
-        _Task(_some(whole, part), starts[part], stops[part], tolerance, measure, events, options)
-        for part in (slice(i, i + size) for i in range(0, count, size))
-    )
-    chunks = list(mapped(_work, tasks, workers))
+    parts = (slice(i, i + size) for i in range(0, count, size))
+    tasks = ((_some(whole, part), starts[part], stops[part]) for part in parts)
+    chunks = list(mapped(_Chunks(tolerance, measure, events, options), tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

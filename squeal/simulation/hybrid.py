@@ -45,53 +45,33 @@ class Options:
     """How motions are integrated and looked at, beside the tolerance of a scene.
 
     Lengths and times are in natural units, see `squeal.model.equations.natural_units`.
-
-    Parameters
-    ----------
-    steps_at_once : int
-        Steps of one motion after which observers look at it; bounds the memory of a run.
-    most_steps : int
-        Steps of a motion of an ensemble; one that needs more is given up.
-    clear : float
-        Gap, over 1 + w + h, below which a contact point may change together with another one.
-    missed : float
-        Gap of the wrong sign that shows a missed contact change.
-    first_step : float
-        Time in which a point that starts on the surface shows to which side it goes.
-    least_turn : float
-        Angle (rad) by which a level pad on the surface is turned, since a contact of no length has
-        no centroid.
-    regrouped_above : float
-        Tolerance above which the compiler may regroup sums. Their rounding drifts then, which a
-        hundred scenes' energy shows at finer tolerances; a step is a third cheaper.
-    lanes : int
-        Motions of an ensemble that heyoka integrates side by side.
-    refilled_after : int
-        Steps after which lanes that are done take up other motions.
-    looked_at_together : int
-        Motions of an ensemble that are measured at once.
-    chunk : int
-        Motions of an ensemble that one process works on at a time.
-    samples : int
-        Places in each step at which signals are read first, at most 20.
-    scipy_step : float
-        Longest step of SciPy's integrator, which sees contact changes at the ends of steps only.
-    scipy_time : float
-        Time after which observers look at a motion of SciPy's integrator.
     """
 
+    # steps of one motion after which observers look at it; bounds the memory of a run
     steps_at_once: int = 5000
+    # steps of a motion of an ensemble; one that needs more is given up
     most_steps: int = 1_000_000
+    # gap, over 1 + w + h, below which a contact point may change together with another one
     clear: float = 1e-9
+    # gap of the wrong sign that shows a missed contact change
     missed: float = 1e-6
+    # time in which a point that starts on the surface shows to which side it goes
     first_step: float = 1e-3
+    # angle (rad) by which a level pad on the surface is turned: no length has no centre
     least_turn: float = 1e-15
+    # tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
+    # drifts, which a hundred scenes' energy shows at finer tolerances
     regrouped_above: float = 1e-14
+    # motions of an ensemble side by side; steps after which free lanes take up others; how many are
+    # measured at once; and how many one process works on at a time
     lanes: int = 8
     refilled_after: int = 100
     looked_at_together: int = 64
     chunk: int = 4096
+    # places in each step at which signals are read first, at most 20
     samples: int = 8
+    # longest step of SciPy's integrator, which sees contact changes at the ends of steps only, and
+    # the time after which observers look at its motion
     scipy_step: float = 0.2
     scipy_time: float = 2000.0
 
@@ -115,15 +95,24 @@ class Steps:
 
     def some(self, which: np.ndarray) -> "Steps":
         """Some of the steps (k,)."""
-        series, on = self.series[:, :, which], self.on[:, which]
-        return Steps(self.lane[which], self.t[which], self.h[which], series, on)
+        parts = (self.lane, self.t, self.h, self.series, self.on)
+        return Steps(*(part.take(which, axis=-1) for part in parts))
+
+    @staticmethod
+    def joined(parts: Sequence["Steps"]) -> "Steps":
+        """Steps of several parts that follow each other, in order of motion and time."""
+        names = ("lane", "t", "h", "series", "on")
+        all_of = (np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names)
+        whole = Steps(*all_of)
+        ordered = np.all(whole.lane[1:] >= whole.lane[:-1])
+        return whole if ordered else whole.some(np.argsort(whole.lane, kind="stable"))
 
     def states(self, share: np.ndarray) -> np.ndarray:
         """States (6, s) at a share (s,) of each step."""
-        found = self.series[-1]
+        states = self.series[-1]
         for coefficient in self.series[-2::-1]:
-            found = found * share + coefficient
-        return np.asarray(found)
+            states = states * share + coefficient
+        return np.asarray(states)
 
 
 @dataclass(frozen=True)
@@ -133,8 +122,7 @@ class Course:
     law: the contact law; c: coefficients, numbers or arrays (n,); t0, t1 (n,): begin and end; first
     (points, n): contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,),
     state (6, e): contact changes, in order of motion and time; steps (n,): integration steps; limit
-    (n,): the entry of `LIMITS` that ended it, or -1; smooth: its steps, None unless dense output
-    was asked for.
+    (n,): the entry of `LIMITS` that ended it, or -1; smooth: its steps, None without dense output.
     """
 
     law: ContactLaw
@@ -163,9 +151,9 @@ class Course:
     @cached_property
     def last(self) -> np.ndarray:
         """Contact (points, n) of 0 or 1 at the end."""
-        found = self.first.copy()
-        np.add.at(found, (self.point, self.lane), 1)
-        return found & 1
+        contact = self.first.copy()
+        np.add.at(contact, (self.point, self.lane), 1)
+        return contact & 1
 
     def coefficients(self, lane: np.ndarray) -> Coefficients:
         """Coefficients of some motions (k,)."""
@@ -180,7 +168,7 @@ class Course:
 
     @property
     def dense(self) -> Steps:
-        """Its steps, where dense output was asked for."""
+        """Its steps, where there is dense output."""
         assert self.smooth is not None
         return self.smooth
 
@@ -196,24 +184,8 @@ class Course:
         )
 
 
-def joined(courses: Sequence[Course]) -> Course:
-    """Courses of one motion that follow each other as one, its coefficients as arrays (1,)."""
-    first, last = courses[0], courses[-1]
-
-    def whole(parts: Sequence[Any], *names: str) -> dict[str, Any]:
-        return {n: np.concatenate([getattr(p, n) for p in parts], axis=-1) for n in names}
-
-    changes = whole(courses, "lane", "point", "t", "state")
-    changes["steps"] = np.sum([one.steps for one in courses], axis=0)
-    if first.smooth is not None:
-        parts = [one.dense for one in courses]
-        changes["smooth"] = Steps(**whole(parts, "lane", "t", "h", "series", "on"))
-    c = Coefficients(*(np.array([v]) for v in first.c))
-    return dataclasses.replace(last, c=c, t0=first.t0, first=first.first, **changes)
-
-
 class Integrator(Protocol):
-    """Carries the motion on, at the tolerance that it keeps to."""
+    """Carries the motion on, at a tolerance."""
 
     method: str
     tolerance: float
@@ -227,7 +199,7 @@ class Integrator(Protocol):
 
 
 class Observer:
-    """Sees a motion course by course; `dense` tells that it needs the motion between changes."""
+    """Sees a motion course by course; a `dense` one needs the motion between changes."""
 
     dense = False
 
@@ -252,7 +224,16 @@ class Courses(Observer):
     @property
     def whole(self) -> Course:
         """What was seen of the motion, coefficients as arrays (1,)."""
-        return joined(self._courses)
+        first, last = self._courses[0], self._courses[-1]
+        changes: dict[str, Any] = {
+            name: np.concatenate([getattr(one, name) for one in self._courses], axis=-1)
+            for name in ("lane", "point", "t", "state")
+        }
+        changes["steps"] = np.sum([one.steps for one in self._courses], axis=0)
+        if self.dense:
+            changes["smooth"] = Steps.joined([one.dense for one in self._courses])
+        c = Coefficients(*(np.array([v]) for v in first.c))
+        return dataclasses.replace(last, c=c, t0=first.t0, first=first.first, **changes)
 
 
 def state_of(contact: np.ndarray) -> State:
@@ -264,16 +245,11 @@ def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
     return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
 
 
-def _accelerations(model: PadModel, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Rates of the scaled velocities with the contact that the gaps tell."""
-    loads = model.physical_loads(_place(model, q), _place(model, v))
-    pad = model.pad
-    return np.array([loads[0] / pad.m, loads[1] / pad.m, pad.w * loads[2] / pad.I])
-
-
 def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    """Rates (6,) of a scaled state with the contact that the gaps tell."""
-    return np.concatenate([state[3:], _accelerations(model, state[:3], state[3:])])
+    """Rates (6,) of a scaled state in the contact state of its gaps."""
+    loads = model.physical_loads(_place(model, state), _place(model, state[3:]))
+    pad = model.pad
+    return np.concatenate([state[3:], loads * [1.0, 1.0, pad.w] / [pad.m, pad.m, pad.I]])
 
 
 def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> State:
@@ -286,11 +262,10 @@ def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) 
     pad, step = model.pad, options.first_step
     rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
     if np.any(np.abs(heights) <= rounding):
-        q, v = state[:3], state[3:]
-        a1 = _accelerations(model, q, v)
-        a2 = _accelerations(model, q + step / 2 * v, v + step / 2 * a1)
-        a3 = _accelerations(model, q + step / 2 * v + step**2 / 4 * a1, v + step / 2 * a2)
-        moved = q + step * v + step**2 / 6 * (a1 + a2 + a3)
+        k1 = state_rates(model, state)
+        k2 = state_rates(model, state + step / 2 * k1)
+        k3 = state_rates(model, state + step / 2 * k2)
+        moved = state[:3] + step * state[3:] + step**2 / 6 * (k1 + k2 + k3)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
         change = model.gaps(_place(model, moved)) - heights
         heights = np.where(np.abs(heights) > rounding, heights, change)
@@ -316,7 +291,7 @@ def off_level(
 
 
 def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
-    """Gaps of a scaled state as plain numbers: faster than arrays, and asked often."""
+    """Gaps of a scaled state as plain numbers, which are faster than arrays."""
     y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
     return model.law.gaps(model.c, pose(math, model.c.place((0.0, y, turn))))
 
@@ -351,7 +326,8 @@ def integrate(
     """Run a scaled pad to `stop` (natural units), showing each course to the observers.
 
     Returns the final time and state (6,), the number of steps and the number of contact changes.
-    Raises ComputationError where the model ends, or where a contact change was missed.
+    Raises ModelEnd after the last course before the model ends, and ComputationError where a
+    contact change was missed.
     """
     dense = any(observer.dense for observer in observers)
     contact = first_state(model, np.asarray(state, dtype=float), options)
@@ -369,14 +345,12 @@ def integrate(
                     f"a contact change was missed before t = {seconds:.9g} s; ask for a smaller "
                     "tolerance"
                 )
-        if course.limit[0] >= 0:
-            raise ModelEnd(int(course.limit[0]), seconds)
         if point >= 0 and t < stop:
             late = _late(model, state, contact.flip(point), point, heights)
             course = course.with_changes(late) if late else course
             contact = state_of(course.last[:, 0])
             state = off_level(model, state, contact, options)
-        elif point < 0 and t < stop and t - begun < 1e-9 * stop:
+        elif course.limit[0] < 0 and t < stop and t - begun < 1e-9 * stop:
             raise ComputationError(
                 f"no progress beyond t = {seconds:.9g} s; a spring may have collapsed to zero "
                 "length there"
@@ -384,4 +358,6 @@ def integrate(
         steps, changes = steps + int(course.steps[0]), changes + len(course.t)
         for observer in observers:
             observer.see(course)
+        if course.limit[0] >= 0:
+            raise ModelEnd(int(course.limit[0]), seconds)
     return t, state, steps, changes

@@ -1,10 +1,13 @@
-"""What is watched along a run. Each observer sees the courses as they come and keeps no more than
-its own result, so memory does not grow with the length of the run.
+"""What is watched along a run, and what a motion comes to: its frequency, amplitude and growth.
 
-`Grid` and `intervals` serve single motions and ensembles alike.
+Each observer sees the courses as they come and holds no more than its own result, so memory does
+not grow with the length of the run. `Grid` and `intervals` serve single motions and ensembles
+alike.
 """
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -14,7 +17,14 @@ from squeal.io.scene import COORDINATES
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
+from squeal.numerics.oscillation import exponent, line, swing
 from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
+
+LAST = 0.25  # share of the run that is its last part
+PARTS = 20  # equal parts of the run whose kinetic energies are compared
+LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
+PERIODS = 4  # least number of periods that show a frequency
+STEADY = 0.1  # largest change of an amplitude that counts as steady
 
 Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
 """A signal (...) from coefficients, states (6, ...) and contact (points, ...)."""
@@ -26,10 +36,10 @@ def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     basis = np.polynomial.Legendre.basis(count - 1)
     places = np.concatenate([[-1.0], np.sort(basis.deriv().roots().real), [1.0]])
     weights = 1.0 / (count * (count - 1) * basis(places) ** 2)
-    found = (places + 1.0) / 2.0, weights
-    for array in found:
+    shares = (places + 1.0) / 2.0
+    for array in (shares, weights):
         array.setflags(write=False)
-    return found
+    return shares, weights
 
 
 class Intervals(NamedTuple):
@@ -120,27 +130,24 @@ class Grid:
         values (k, s): the signal at all places, if it is known; since (n,): times before which
         samples do not count. inf and -inf stand for a signal that a motion nowhere has.
         """
-        if values is None:
-            values = self.read(signal)
-        # a peak beside the first sample that counts does so too
-        whole, begin = values, None if since is None else since[self.steps.lane]
-        if begin is not None:
+        whole = values = self.read(signal) if values is None else values
+        begin = np.full(len(self.first), -np.inf) if since is None else since
+        begin = begin[self.steps.lane]
+        if since is not None:  # a peak beside the first sample that counts does so too
             counts = self.t >= begin - 1e-12 * np.abs(begin)
             values, whole = (np.where(c, values, np.nan) for c in (counts, counts.any(axis=0)))
-        found = []
+        ends = []
         for sign in (-1.0, 1.0):
             each = np.fmax.reduce(sign * values)
             best = np.fmax.reduceat(np.where(np.isnan(each), -np.inf, each), self.first)
             step, share, tops = self.peaks(
                 lambda *where, s=sign: s * signal(*where), sign * whole, best[self.steps.lane]
             )
-            if begin is not None:
-                reach = np.minimum(share + np.diff(self.shares).max(), 1.0)
-                late = self.steps.t[step] + self.steps.h[step] * reach >= begin[step]
-                step, tops = step[late], tops[late]
-            np.fmax.at(best, self.steps.lane[step], tops)
-            found.append(sign * best)
-        return np.array(found).T
+            reach = np.minimum(share + np.diff(self.shares).max(), 1.0)
+            late = self.steps.t[step] + self.steps.h[step] * reach >= begin[step]
+            np.fmax.at(best, self.steps.lane[step[late]], tops[late])
+            ends.append(sign * best)
+        return np.array(ends).T
 
 
 def plotted(law: ContactLaw) -> Read:
@@ -149,12 +156,12 @@ def plotted(law: ContactLaw) -> Read:
     def read(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
             values = law.signals(c, pose(np, c.place(states)), on)
-        found = np.empty((len(law.plotted), *states.shape[1:]))
-        for row, value, signal in zip(found, values, law.plotted, strict=True):
+        rows = np.empty((len(law.plotted), *states.shape[1:]))
+        for row, value, signal in zip(rows, values, law.plotted, strict=True):
             np.divide(value, getattr(c, signal.over), out=row)
             if signal.is_force:  # a located contact change leaves some rounding below zero
                 np.maximum(row, 0.0, out=row)
-        return found
+        return rows
 
     return read
 
@@ -203,8 +210,8 @@ class Shares(Observer):
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def see(self, course: Course) -> None:
-        seen = intervals(course)
-        for spent, on in zip((seen.end - seen.begin).tolist(), seen.on.T, strict=True):
+        _, begin, end, contact = intervals(course)
+        for spent, on in zip((end - begin).tolist(), contact.T, strict=True):
             self._time[self._model.state_name(state_of(on))] += spent
 
     def result(self) -> dict[str, Any]:
@@ -228,11 +235,11 @@ class Extrema(Observer):
             known[:] = min(known[0], low), max(known[1], high)
 
     def result(self) -> dict[str, Any]:
-        found = {
+        extrema = {
             plotted.name: (float(low), float(high)) if np.isfinite(high) else None
             for plotted, (low, high) in zip(self._law.plotted, self._ranges, strict=True)
         }
-        return {"extrema": found}
+        return {"extrema": extrema}
 
 
 class Samples(Observer):
@@ -310,11 +317,112 @@ class Sliding(Observer):
 class Progress(Observer):
     """Reports the share of the run that is done, at most a hundred times."""
 
-    def __init__(self, stop: float, tell: Callable[[float], None]) -> None:
-        self._stop, self._tell, self._told = stop, tell, 0
+    def __init__(self, stop: float, report: Callable[[float], None]) -> None:
+        self._stop, self._report, self._reported = stop, report, 0
 
     def see(self, course: Course) -> None:
-        done = int(100 * course.t1[0] / self._stop)
-        if done > self._told:
-            self._told = done
-            self._tell(float(course.t1[0]) / self._stop)
+        share = float(course.t1[0]) / self._stop
+        if int(100 * share) > self._reported:
+            self._reported = int(100 * share)
+            self._report(share)
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a motion comes to; each is None where the motion does not show it.
+
+    frequency_hz: of the strongest line in the kinetic energy of the last quarter of the run; None
+    if that quarter holds less than four of its periods, or if the line has less than a quarter of
+    the power, as in irregular motion.
+    amplitude: half of the difference between greatest and least x, y (m) and theta (rad) in that
+    quarter; None if it is too short, or if its two halves differ by more than a tenth, as in
+    motion that still grows or decays or is irregular.
+    growth_rate (1/s), growth_frequency_hz: real part and |imaginary part|/(2 pi) of the exponent
+    of the motion from its start up to the first change of contact, see
+    `squeal.numerics.oscillation.exponent`; None if that is shorter than two periods or is not a sum
+    of exponentials.
+    settled: True if the velocity (its root mean square, weighted by the masses) of the last tenth
+    of the run is below a hundredth of that of the twentieth in which it was greatest, False if it
+    is at least nine tenths of that of the tenth before, None in between, or if the run is too
+    short.
+    """
+
+    frequency_hz: float | None = None
+    amplitude: dict[str, float] | None = None
+    growth_rate: float | None = None
+    growth_frequency_hz: float | None = None
+    settled: bool | None = None
+
+
+def sampling_step(model: PadModel) -> float:
+    """A step of time, in natural units, that resolves the motion of a scaled pad: a quarter of a
+    radian of its fast rotation."""
+    pad = model.pad
+    return 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
+
+
+class Watch(Observer):
+    """Samples of the start, of the last part and of the kinetic energy, in natural units."""
+
+    dense = True
+
+    def __init__(self, model: PadModel, units: Units, stop: float) -> None:
+        pad = model.pad
+        self._units = units
+        # weights of the squared rates of (x, y, w theta) in the kinetic energy
+        self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
+        self._step = sampling_step(model)
+        # of a long run no more samples than tell its frequency well
+        first = np.arange(min(8_192, int(stop / self._step) + 1)) * self._step
+        count = min(32_768, int(LAST * stop / self._step) + 1)
+        last = stop - self._step * np.arange(count)[::-1]
+        # places that no frequency is in step with
+        number = np.arange(200 * PARTS)
+        spread = stop * (number + number * 0.6180339887498949 % 1.0) / len(number)
+        self._samples = tuple(Samples(times) for times in (first, last, spread))
+        self._changed = np.inf
+
+    def see(self, course: Course) -> None:
+        for samples in self._samples:
+            samples.see(course)
+        self._changed = min([self._changed, *course.t[:1].tolist()])
+
+    def result(self) -> dict[str, Any]:
+        return {"response": self._response()}
+
+    def _response(self) -> Response:
+        first, last, spread = (samples.states for samples in self._samples)
+        rate = self._units.time
+        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1)
+        speed = np.sqrt(energy.mean(axis=1))
+        if speed.max() <= 1e-11:  # in natural units: only rounding
+            return Response(amplitude=self._amplitude(last), settled=True)
+        growth = exponent(first[self._samples[0].times < self._changed], self._step)
+        start = Response()
+        if growth is not None:
+            hertz = growth.imag / (2 * np.pi * rate)
+            start = Response(growth_rate=growth.real / rate, growth_frequency_hz=hertz)
+        frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
+        if frequency * self._step * len(last) < PERIODS:
+            return start
+        half = len(last) // 2
+        parts = [swing(part[:, :3]) for part in (last[:half], last[half:])]
+        greatest = int(np.argmax(parts[0] + parts[1]))
+        a, b = (float(part[greatest]) for part in parts)
+        return replace(
+            start,
+            frequency_hz=frequency / rate if share >= LINE else None,
+            amplitude=self._amplitude(last) if abs(a - b) <= STEADY * max(a, b) else None,
+            settled=_settled(speed),
+        )
+
+    def _amplitude(self, states: np.ndarray) -> dict[str, float]:
+        whole = np.append(swing(states[:, :3]), np.zeros(3))
+        return dict(zip(("x", "y", "theta"), self._units.to_si(whole)[:3].tolist(), strict=True))
+
+
+def _settled(speed: np.ndarray) -> bool | None:
+    tenths = np.sqrt((speed.reshape(-1, PARTS // 10) ** 2).mean(axis=1))
+    if tenths[-1] < 0.01 * speed.max():
+        return True
+    return False if tenths[-1] >= (1.0 - STEADY) * tenths[-2] else None

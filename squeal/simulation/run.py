@@ -21,8 +21,16 @@ from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema.values import Place, Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
-from squeal.simulation.observers import Events, Extrema, History, Progress, Shares, Sliding
-from squeal.simulation.response import Response, Watch
+from squeal.simulation.observers import (
+    Events,
+    Extrema,
+    History,
+    Progress,
+    Response,
+    Shares,
+    Sliding,
+    Watch,
+)
 from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]

@@ -13,7 +13,6 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import facing, pose, spring_vectors
 from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options, Steps
 
-_DEGREE = 7  # of the polynomials of DOP853's dense output
 _UPRIGHT, _SLOWER = 0, 3  # entries of `LIMITS` that are events here, in their order
 
 
@@ -31,13 +30,11 @@ class SciPyIntegrator(Integrator):
         from scipy.integrate import solve_ivp
 
         self._solve: Any = solve_ivp
-        self._options = options
-        self._model, self.tolerance = model, max(tolerance, 3e-14)
+        self._model, self.tolerance, self._options = model, max(tolerance, 3e-14), options
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
-        self._max_step = options.scipy_step * min(
-            1.0, math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
-        )
+        turn = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
+        self._max_step = options.scipy_step * min(1.0, turn)
 
     def _rhs(self, contact: State) -> Any:
         c, law, model = self._model.c, self._model.law, self._model
@@ -60,12 +57,11 @@ class SciPyIntegrator(Integrator):
         def gap(point: int, s: np.ndarray) -> Any:
             return law.gaps(c, pose(math, c.place(s)))[point]
 
-        ways = [1.0 if touches else -1.0 for touches in contact]
-        found = [_event(partial(gap, i), way) for i, way in enumerate(ways)]
-        found.append(_event(lambda s: facing(c, pose(math, c.place(s))), -1.0))
+        events = [_event(partial(gap, i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
+        events.append(_event(lambda s: facing(c, pose(math, c.place(s))), -1.0))
         if "falling" in self._model.terms:
-            found.append(_event(lambda s: V - s[3], -1.0))
-        return found
+            events.append(_event(lambda s: V - s[3], -1.0))
+        return events
 
     def _collapse(self, y: np.ndarray) -> tuple[int, int] | None:
         """The first step (its end) in which a spring turns by more than 90 degrees, and its limit.
@@ -128,12 +124,9 @@ def _event(value: Callable[[np.ndarray], Any], direction: float) -> Any:
 
 
 def _steps(nodes: np.ndarray, motion: Any, on: np.ndarray) -> Steps:
-    """The polynomials of SciPy's dense output between nodes (s + 1,)."""
-    shares = (1.0 - np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)) / 2.0
-    h = np.diff(nodes)
+    """The polynomials of SciPy's dense output, of degree 7, between nodes (s + 1,)."""
+    shares = (1.0 - np.cos(np.pi * np.arange(8) / 7)) / 2.0
+    h, fit = np.diff(nodes), np.linalg.inv(np.vander(shares, increasing=True))
     states = motion((nodes[:-1, None] + h[:, None] * shares).ravel()).reshape(6, len(h), -1)
-    fit = np.linalg.inv(np.vander(shares, increasing=True))
-    series = (states @ fit.T).transpose(2, 0, 1)
-    return Steps(
-        np.zeros(len(h), dtype=int), nodes[:-1], h, series, 1.0 * on.repeat(len(h), axis=1)
-    )
+    series, on = (states @ fit.T).transpose(2, 0, 1), 1.0 * on.repeat(len(h), axis=1)
+    return Steps(np.zeros(len(h), dtype=int), nodes[:-1], h, series, on)

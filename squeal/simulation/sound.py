@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import write_whole
-from squeal.simulation.hybrid import integrate
+from squeal.simulation.hybrid import ModelEnd, integrate
 from squeal.simulation.observers import Samples
 from squeal.simulation.run import Backend, in_natural_units, make_integrator
 
@@ -50,34 +49,23 @@ class Sound:
 def sound(scene: Scene, backend: Backend = "auto") -> Sound:
     """The last second of a scene's motion; of a shorter one the first, carried on to a second.
 
-    Where the model ends after the scene's time but within the second, the sound ends with the last
-    change of contact before, or with the scene's time. Raises ComputationError if the model ends
-    before that time.
+    Where the model ends after the scene's time but within the second, the sound ends there. Raises
+    ComputationError if the model ends before that time.
     """
     from scipy.signal import decimate
 
     stop = max(LENGTH, scene.stop or 0.0)
-    own = scene.stop or LENGTH
     units, model, first, _ = in_natural_units(dataclasses.replace(scene, stop=stop))
     finer = 4  # times as many samples: what is too high to hear is filtered out
     count = finer * RATE
-    times = (stop - LENGTH + np.arange(count) / count * LENGTH) / units.time
+    watch = Samples((stop - LENGTH + np.arange(count) / count * LENGTH) / units.time)
     integrator = make_integrator(model, scene.tolerance, backend)
-
-    def run(end: float) -> np.ndarray:
-        """The states, as far as they were reached."""
-        watch = Samples(times)
-        try:
-            integrate(model, integrator, units, first, end / units.time, [watch])
-        except ComputationError:
-            if end == own:
-                raise
-        return watch.states[np.isfinite(watch.states[:, 0])]
-
-    states = run(stop)
-    if len(states) < min(own, LENGTH) * count:
-        states = run(own)
-    velocity = states[:, 4] * units.velocity
+    try:
+        integrate(model, integrator, units, first, stop / units.time, [watch])
+    except ModelEnd as end:
+        if end.time < (scene.stop or LENGTH):
+            raise
+    velocity = watch.states[np.isfinite(watch.states[:, 4]), 4] * units.velocity
     heard = decimate(velocity - velocity.mean(), finer, ftype="fir")
     full_scale = float(np.abs(heard).max()) / PEAK
     scale = 32767.0 / full_scale if full_scale > 0.0 else 0.0

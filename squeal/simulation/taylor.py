@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from threading import get_ident
-from typing import Any, NamedTuple
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -82,20 +82,6 @@ def rising(heights: Sequence[Any], on: Touching) -> list[Any]:
     return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
 
 
-class Part(NamedTuple):
-    """Steps of lanes side by side, as heyoka takes them.
-
-    series (k, 6, p, lanes): coefficients in powers of time; t, h (k, lanes): begin and length; on
-    (k, points, lanes): contact; motion (k, lanes): what runs in each lane, -1 where nothing does.
-    """
-
-    series: np.ndarray
-    t: np.ndarray
-    h: np.ndarray
-    on: np.ndarray
-    motion: np.ndarray
-
-
 class Machine:
     """A compiled integrator of a contact law, for every pad.
 
@@ -117,7 +103,6 @@ class Machine:
         first, self.points = len(NAMES), law.points
         self.log: list[tuple[Any, ...]] = []  # lane, point, time, state of the changes
         self.together: Together | None = None
-        count = first + law.points + term_count(terms)
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
@@ -131,10 +116,9 @@ class Machine:
         how["compact_mode"] = law.points > UNROLLED or fp_type is not float
         if fp_type is not float:  # the time goes into the numbers, which no processor has
             how["opt_level"] = 0
-        make = hy.taylor_adaptive_batch if lanes else hy.taylor_adaptive
-        shape = (lanes,) if lanes else ()
-        zero = np.full((6, *shape), none)
-        self.ta = make(system, zero, pars=np.full((count, *shape), fp_type(1.0)), **how)
+        make, shape = (hy.taylor_adaptive_batch, (lanes,)) if lanes else (hy.taylor_adaptive, ())
+        pars = np.full((first + law.points + term_count(terms), *shape), fp_type(1.0))
+        self.ta = make(system, np.full((6, *shape), none), pars=pars, **how)
         self.pars, self.state = self.ta.pars, self.ta.state
         self.time: Any = self.ta.time if lanes else None
         self.on = self.pars[first : first + law.points]
@@ -157,35 +141,43 @@ class Machine:
 
         return side_by_side if lanes else alone
 
-    def run(self, stop: Any, most: int, motion: np.ndarray | None) -> tuple[Any, Part | None]:
+    def run(self, stop: Any, most: int, motion: np.ndarray | None) -> tuple[Any, Steps | None]:
         """Propagate to `stop`, for at most so many steps.
 
-        Returns what heyoka says of the end and, for motions whose steps are wanted, these.
+        motion (lanes,): what runs in each lane, -1 where nothing does, if its steps are wanted.
+        Returns what heyoka says of the end, and these steps in order of time.
         """
         self.log.clear()
         self.ta.reset_cooldowns()
         if motion is None:
             return self.ta.propagate_until(stop, max_steps=most), None
-        ta, on, tc, done = self.ta, self.on, self.ta.tc, 0
+        ta, on, tc, count = self.ta, self.on, self.ta.tc, 0
         series = np.empty((most, *tc.shape), tc.dtype)
         t = np.empty((most + 1, len(motion)), tc.dtype)
         contact = np.empty((most + 1, *on.shape))
         t[0], contact[0] = ta.time, on
 
-        def keep(_ta: Any) -> bool:
-            nonlocal done
-            series[done] = tc
-            done += 1
-            t[done], contact[done] = ta.time, on
+        def record(_ta: Any) -> bool:
+            nonlocal count
+            series[count] = tc
+            count += 1
+            t[count], contact[count] = ta.time, on
             return True
 
-        told = ta.propagate_until(stop, max_steps=most, write_tc=True, callback=keep)
-        h = np.diff(t[: done + 1], axis=0)
-        taken = h > 0.0  # motions that are done wait for others
+        outcome = ta.propagate_until(stop, max_steps=most, write_tc=True, callback=record)
+        h = np.diff(t[: count + 1], axis=0)
+        taken = h > 0.0  # motions at their end wait for others
         taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
-        steps = series[:done].reshape(done, *tc.shape[:2], -1)
-        contact = contact[:done].reshape(done, self.points, -1)
-        return told, Part(steps, t[:done], h, contact, np.where(taken, motion, -1))
+        step, lane = np.nonzero(taken & (motion >= 0))
+        rows = series[:count].reshape(count, *tc.shape[:2], -1).transpose(2, 1, 0, 3)
+        rows = rows.reshape(*rows.shape[:2], -1).take(step * len(motion) + lane, axis=2)
+        h = h[step, lane]
+        power = np.ones_like(h)
+        for coefficient in rows[1:]:  # heyoka's are in powers of time
+            power *= h
+            coefficient *= power
+        contact = contact[:count].reshape(count, self.points, -1)[step, :, lane].T
+        return outcome, Steps(motion[lane], t[step, lane], h, rows, contact)
 
     def changes(self) -> dict[str, np.ndarray]:
         """Lane, point, time and state (6, e) of the contact changes of the last run."""
@@ -204,35 +196,11 @@ def _machine(_thread: int, *how: Any) -> Machine:
 
 
 def machine(
-    law: ContactLaw,
-    terms: tuple[str, ...],
-    tolerance: float,
-    lanes: int = 0,
-    fp_type: Any = float,
-    options: Options = DEFAULT,
+    model: PadModel, tolerance: float, lanes: int, fp_type: Any, options: Options
 ) -> Machine:
-    """The integrator of a contact law with some terms (`PadModel.terms`) at a tolerance.
-
-    Each thread has its own.
-    """
+    """The integrator of a model's law and terms at a tolerance; each thread has its own."""
     regrouped = fp_type is float and tolerance > options.regrouped_above
-    return _machine(get_ident(), law, terms, tolerance, lanes, fp_type, regrouped)
-
-
-def smooth(parts: Sequence[Part]) -> Steps:
-    """The steps of all motions, in order of motion and time."""
-    series, t, h, on, motion = map(np.concatenate, zip(*parts, strict=True))
-    k, lane = np.nonzero(motion >= 0)
-    order = np.argsort(motion[k, lane], kind="stable")
-    k, lane = k[order], lane[order]
-    rows = series.transpose(2, 1, 0, 3)
-    rows = rows.reshape(*rows.shape[:2], -1).take(k * rows.shape[3] + lane, axis=2)
-    h = h[k, lane]
-    power = np.ones_like(h)
-    for coefficient in rows[1:]:
-        power *= h
-        coefficient *= power
-    return Steps(motion[k, lane], t[k, lane], h, rows, on[k, :, lane].T)
+    return _machine(get_ident(), model.law, model.terms, tolerance, lanes, fp_type, regrouped)
 
 
 def limit_of(outcome: Any, points: int) -> int:
@@ -283,14 +251,14 @@ class TaylorIntegrator:
     def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
         """See `squeal.simulation.hybrid.Integrator`."""
         model, options = self._model, self._options
-        own = machine(model.law, model.terms, self.tolerance, 0, self._fp, options)
+        own = machine(model, self.tolerance, 0, self._fp, options)
         own.pars[:] = self._pars
         own.on[:] = contact
         own.state[:] = state
         own.ta.time = begin = self._fp(t)
         own.together = self._together(own)
         single = np.zeros(1, dtype=int) if dense else None
-        (outcome, _, _, steps, *_), part = own.run(self._fp(stop), options.steps_at_once, single)
+        (outcome, _, _, steps, *_), smooth = own.run(self._fp(stop), options.steps_at_once, single)
         limit = limit_of(outcome, own.points)
         if limit < -1:
             raise ComputationError(
@@ -305,7 +273,7 @@ class TaylorIntegrator:
             end=own.state[:, None].copy(),
             steps=np.array([steps]),
             limit=np.array([limit]),
-            smooth=None if part is None else smooth([part]),
+            smooth=smooth,
             **own.changes(),
         )
 
@@ -323,36 +291,35 @@ def run_together(
 
     model: of pads whose numbers are arrays (n,); on (points, n) of 0 or 1; state (6, n); stop (n,).
     The entry of `limit` is -2 for a motion that could not be carried to the end. Changes of several
-    points in one instant are not told apart, see `unsure`.
+    points in one instant are not resolved, see `unsure`.
     """
     law, n, lanes = model.law, len(stop), options.lanes
-    tolerance = max(tolerance, float(np.finfo(float).eps))
-    own = machine(law, model.terms, tolerance, lanes, options=options)
+    own = machine(model, max(tolerance, float(np.finfo(float).eps)), lanes, float, options)
     c = Coefficients(*(np.broadcast_to(v, n) for v in model.c))
-    given = np.concatenate([c, on, model.term_values.reshape(-1, n)])
+    numbers = np.concatenate([c, on, model.term_values.reshape(-1, n)])
     t1, end, steps, limit = np.zeros(n), state.copy(), np.zeros(n, dtype=int), np.full(n, -1)
     motion, time, until, begun = np.full(lanes, -1), np.zeros(lanes), np.zeros(lanes), 0
     logs: list[dict[str, np.ndarray]] = []
-    parts: list[Part] = []
+    parts: list[Steps] = []
     while True:
         free = np.flatnonzero(time >= until)
-        done = free[motion[free] >= 0]
-        t1[motion[done]], end[:, motion[done]] = time[done], own.state[:, done]
+        ended = free[motion[free] >= 0]
+        t1[motion[ended]], end[:, motion[ended]] = time[ended], own.state[:, ended]
         # idle lanes stand at the start of the first motion, where nothing happens
         motion[free], time[free], until[free] = -1, 0.0, 0.0
         new = np.arange(begun, min(n, begun + len(free)))
         begun += len(new)
         motion[free[: len(new)]], until[free[: len(new)]] = new, stop[new]
-        own.pars[:, free], own.state[:, free] = (v[:, motion[free].clip(0)] for v in (given, state))
+        each = motion[free].clip(0)
+        own.pars[:, free], own.state[:, free] = numbers[:, each], state[:, each]
         if (motion < 0).all():
             break
         own.ta.set_time(time)
         most = max(options.refilled_after, int(steps[:begun].mean()) // 4)
-        _, part = own.run(until, most, motion.copy() if dense else None)
+        _, part = own.run(until, most, motion if dense else None)
         parts += [] if part is None else [part]
-        found = own.changes()
-        found["lane"] = motion[found["lane"]]
-        logs.append(found)
+        logs.append(own.changes())
+        logs[-1]["lane"] = motion[logs[-1]["lane"]]
         time = own.time.copy()
         for lane in np.flatnonzero(motion >= 0).tolist():
             outcome, _, _, taken = own.ta.propagate_res[lane]
@@ -374,7 +341,7 @@ def run_together(
         end=end,
         steps=steps,
         limit=limit,
-        smooth=smooth(parts) if dense else None,
+        smooth=Steps.joined(parts) if dense else None,
         **{name: values[..., order] for name, values in changes.items()},
     )
 
@@ -388,10 +355,10 @@ def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
     law, c = course.law, course.c
     heights = np.array(law.gaps(c, pose(np, c.place(course.end))))
     wrong = np.where(course.last > 0, heights, -heights) > options.missed
-    found = (course.limit == -2) | (wrong.any(axis=0) & (course.limit == -1))
+    doubt = (course.limit == -2) | (wrong.any(axis=0) & (course.limit == -1))
     at = course.coefficients(course.lane)
     heights = np.array(law.gaps(at, pose(np, at.place(course.state))))
     near = np.where(course.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
     near[course.point, np.arange(len(course.t))] = False
-    found[course.lane[near.any(axis=0)]] = True
-    return found
+    doubt[course.lane[near.any(axis=0)]] = True
+    return doubt

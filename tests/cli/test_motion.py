@@ -98,11 +98,13 @@ def test_a_sound_ends_where_the_model_does(tmp_path, capsys):
     flight = (0.0, 0.5, 0.0, 0.0, 0.0, 4.0)
     scene = Scene("B2", free, initial=flight, stop=0.1, samples=2, outputs=("shares",))
     found = sound(scene)
-    assert len(found.samples) / RATE == pytest.approx(0.1, abs=1e-4)
+    assert len(found.samples) / RATE == pytest.approx(math.pi / 8, abs=1e-4)
     path = tmp_path / "free.yaml"
     path.write_text(json.dumps(scene.to_dict()))
     err = run(capsys, "simulate", path, "--wav", tmp_path / "x.wav")[2]
-    assert err == "squeal: warning: the sound lasts 0.1 s: the model ends before one of 1 s does\n"
+    assert (
+        err == "squeal: warning: the sound lasts 0.393 s: the model ends before one of 1 s does\n"
+    )
     with pytest.raises(ComputationError, match="turned past 90 degrees"):
         sound(dataclasses.replace(scene, stop=0.5))
 

@@ -12,7 +12,7 @@ from squeal.analysis.eigenvalues import analyse
 from squeal.cli.main import main
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
-from squeal.simulation.response import Response
+from squeal.simulation.observers import Response
 from tests.conftest import SCENES
 from tests.simulation.closed import upright
 
