@@ -83,9 +83,9 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("squeal.plots")
     if name not in _HOME:
         raise AttributeError(f"module 'squeal' has no attribute {name!r}")
-    found = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)
-    globals()[name] = found
-    return found
+    value = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -35,7 +35,7 @@ from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.reduction import Reduction
 
-ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is sought
+ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed
 SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 CHECKED = 25  # values of a sweep at which its basis is checked
 SERVED = 9  # values at which a reduced system has to be good

@@ -87,9 +87,9 @@ class Varied:
     angles: frozenset[str] = frozenset()
 
     @staticmethod
-    def of(given: object, verb: str, high: float) -> Varied:
+    def of(argument: object, verb: str, high: float) -> Varied:
         """What may be varied. Raises InputError naming the verb."""
-        subject: Any = getattr(given, "system", given)  # of a system file
+        subject: Any = getattr(argument, "system", argument)  # of a system file
         if isinstance(subject, Scene):
             MU_MAX.read(high, Place(verb, "mu_max"))
             names = [name for name in parameters(subject.pad_model) if name != "mu"]
@@ -347,7 +347,7 @@ def advise(
     mu_max: float = 2.0,
     progress: Progress | None = None,
 ) -> Advice:
-    """Lower and raise each parameter by its tolerance, and compute the critical friction anew.
+    """Lower and raise each parameter by its tolerance, and compute the critical friction again.
 
     Parameters
     ----------
@@ -356,7 +356,7 @@ def advise(
     tolerances : mapping of str to Tolerance, optional
         Left out, a parameter changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
     mu_max : float
-        Upper end of the range in which the critical friction is sought.
+        Upper end of the range that is searched for the critical friction.
     progress : callable, optional
         Called with (done, count) after some of the parameters.
 
@@ -663,9 +663,9 @@ def scatter(
     spreads : Spreads or sequence of Spread
         How the parameters scatter; `Spreads` says also how many samples, from which seed.
     mu_max : float
-        Upper end of the range in which the critical friction is sought.
+        Upper end of the range that is searched for the critical friction.
     workers : int
-        Processes, which start anew by import: a script must guard its main part.
+        Processes, which start by import: a script must guard its main part.
     progress : callable, optional
         Called with (done, count) now and then.
 

@@ -53,26 +53,26 @@ OF_SCENES = ("quantity", "curves")
 QUESTION = ("band", "region", "modes", "memory", "progress")
 
 
-def _answer(pads: Callable[..., Any], subject: object, **given: Any) -> Any:
+def _answer(pads: Callable[..., Any], subject: object, **options: Any) -> Any:
     """What the verb for pads, or that of the same name for systems, answers.
 
     Raises InputError for what the subject cannot take.
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
-        value = given.pop(name, None)
+        value = options.pop(name, None)
         if value is not None and value is not False:
             other = "a scene, which has six roots; a system from matrices is allowed"
             owner = other if scene else "a system of matrices; a scene is allowed"
             raise InputError(f"{name}: {value} is not allowed with {owner}")
     if scene:  # a pad is answered at once
-        return pads(subject, **{n: v for n, v in given.items() if n != "progress"})
-    question = _question(subject, **{n: given.pop(n) for n in QUESTION if n in given})
-    return getattr(question, pads.__name__.removeprefix("_"))(**given)
+        return pads(subject, **{n: v for n, v in options.items() if n != "progress"})
+    question = _question(subject, **{n: options.pop(n) for n in QUESTION if n in options})
+    return getattr(question, pads.__name__.removeprefix("_"))(**options)
 
 
-def _question(subject: object, **given: Any) -> Any:
-    return importlib.import_module("squeal.analysis.of_systems").Question.of(subject, **given)
+def _question(subject: object, **options: Any) -> Any:
+    return importlib.import_module("squeal.analysis.of_systems").Question.of(subject, **options)
 
 
 def System(
@@ -93,7 +93,7 @@ def System(
     parameters : mapping of str to float
         Named numbers; the free parameter is 0 if it is not among them.
     parameter : str
-        The free parameter, in which thresholds are sought.
+        The free parameter, in which thresholds lie.
     name : str
         What the system is called.
 
@@ -110,10 +110,10 @@ def System(
     (2, 'mu')
     """
 
-    def terms(given: Any) -> tuple[Term, ...]:
-        if given is None:
+    def terms(part: Any) -> tuple[Term, ...]:
+        if part is None:
             return ()
-        each = given.items() if isinstance(given, Mapping) else [("1", given)]
+        each = part.items() if isinstance(part, Mapping) else [("1", part)]
         arrays = ((text, X if hasattr(X, "tocsc") else np.asarray(X)) for text, X in each)
         return tuple(
             Term(X if np.iscomplexobj(X) else X.astype(float), Formula(text)) for text, X in arrays
@@ -142,7 +142,7 @@ def eigenvalues(
     at : float, optional
         Value of the friction or of the free parameter; left out, the subject's own.
     band : (float, float), optional
-        Lowest and highest frequency in Hz, of systems; all growth rates are held.
+        Lowest and highest frequency in Hz, of systems; all growth rates are included.
     region : (float, float, float, float), optional
         Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
     modes : int, optional
@@ -211,8 +211,8 @@ def sweep(
     --------
     >>> import squeal
     >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-    >>> found = squeal.sweep(squeal.System([[1, 0], [0, 1]], K=K), [0.5, 1.0])
-    >>> [step.verdict for step in found.steps]
+    >>> sweep = squeal.sweep(squeal.System([[1, 0], [0, 1]], K=K), [0.5, 1.0])
+    >>> [step.verdict for step in sweep.steps]
     ['marginal', 'flutter']
     """
     values = VALUES.read(values, Place("sweep", "values"))
@@ -257,8 +257,8 @@ def thresholds(
     --------
     >>> import squeal
     >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-    >>> found = squeal.thresholds(squeal.System([[1, 0], [0, 1]], K=K))
-    >>> found.first.kind, round(found.first.mu, 9)
+    >>> loss = squeal.thresholds(squeal.System([[1, 0], [0, 1]], K=K)).first
+    >>> loss.kind, round(loss.mu, 9)
     ('flutter', 0.75)
     """
     answer: Thresholds = _answer(_thresholds, **locals())
@@ -323,7 +323,7 @@ def sensitivity(
     of : {"eigenvalues", "threshold"}
         What is differentiated; thresholds of scenes alone.
     high : float
-        Upper end of the range in which the loss is sought.
+        Upper end of the range that is searched for the loss.
     known : Eigenvalues or Thresholds, optional
         The answer to differentiate, where it is known already.
 
@@ -384,8 +384,8 @@ def reduce(
         raise InputError("reduce: a scene is not allowed; it must be a system from matrices")
     if values is not None:
         values = VALUES.read(values, Place("reduce", "values"))
-    asked = {"band": band, "region": region, "memory": memory, "progress": progress}
-    system: TermSystem = _question(subject, **asked).reduced(values, method)[0].system
+    options = {"band": band, "region": region, "memory": memory, "progress": progress}
+    system: TermSystem = _question(subject, **options).reduced(values, method)[0].system
     return system
 
 
