@@ -27,7 +27,7 @@ from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]
 Stiffness = tuple[np.ndarray, np.ndarray | None]
-QUIET = [VERDICTS.index(name) for name in ("stable", "marginal")]
+QUIET = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
 LEVELS = 64  # of mu, between 0 and its end, at which verdicts are taken at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 25  # of an interval in which a margin of stability has its least value
